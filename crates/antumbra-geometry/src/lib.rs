@@ -1,0 +1,19 @@
+//! Shapes, exact predicates and intersections.
+//!
+//! Floor 0 of the project: vectors, boxes, shapes, light shapes and the rule of EXACTNESS.md.
+//! Absent here: files, threads, logs, materials, grids.
+
+mod bounds;
+mod light;
+mod occluders;
+mod ray;
+mod shape;
+
+pub use bounds::Bounds;
+pub use glam::DVec3;
+pub use light::LightShape;
+pub use occluders::{
+    Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity, SurfaceId,
+};
+pub use ray::{Hit, Ray, Start};
+pub use shape::{Cone, Disk, Sphere};

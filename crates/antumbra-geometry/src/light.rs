@@ -1,0 +1,33 @@
+//! The shapes of lights: where light comes from, never how much.
+//!
+//! Power, colour and a spot's cone belong to the scene; changing them changes no occlusion
+//! value (Paper 7.1).
+
+use glam::DVec3;
+
+/// The place or the direction that shadow queries are asked about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightShape {
+    /// A point of world space. Spot lights are points too.
+    Point(DVec3),
+    /// A direction from the scene towards the light (world space, any length but zero).
+    Direction(DVec3),
+}
+
+impl LightShape {
+    /// Returns the light as a homogeneous point: `(x, 1)` or `(direction, 0)`.
+    pub fn homogeneous(&self) -> (DVec3, f64) {
+        match *self {
+            Self::Point(position) => (position, 1.0),
+            Self::Direction(direction) => (direction, 0.0),
+        }
+    }
+
+    /// Returns a vector from `point_in_world` towards the light (not unit length).
+    pub fn towards(&self, point_in_world: DVec3) -> DVec3 {
+        match *self {
+            Self::Point(position) => position - point_in_world,
+            Self::Direction(direction) => direction,
+        }
+    }
+}

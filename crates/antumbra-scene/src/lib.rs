@@ -1,0 +1,3 @@
+//! Scenes: the model, the readers, the generators.
+
+pub mod model;

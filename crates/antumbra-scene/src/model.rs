@@ -1,0 +1,211 @@
+//! The scene as plain data: what a file says, validated, before anything is accelerated.
+//!
+//! In: nothing. Out: [`Scene`], which readers and generators build and `antumbra-render`
+//! prepares. Invariant: every number is finite, every index is in range, directions are not
+//! zero. The model knows no grid and no occlusion value.
+
+use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
+
+/// A linear RGB value; not limited to 1.
+pub type Color = DVec3;
+
+/// Everything a file says about one picture.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Surfaces' looks; objects name them by index.
+    pub materials: Vec<Material>,
+    /// What is there.
+    pub objects: Vec<Object>,
+    /// What shines.
+    pub lights: Vec<Light>,
+    /// The view, if the file has one.
+    pub camera: Option<Camera>,
+    /// What a ray sees that hits nothing.
+    pub background: Color,
+    /// Light that reaches every point from everywhere, times the diffuse colour.
+    pub ambient: Color,
+    /// Which normal decides whether a surface faces a light.
+    pub facing: Facing,
+}
+
+/// Which side of a surface counts as lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Facing {
+    /// The side that is looked at: the geometric normal is turned to the viewer.
+    #[default]
+    Viewer,
+    /// The side the winding (or the outside of a curved shape) says, whoever looks: NFF.
+    Winding,
+}
+
+/// One thing of the scene, as its file counts things.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// A name for messages; may be empty.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// The shape of an object, world space.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A planar polygon, convex or concave, without holes.
+    Polygon(Polygon),
+    /// Faces that share vertices.
+    Mesh(Mesh),
+    /// A sphere.
+    Sphere(Sphere),
+    /// A truncated cone or cylinder.
+    Cone(Cone),
+    /// A disk.
+    Disk(Disk),
+}
+
+/// A polygon with at least three vertices, counter-clockwise seen from its front.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    /// Vertices in order, world space.
+    pub vertices: Vec<DVec3>,
+    /// One shading normal per vertex (any length, zero means none), or empty for flat shading.
+    pub normals: Vec<DVec3>,
+}
+
+/// Polygonal faces over shared positions.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions, world space.
+    pub positions: Vec<DVec3>,
+    /// Shading normals; corners name them by index. May be empty.
+    pub normals: Vec<DVec3>,
+    /// All corners of all faces, face after face.
+    pub corners: Vec<Corner>,
+    /// Where each face ends in `corners`; face `i` is `ends[i - 1]..ends[i]`. At least 3 corners each.
+    pub face_ends: Vec<u32>,
+}
+
+/// One corner of a mesh face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// Index into [`Mesh::positions`].
+    pub position: u32,
+    /// Index into [`Mesh::normals`], or [`Corner::NONE`].
+    pub normal: u32,
+}
+
+impl Corner {
+    /// Says that a corner has no shading normal.
+    pub const NONE: u32 = u32::MAX;
+}
+
+impl Mesh {
+    /// Returns the corners of each face in turn.
+    pub fn faces(&self) -> impl Iterator<Item = &[Corner]> {
+        let mut start = 0;
+        self.face_ends.iter().map(move |&end| {
+            let face = &self.corners[start..end as usize];
+            start = end as usize;
+            face
+        })
+    }
+}
+
+/// How a surface looks: Whitted's model (local diffuse and highlight, mirror, refraction).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// A name for messages; may be empty.
+    pub name: String,
+    /// Lambertian weight per channel.
+    pub diffuse: Color,
+    /// Weight of the highlight of each light.
+    pub specular: Color,
+    /// Phong exponent of the highlight, not negative.
+    pub shininess: f64,
+    /// Weight of the mirror ray; zero spawns none.
+    pub reflection: Color,
+    /// Weight of the refracted ray; zero spawns none. A transmitter blocks no shadow ray.
+    pub transmission: Color,
+    /// Index of refraction, positive; used only where `transmission` is not zero.
+    pub ior: f64,
+    /// Light the surface sends out by itself; seen, but it lights nothing else.
+    pub emission: Color,
+}
+
+impl Material {
+    /// Returns whether surfaces of this material block shadow rays.
+    pub fn is_opaque(&self) -> bool {
+        self.transmission == Color::ZERO
+    }
+}
+
+impl Default for Material {
+    /// A plain light grey.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            diffuse: Color::splat(0.8),
+            specular: Color::ZERO,
+            shininess: 1.0,
+            reflection: Color::ZERO,
+            transmission: Color::ZERO,
+            ior: 1.0,
+            emission: Color::ZERO,
+        }
+    }
+}
+
+/// One light: its shape and its power.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// A name for messages, options and image layers.
+    pub name: String,
+    /// Where the light comes from.
+    pub kind: LightKind,
+    /// Radiant intensity or irradiance, linear RGB, in the scene's own unit.
+    pub color: Color,
+    /// Whether the light weakens with the square of the distance.
+    pub falls_off: bool,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// A point, world space.
+    Point {
+        /// Its position.
+        position: DVec3,
+    },
+    /// Parallel light, as of the sun.
+    Directional {
+        /// From the scene towards the light; not zero.
+        towards_light: DVec3,
+    },
+    /// A point that shines only into a cone.
+    Spot {
+        /// Its position.
+        position: DVec3,
+        /// The middle of the cone, away from the light; not zero.
+        axis: DVec3,
+        /// Cosine of the half-angle inside which the light is full.
+        inner_cosine: f64,
+        /// Cosine of the half-angle outside which there is none; at most `inner_cosine`.
+        outer_cosine: f64,
+    },
+}
+
+/// A pinhole camera. Right-handed: right is `forward x up`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The eye, world space.
+    pub eye: DVec3,
+    /// A point in the middle of the picture.
+    pub at: DVec3,
+    /// Any vector not parallel to the view direction.
+    pub up: DVec3,
+    /// Full field of view in degrees, 0..180, over the picture's height.
+    pub vertical_fov_degrees: f64,
+    /// Picture size in pixels that the file asks for.
+    pub resolution: Option<[u32; 2]>,
+}

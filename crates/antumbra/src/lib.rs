@@ -1,0 +1,7 @@
+//! Exact shadow answers for static scenes, mostly without tracing a ray.
+
+mod index;
+mod stats;
+
+pub use index::{Answer, BuildError, Builder, Decided, GridResolution, Method, QuickCheck, QuickCheckVerdict, Shadow, ShadowIndex};
+pub use stats::{Counters, ShadowCounters};

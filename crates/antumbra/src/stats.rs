@@ -1,0 +1,40 @@
+//! Counters of the work done, kept by the caller so that threads do not share them.
+
+/// Work of rays through the grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Voxels entered, all ray types.
+    pub steps: u64,
+    /// Surfaces tested, all ray types.
+    pub intersections: u64,
+    /// How shadow queries were decided.
+    pub shadow: ShadowCounters,
+}
+
+/// How shadow queries were decided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShadowCounters {
+    /// Decided by the value of the start's voxel.
+    pub first_pass: u64,
+    /// Decided by the value of a voxel on the way to the light.
+    pub intermediate: u64,
+    /// Decided by a list of the few possible blockers.
+    pub blocker_list: u64,
+    /// Decided by a full walk with intersections.
+    pub rays: u64,
+    /// Found blocked, however decided.
+    pub shadowed: u64,
+}
+
+impl Counters {
+    /// Adds another count to this one.
+    pub fn add(&mut self, other: &Self) {
+        self.steps += other.steps;
+        self.intersections += other.intersections;
+        self.shadow.first_pass += other.shadow.first_pass;
+        self.shadow.intermediate += other.shadow.intermediate;
+        self.shadow.blocker_list += other.shadow.blocker_list;
+        self.shadow.rays += other.shadow.rays;
+        self.shadow.shadowed += other.shadow.shadowed;
+    }
+}
