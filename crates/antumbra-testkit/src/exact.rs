@@ -25,18 +25,30 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    pub(crate) const ZERO: Self = Self { mantissa: Mantissa::Small(0), exponent: 0 };
-    pub(crate) const ONE: Self = Self { mantissa: Mantissa::Small(1), exponent: 0 };
+    pub(crate) const ZERO: Self = Self {
+        mantissa: Mantissa::Small(0),
+        exponent: 0,
+    };
+    pub(crate) const ONE: Self = Self {
+        mantissa: Mantissa::Small(1),
+        exponent: 0,
+    };
 
     /// The exact value of `value`. Panics when it is not finite: the contract refuses such input
     /// before any rule is asked.
     pub(crate) fn new(value: f64) -> Self {
-        assert!(value.is_finite(), "the oracle takes finite numbers only, not {value}");
+        assert!(
+            value.is_finite(),
+            "the oracle takes finite numbers only, not {value}"
+        );
         let bits = value.to_bits();
         let biased = ((bits >> 52) & 0x7ff) as i64;
         let fraction = (bits & ((1 << 52) - 1)) as i128;
-        let (magnitude, exponent) =
-            if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
+        let (magnitude, exponent) = if biased == 0 {
+            (fraction, -1074)
+        } else {
+            (fraction | 1 << 52, biased - 1075)
+        };
         if magnitude == 0 {
             return Self::ZERO;
         }
@@ -70,7 +82,10 @@ impl Exact {
     }
 
     pub(crate) fn double(&self) -> Self {
-        Self { mantissa: self.mantissa.clone(), exponent: self.exponent + 1 }
+        Self {
+            mantissa: self.mantissa.clone(),
+            exponent: self.exponent + 1,
+        }
     }
 
     pub(crate) fn abs(&self) -> Self {
@@ -105,16 +120,25 @@ impl Add for &Exact {
         if other.is_zero() {
             return self.clone();
         }
-        let (high, low) =
-            if self.exponent >= other.exponent { (self, other) } else { (other, self) };
+        let (high, low) = if self.exponent >= other.exponent {
+            (self, other)
+        } else {
+            (other, self)
+        };
         let shift = high.exponent.abs_diff(low.exponent);
         let exponent = low.exponent;
         if let (Mantissa::Small(h), Mantissa::Small(l)) = (&high.mantissa, &low.mantissa)
             && let Some(sum) = shifted_small(*h, shift).and_then(|h| h.checked_add(*l))
         {
-            return Exact { mantissa: Mantissa::Small(sum), exponent };
+            return Exact {
+                mantissa: Mantissa::Small(sum),
+                exponent,
+            };
         }
-        Exact { mantissa: Mantissa::Big((high.big() << shift) + low.big()), exponent }
+        Exact {
+            mantissa: Mantissa::Big((high.big() << shift) + low.big()),
+            exponent,
+        }
     }
 }
 
@@ -126,7 +150,10 @@ impl Neg for &Exact {
             Mantissa::Small(small) if *small != i128::MIN => Mantissa::Small(-small),
             _ => Mantissa::Big(-self.big()),
         };
-        Exact { mantissa, exponent: self.exponent }
+        Exact {
+            mantissa,
+            exponent: self.exponent,
+        }
     }
 }
 
@@ -149,9 +176,15 @@ impl Mul for &Exact {
         if let (Mantissa::Small(a), Mantissa::Small(b)) = (&self.mantissa, &other.mantissa)
             && let Some(product) = a.checked_mul(*b)
         {
-            return Exact { mantissa: Mantissa::Small(product), exponent };
+            return Exact {
+                mantissa: Mantissa::Small(product),
+                exponent,
+            };
         }
-        Exact { mantissa: Mantissa::Big(self.big() * other.big()), exponent }
+        Exact {
+            mantissa: Mantissa::Big(self.big() * other.big()),
+            exponent,
+        }
     }
 }
 
@@ -236,7 +269,10 @@ mod tests {
             (f64::MIN_POSITIVE, 1, -1022),
         ] {
             let exact = Exact::new(value);
-            assert!(matches!(exact.mantissa, Mantissa::Small(m) if m == mantissa), "{value}");
+            assert!(
+                matches!(exact.mantissa, Mantissa::Small(m) if m == mantissa),
+                "{value}"
+            );
             assert_eq!(exact.exponent, exponent, "{value}");
         }
         assert_eq!(Exact::new(-0.0).sign(), 0);
@@ -251,7 +287,10 @@ mod tests {
         assert_eq!((&tiny - &sum).sign(), -1);
         // (huge + tiny)(huge - tiny) = huge^2 - tiny^2
         let product = &sum * &(&huge - &tiny);
-        assert_eq!(product.compare(&(huge.square() - tiny.square())), Ordering::Equal);
+        assert_eq!(
+            product.compare(&(huge.square() - tiny.square())),
+            Ordering::Equal
+        );
     }
 
     #[test]

@@ -13,6 +13,8 @@
 //! * the parts of one closed cone are all opaque or all transparent;
 //! * a direction is not zero, and no radius is negative.
 
+#[cfg(test)]
+mod page;
 mod planar;
 mod quadric;
 
@@ -81,7 +83,11 @@ pub struct OracleSurface {
 impl OracleSurface {
     /// Makes an opaque surface that is no part of a closed cone.
     pub fn opaque(shape: OracleShape) -> Self {
-        Self { shape, opaque: true, solid: None }
+        Self {
+            shape,
+            opaque: true,
+            solid: None,
+        }
     }
 
     /// Makes an opaque triangle.
@@ -96,7 +102,12 @@ impl OracleSurface {
 
     /// Makes an opaque tube without caps.
     pub fn open_tube(base: [f64; 3], base_radius: f64, apex: [f64; 3], apex_radius: f64) -> Self {
-        Self::opaque(OracleShape::Tube { base, base_radius, apex, apex_radius })
+        Self::opaque(OracleShape::Tube {
+            base,
+            base_radius,
+            apex,
+            apex_radius,
+        })
     }
 
     /// Makes the parts of an opaque closed cone: tube, base cap, apex cap, in this order; a cap
@@ -108,20 +119,37 @@ impl OracleSurface {
         apex: [f64; 3],
         apex_radius: f64,
     ) -> Vec<Self> {
-        let tube = OracleShape::Tube { base, base_radius, apex, apex_radius };
+        let tube = OracleShape::Tube {
+            base,
+            base_radius,
+            apex,
+            apex_radius,
+        };
         let caps = [(base_radius, false), (apex_radius, true)]
             .into_iter()
             .filter(|&(radius, _)| radius != 0.0)
-            .map(|(radius, at_apex)| OracleShape::Cap { base, apex, radius, at_apex });
+            .map(|(radius, at_apex)| OracleShape::Cap {
+                base,
+                apex,
+                radius,
+                at_apex,
+            });
         std::iter::once(tube)
             .chain(caps)
-            .map(|shape| Self { shape, opaque: true, solid: Some(solid) })
+            .map(|shape| Self {
+                shape,
+                opaque: true,
+                solid: Some(solid),
+            })
             .collect()
     }
 
     /// The same surface, letting all light through.
     pub fn transparent(self) -> Self {
-        Self { opaque: false, ..self }
+        Self {
+            opaque: false,
+            ..self
+        }
     }
 }
 
@@ -144,11 +172,20 @@ struct Light {
 impl Light {
     fn new(light: OracleLight) -> Self {
         match light {
-            OracleLight::Point(point) => Self { position: Vec3::new(point), weight: Exact::ONE },
+            OracleLight::Point(point) => Self {
+                position: Vec3::new(point),
+                weight: Exact::ONE,
+            },
             OracleLight::Direction(direction) => {
                 let position = Vec3::new(direction);
-                assert!(!position.is_zero(), "the direction towards a light must not be zero");
-                Self { position, weight: Exact::ZERO }
+                assert!(
+                    !position.is_zero(),
+                    "the direction towards a light must not be zero"
+                );
+                Self {
+                    position,
+                    weight: Exact::ZERO,
+                }
             }
         }
     }
@@ -182,7 +219,11 @@ impl Segment {
         } else {
             &light.position.scale(&start.scale) - &start.scaled
         };
-        Self { start, delta, light }
+        Self {
+            start,
+            delta,
+            light,
+        }
     }
 }
 
@@ -203,11 +244,18 @@ impl Prepared {
             OracleShape::Triangle(corners) => {
                 Triangle::new(corners).map(|triangle| Self::Triangle(Box::new(triangle)))
             }
-            OracleShape::Disk { center, normal, radius } => {
-                Disk::new(Vec3::new(center), Vec3::new(normal), radius)
-                    .map(|disk| Self::Disk(Box::new(disk)))
-            }
-            OracleShape::Cap { base, apex, radius, at_apex } => {
+            OracleShape::Disk {
+                center,
+                normal,
+                radius,
+            } => Disk::new(Vec3::new(center), Vec3::new(normal), radius)
+                .map(|disk| Self::Disk(Box::new(disk))),
+            OracleShape::Cap {
+                base,
+                apex,
+                radius,
+                at_apex,
+            } => {
                 let (base, apex) = (Vec3::new(base), Vec3::new(apex));
                 let (inner, outer) = if at_apex { (base, apex) } else { (apex, base) };
                 let normal = &outer - &inner;
@@ -216,10 +264,13 @@ impl Prepared {
             OracleShape::Sphere { center, radius } => {
                 Sphere::new(center, radius).map(|sphere| Self::Sphere(Box::new(sphere)))
             }
-            OracleShape::Tube { base, base_radius, apex, apex_radius } => {
-                Tube::new(base, base_radius, apex, apex_radius)
-                    .map(|tube| Self::Tube(Box::new(tube)))
-            }
+            OracleShape::Tube {
+                base,
+                base_radius,
+                apex,
+                apex_radius,
+            } => Tube::new(base, base_radius, apex, apex_radius)
+                .map(|tube| Self::Tube(Box::new(tube))),
         }
         .unwrap_or(Self::Nothing)
     }
@@ -266,9 +317,18 @@ impl Oracle {
     /// fault of the test that asks.
     pub fn new(surfaces: impl Into<Vec<OracleSurface>>) -> Self {
         let surfaces = surfaces.into();
-        let prepared = surfaces.iter().map(|surface| Prepared::new(&surface.shape)).collect();
-        let closed_tube = (0..surfaces.len()).map(|part| tube_of_solid(&surfaces, part)).collect();
-        Self { surfaces, prepared, closed_tube }
+        let prepared = surfaces
+            .iter()
+            .map(|surface| Prepared::new(&surface.shape))
+            .collect();
+        let closed_tube = (0..surfaces.len())
+            .map(|part| tube_of_solid(&surfaces, part))
+            .collect();
+        Self {
+            surfaces,
+            prepared,
+            closed_tube,
+        }
     }
 
     /// The surfaces, in the order of their indices.
@@ -282,12 +342,7 @@ impl Oracle {
     /// # Panics
     ///
     /// When `surface` is no index of a surface, a number is not finite or a direction is zero.
-    pub fn is_blocked(
-        &self,
-        point: [f64; 3],
-        surface: Option<usize>,
-        light: OracleLight,
-    ) -> bool {
+    pub fn is_blocked(&self, point: [f64; 3], surface: Option<usize>, light: OracleLight) -> bool {
         let segment = self.segment(point, surface, light);
         (0..self.surfaces.len()).any(|t| self.blocks_segment(t, surface, &segment))
     }
@@ -319,7 +374,9 @@ impl Oracle {
         light: OracleLight,
     ) -> Vec<usize> {
         let segment = self.segment(point, surface, light);
-        (0..self.surfaces.len()).filter(|&t| self.blocks_segment(t, surface, &segment)).collect()
+        (0..self.surfaces.len())
+            .filter(|&t| self.blocks_segment(t, surface, &segment))
+            .collect()
     }
 
     /// The sign that says on which side of `surface` the light is: 1 in front or outside, -1
@@ -336,7 +393,10 @@ impl Oracle {
         let point = Vec3::new(point);
         let start = match surface.and_then(|s| self.prepared[s].plane()) {
             Some(plane) => plane.start(point),
-            None => Start { scaled: point, scale: Exact::ONE },
+            None => Start {
+                scaled: point,
+                scale: Exact::ONE,
+            },
         };
         Segment::new(start, Light::new(light))
     }
@@ -386,7 +446,9 @@ impl Oracle {
                 if self.surfaces[own].shape != self.surfaces[other].shape {
                     return None;
                 }
-                let Prepared::Tube(tube) = &self.prepared[own] else { return Some(false) };
+                let Prepared::Tube(tube) = &self.prepared[own] else {
+                    return Some(false);
+                };
                 Some(self.side(s, segment) < 0 && tube.solid_excludes_light(segment))
             }
             (None, None) => match &self.prepared[t] {
@@ -407,17 +469,39 @@ impl Oracle {
 /// The tube of the closed cone that surface `part` belongs to.
 fn tube_of_solid(surfaces: &[OracleSurface], part: usize) -> Option<usize> {
     let solid = surfaces[part].solid?;
-    let parts = || surfaces.iter().enumerate().filter(move |(_, other)| other.solid == Some(solid));
-    let tubes: Vec<_> =
-        parts().filter(|(_, p)| matches!(p.shape, OracleShape::Tube { .. })).collect();
+    let parts = || {
+        surfaces
+            .iter()
+            .enumerate()
+            .filter(move |(_, other)| other.solid == Some(solid))
+    };
+    let tubes: Vec<_> = parts()
+        .filter(|(_, p)| matches!(p.shape, OracleShape::Tube { .. }))
+        .collect();
     assert_eq!(tubes.len(), 1, "closed cone {solid} must have one tube");
     let (tube, OracleSurface { shape, opaque, .. }) = tubes[0];
-    let OracleShape::Tube { base, base_radius, apex, apex_radius } = *shape else { return None };
+    let OracleShape::Tube {
+        base,
+        base_radius,
+        apex,
+        apex_radius,
+    } = *shape
+    else {
+        return None;
+    };
     for (_, other) in parts() {
-        assert_eq!(other.opaque, *opaque, "closed cone {solid} must have one opacity");
+        assert_eq!(
+            other.opaque, *opaque,
+            "closed cone {solid} must have one opacity"
+        );
         match other.shape {
             OracleShape::Tube { .. } => {}
-            OracleShape::Cap { base: b, apex: a, radius, at_apex } => {
+            OracleShape::Cap {
+                base: b,
+                apex: a,
+                radius,
+                at_apex,
+            } => {
                 let end_radius = if at_apex { apex_radius } else { base_radius };
                 assert!(
                     b == base && a == apex && radius == end_radius,

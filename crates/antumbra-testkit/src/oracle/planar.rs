@@ -30,7 +30,11 @@ impl Plane {
                 axis = k;
             }
         }
-        Some(Self { normal, offset, axis })
+        Some(Self {
+            normal,
+            offset,
+            axis,
+        })
     }
 
     /// The point of the plane that agrees with `point` in the two axes that are not the plane's
@@ -38,7 +42,10 @@ impl Plane {
     pub(super) fn start(&self, point: Vec3) -> Start {
         let missing = &self.offset - &self.normal.dot(&point);
         if missing.is_zero() {
-            return Start { scaled: point, scale: Exact::ONE };
+            return Start {
+                scaled: point,
+                scale: Exact::ONE,
+            };
         }
         // x_k = p_k + missing / n_k
         let pivot = &self.normal.0[self.axis];
@@ -50,25 +57,41 @@ impl Plane {
     }
 
     pub(super) fn side_of_light(&self, light: &Light) -> i8 {
-        let offset = if light.is_direction() { &Exact::ZERO } else { &self.offset };
+        let offset = if light.is_direction() {
+            &Exact::ZERO
+        } else {
+            &self.offset
+        };
         (&self.normal.dot(&light.position) - offset).sign()
     }
 
     /// Where the open segment goes through the plane from one strict side to the other.
     fn crossing(&self, segment: &Segment) -> Option<Crossing> {
         // The height over the plane, times scale and |normal|, is `height + v rate`.
-        let Segment { start, delta, light } = segment;
+        let Segment {
+            start,
+            delta,
+            light,
+        } = segment;
         let height = &self.normal.dot(&start.scaled) - &(&self.offset * &start.scale);
         if height.is_zero() {
             return None;
         }
         let rate = self.normal.dot(delta);
-        let end = if light.is_direction() { rate.clone() } else { &height + &rate };
+        let end = if light.is_direction() {
+            rate.clone()
+        } else {
+            &height + &rate
+        };
         if height.sign() * end.sign() >= 0 {
             return None;
         }
         // v = -height / rate, put into scale x(v) = start.scaled + v delta.
-        let (toward, away) = if rate.sign() < 0 { (height, -&rate) } else { (-&height, rate) };
+        let (toward, away) = if rate.sign() < 0 {
+            (height, -&rate)
+        } else {
+            (-&height, rate)
+        };
         Some(Crossing {
             scaled: &start.scaled.scale(&away) + &delta.scale(&toward),
             scale: &start.scale * &away,
@@ -93,7 +116,9 @@ impl Triangle {
 
     /// Rules 2 and 3: the segment goes through the plane, at a point of the closed triangle.
     pub(super) fn is_crossed(&self, segment: &Segment) -> bool {
-        let Some(crossing) = self.plane.crossing(segment) else { return false };
+        let Some(crossing) = self.plane.crossing(segment) else {
+            return false;
+        };
         // In the coordinate plane where the triangle looks largest, the point must lie to the
         // left of every edge of the triangle (to its right if the projection turns it over).
         let (i, j) = ((self.plane.axis + 1) % 3, (self.plane.axis + 2) % 3);
@@ -119,14 +144,21 @@ impl Triangle {
     fn has_edge_separating(&self, other: &Self, light: &Light) -> bool {
         self.edges().any(|(from, to, third)| {
             let inner = turn_seen_from(light, from, to, third);
-            other.corners.iter().all(|x| turn_seen_from(light, from, to, x) * inner <= 0)
+            other
+                .corners
+                .iter()
+                .all(|x| turn_seen_from(light, from, to, x) * inner <= 0)
         })
     }
 
     /// The edges, each with the corner opposite to it.
     fn edges(&self) -> impl Iterator<Item = (&Vec3, &Vec3, &Vec3)> {
         (0..3).map(|i| {
-            (&self.corners[i], &self.corners[(i + 1) % 3], &self.corners[(i + 2) % 3])
+            (
+                &self.corners[i],
+                &self.corners[(i + 1) % 3],
+                &self.corners[(i + 2) % 3],
+            )
         })
     }
 }
@@ -151,13 +183,22 @@ pub(super) struct Disk {
 
 impl Disk {
     pub(super) fn new(center: Vec3, normal: Vec3, radius: f64) -> Option<Self> {
-        assert!(radius >= 0.0, "the radius of a disk must not be negative, but is {radius}");
+        assert!(
+            radius >= 0.0,
+            "the radius of a disk must not be negative, but is {radius}"
+        );
         let plane = Plane::new(normal, &center)?;
-        (radius > 0.0).then(|| Self { center, radius: Exact::new(radius), plane })
+        (radius > 0.0).then(|| Self {
+            center,
+            radius: Exact::new(radius),
+            plane,
+        })
     }
 
     pub(super) fn is_crossed(&self, segment: &Segment) -> bool {
-        let Some(crossing) = self.plane.crossing(segment) else { return false };
+        let Some(crossing) = self.plane.crossing(segment) else {
+            return false;
+        };
         let from_center = &crossing.scaled - &self.center.scale(&crossing.scale);
         let reach = &self.radius * &crossing.scale;
         from_center.norm_squared().compare(&reach.square()).is_le()

@@ -16,14 +16,23 @@ impl Fraction {
     /// `numerator / denominator` for a denominator of either sign, not zero.
     fn new(numerator: Exact, denominator: Exact) -> Self {
         if denominator.sign() < 0 {
-            Self { numerator: -&numerator, denominator: -&denominator }
+            Self {
+                numerator: -&numerator,
+                denominator: -&denominator,
+            }
         } else {
-            Self { numerator, denominator }
+            Self {
+                numerator,
+                denominator,
+            }
         }
     }
 
     fn integer(value: Exact) -> Self {
-        Self { numerator: value, denominator: Exact::ONE }
+        Self {
+            numerator: value,
+            denominator: Exact::ONE,
+        }
     }
 
     fn compare(&self, other: &Self) -> Ordering {
@@ -54,7 +63,11 @@ impl Interval {
     }
 
     fn lower_high(&mut self, high: Fraction) {
-        if self.high.as_ref().is_none_or(|old| high.compare(old).is_lt()) {
+        if self
+            .high
+            .as_ref()
+            .is_none_or(|old| high.compare(old).is_lt())
+        {
             self.high = Some(high);
         }
     }
@@ -67,7 +80,10 @@ impl Interval {
             1 => self.raise_low(Fraction::new(-c0, c1.clone())),
             _ => self.lower_high(Fraction::new(-c0, c1.clone())),
         }
-        let is_empty = self.high.as_ref().is_some_and(|high| self.low.compare(high).is_gt());
+        let is_empty = self
+            .high
+            .as_ref()
+            .is_some_and(|high| self.low.compare(high).is_gt());
         (!is_empty).then_some(self)
     }
 }
@@ -82,20 +98,29 @@ struct Quadratic {
 
 impl Quadratic {
     fn sign_at(&self, v: &Fraction) -> i8 {
-        let Fraction { numerator, denominator } = v;
+        let Fraction {
+            numerator,
+            denominator,
+        } = v;
         let linear = &self.c0 * denominator + &self.c1 * numerator;
         (linear * denominator + &self.c2 * &numerator.square()).sign()
     }
 
     fn sign_at_infinity(&self) -> i8 {
-        [&self.c2, &self.c1, &self.c0].into_iter().map(Exact::sign).find(|&s| s != 0).unwrap_or(0)
+        [&self.c2, &self.c1, &self.c0]
+            .into_iter()
+            .map(Exact::sign)
+            .find(|&s| s != 0)
+            .unwrap_or(0)
     }
 
     /// Whether it is strictly negative somewhere and strictly positive somewhere in the interval.
     /// A quadratic takes its extreme values at the ends and at its vertex.
     fn takes_both_signs(&self, interval: &Interval) -> bool {
         let Interval { low, high } = interval;
-        let high_sign = high.as_ref().map_or_else(|| self.sign_at_infinity(), |v| self.sign_at(v));
+        let high_sign = high
+            .as_ref()
+            .map_or_else(|| self.sign_at_infinity(), |v| self.sign_at(v));
         let mut signs = vec![self.sign_at(low), high_sign];
         if signs[0] * signs[1] < 0 {
             return true;
@@ -103,7 +128,9 @@ impl Quadratic {
         if !self.c2.is_zero() {
             let vertex = Fraction::new(-&self.c1, self.c2.double());
             if vertex.compare(low).is_gt()
-                && high.as_ref().is_none_or(|high| vertex.compare(high).is_lt())
+                && high
+                    .as_ref()
+                    .is_none_or(|high| vertex.compare(high).is_lt())
             {
                 signs.push(self.sign_at(&vertex));
             }
@@ -121,7 +148,10 @@ pub(super) struct Sphere {
 
 impl Sphere {
     pub(super) fn new(center: [f64; 3], radius: f64) -> Option<Self> {
-        assert!(radius >= 0.0, "the radius of a sphere must not be negative, but is {radius}");
+        assert!(
+            radius >= 0.0,
+            "the radius of a sphere must not be negative, but is {radius}"
+        );
         (radius > 0.0).then(|| Self {
             center: Vec3::new(center),
             radius_squared: Exact::new(radius).square(),
@@ -202,7 +232,10 @@ impl Tube {
         apex_radius: f64,
     ) -> Option<Self> {
         for radius in [base_radius, apex_radius] {
-            assert!(radius >= 0.0, "the radius of a tube must not be negative, but is {radius}");
+            assert!(
+                radius >= 0.0,
+                "the radius of a tube must not be negative, but is {radius}"
+            );
         }
         let (base, apex) = (Vec3::new(base), Vec3::new(apex));
         let (base_radius, apex_radius) = (Exact::new(base_radius), Exact::new(apex_radius));
@@ -212,7 +245,13 @@ impl Tube {
         }
         let axis_squared = axis.norm_squared();
         let growth = &apex_radius - &base_radius;
-        Some(Self { base, axis, axis_squared, base_radius, growth })
+        Some(Self {
+            base,
+            axis,
+            axis_squared,
+            base_radius,
+            growth,
+        })
     }
 
     fn locate(&self, scaled: &Vec3, scale: &Exact) -> InTube {
@@ -220,7 +259,12 @@ impl Tube {
         let along = from_base.dot(&self.axis);
         let across = &from_base.scale(&self.axis_squared) - &self.axis.scale(&along);
         let reach = &self.base_radius * &(&self.axis_squared * scale) + &self.growth * &along;
-        InTube { along, across, reach, scale: scale.clone() }
+        InTube {
+            along,
+            across,
+            reach,
+            scale: scale.clone(),
+        }
     }
 
     fn start(&self, segment: &Segment) -> InTube {
@@ -272,9 +316,8 @@ impl Tube {
             return false;
         }
         // The crossing is (start + ratio light) over (1 + ratio light.scale).
-        let at_crossing = |of_start: &Exact, of_light: &Exact| {
-            &curvature * of_start - &slope * of_light
-        };
+        let at_crossing =
+            |of_start: &Exact, of_light: &Exact| &curvature * of_start - &slope * of_light;
         let along = at_crossing(&start.along, &light.along);
         let scale = at_crossing(&start.scale, &light.scale);
         along.sign() >= 0 && along.compare(&(&self.axis_squared * &scale)).is_le()
