@@ -9,7 +9,7 @@
 
 use antumbra_geometry::{Bounds, DVec3};
 
-use crate::model::{Camera, Color, Light, LightKind};
+use crate::model::{Camera, Color, Light, LightKind, Material};
 
 /// The ambient light for formats that know none (OBJ): enough to tell shapes in shadow.
 pub const AMBIENT: Color = Color::splat(0.2);
@@ -19,6 +19,23 @@ pub const AMBIENT: Color = Color::splat(0.2);
 pub fn nff_intensity(light_count: usize) -> f64 {
     let n = light_count.max(1) as f64;
     n.sqrt() / (2.0 * n)
+}
+
+/// Returns what the numbers after NFF's `f` mean: red, green, blue, Kd, Ks, shine, T and index of
+/// refraction, none negative. Ks is the weight of highlight and mirror, both white, as in SPD's
+/// test procedure; the index counts only where T does not vanish.
+pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
+    let [red, green, blue, kd, ks, shininess, transmittance, ior] = numbers;
+    Material {
+        name: String::new(),
+        diffuse: kd * Color::new(red, green, blue),
+        specular: Color::splat(ks),
+        shininess,
+        reflection: Color::splat(ks),
+        transmission: Color::splat(transmittance),
+        ior: if transmittance > 0.0 && ior > 0.0 { ior } else { 1.0 },
+        emission: Color::ZERO,
+    }
 }
 
 /// Returns a camera that sees the whole box from the south-south-east, 25 degrees above it: a

@@ -276,10 +276,9 @@ impl Reader<'_> {
         open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     ) -> Result<(), ReadError> {
         let whole = statement.name();
-        if self.libraries.contains(whole) {
+        if !self.libraries.insert(plain_path(whole)) {
             return Ok(());
         }
-        self.libraries.insert(whole.to_owned());
         match open(whole) {
             Ok(bytes) => self.read_library(whole, &bytes),
             Err(error) if statement.arguments().nth(1).is_none() => {
@@ -288,7 +287,7 @@ impl Reader<'_> {
             }
             Err(_) => {
                 for name in statement.arguments() {
-                    if !self.libraries.insert(name.to_owned()) {
+                    if !self.libraries.insert(plain_path(name)) {
                         continue;
                     }
                     match open(name) {
@@ -479,6 +478,12 @@ impl Reader<'_> {
             Material { name: name.to_owned(), ..Material::default() }
         })
     }
+}
+
+/// Spells a path one way, so that no library is read twice: `./a.mtl` is `a.mtl`.
+fn plain_path(name: &str) -> String {
+    let parts = name.split(['/', '\\']).filter(|part| !matches!(*part, "" | "."));
+    parts.collect::<Vec<_>>().join("/")
 }
 
 /// Reads a whole word as an integer. Rust reads no blanks, no fractions and no overflow.

@@ -19,7 +19,7 @@ use std::path::Path;
 use antumbra_geometry::{Cone, DVec3, Sphere};
 
 use crate::{
-    defaults::nff_intensity,
+    defaults::{nff_intensity, nff_material},
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::{Camera, Color, Facing, Light, LightKind, Material, Object, Polygon, Scene, Shape},
     warning::WarningLog,
@@ -273,27 +273,14 @@ impl<'a> Reader<'a> {
         }
         let mut numbers: [f64; 8] = std::array::from_fn(|i| numbers[i]);
         self.clamp_negative(line, "f", &mut numbers[..7]);
-        let [red, green, blue, kd, ks, shininess, transmittance, ior] = numbers;
-        let mut material = Material {
-            name: String::new(),
-            diffuse: kd * Color::new(red, green, blue),
-            specular: Color::splat(ks),
-            shininess,
-            reflection: Color::splat(ks),
-            transmission: Color::splat(transmittance),
-            ior: 1.0,
-            emission: Color::ZERO,
-        };
+        let [.., transmittance, ior] = numbers;
+        if transmittance > 0.0 && ior <= 0.0 {
+            let message = "`f` transmits light, but its index of refraction is not positive: 1 is used";
+            self.warnings.add(Place::Line(line), message);
+        }
+        let material = nff_material(numbers);
         if !material.diffuse.is_finite() {
             return Err(self.invalid(line, "f", "the colour times Kd overflows", "colours are 0 to 1"));
-        }
-        if transmittance > 0.0 {
-            if ior > 0.0 {
-                material.ior = ior;
-            } else {
-                let message = "`f` transmits light, but its index of refraction is not positive: 1 is used";
-                self.warnings.add(Place::Line(line), message);
-            }
         }
         self.surface = (material, None);
         Ok(())
