@@ -13,8 +13,10 @@ pub struct Bounds {
 
 impl Bounds {
     /// The box that holds nothing: growing it by a point gives that point.
-    pub const EMPTY: Self =
-        Self { min: DVec3::splat(f64::INFINITY), max: DVec3::splat(f64::NEG_INFINITY) };
+    pub const EMPTY: Self = Self {
+        min: DVec3::splat(f64::INFINITY),
+        max: DVec3::splat(f64::NEG_INFINITY),
+    };
 
     /// Returns the smallest box that holds all `points`.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
@@ -24,19 +26,28 @@ impl Bounds {
     /// Returns the box grown to hold `point`.
     #[must_use]
     pub fn with_point(self, point: DVec3) -> Self {
-        Self { min: self.min.min(point), max: self.max.max(point) }
+        Self {
+            min: self.min.min(point),
+            max: self.max.max(point),
+        }
     }
 
     /// Returns the smallest box that holds both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     /// Returns the box moved outwards by `margin` on all sides.
     #[must_use]
     pub fn inflated(self, margin: DVec3) -> Self {
-        Self { min: self.min - margin, max: self.max + margin }
+        Self {
+            min: self.min - margin,
+            max: self.max + margin,
+        }
     }
 
     /// Returns whether the box holds no point.

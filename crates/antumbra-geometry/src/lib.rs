@@ -4,16 +4,24 @@
 //! Absent here: files, threads, logs, materials, grids.
 
 mod bounds;
+mod intersect;
 mod light;
+mod number;
 mod occluders;
+mod polygon;
 mod ray;
+mod segment;
 mod shape;
+mod umbra;
 
 pub use bounds::Bounds;
 pub use glam::DVec3;
 pub use light::LightShape;
 pub use occluders::{
-    Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity, SurfaceId,
+    Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity,
+    SurfaceId,
 };
 pub use ray::{Hit, Ray, Start};
+pub use segment::Segment;
 pub use shape::{Cone, Disk, Sphere};
+pub use umbra::{Relation, Shaft, Umbra};

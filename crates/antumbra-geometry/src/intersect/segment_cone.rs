@@ -1,0 +1,216 @@
+//! Segment and truncated cone or cylinder (EXACTNESS.md, "Tube" and "Closed cone").
+
+use glam::DVec3;
+
+use super::{SignsTaken, signs_in_quadrant};
+use crate::Cone;
+use crate::number::{Number, Point4, Sign, Vector, decide};
+use crate::segment::{Ends, Segment};
+
+/// The cone's forms over one arithmetic.
+struct Forms<N> {
+    base: Vector<N>,
+    axis: Vector<N>,
+    /// `m`: the squared length of the axis.
+    m: N,
+    /// `r0 m`.
+    base_radius_m: N,
+    /// `r1 - r0`.
+    widening: N,
+}
+
+impl<N: Number> Forms<N> {
+    fn new(cone: &Cone) -> Self {
+        let base = Vector::from_f64(cone.base);
+        let axis = Vector::from_f64(cone.apex).minus(&base);
+        let m = axis.dot(&axis);
+        let base_radius = N::from_f64(cone.base_radius);
+        Self {
+            base_radius_m: base_radius.times(&m),
+            widening: N::from_f64(cone.apex_radius).minus(&base_radius),
+            base,
+            axis,
+            m,
+        }
+    }
+
+    /// `z(X)`: height over the base plane, times the axis' length.
+    fn z(&self, x: &Point4<N>) -> N {
+        x.seen_from(&self.base).dot(&self.axis)
+    }
+
+    /// `m w - z(X)`: height under the apex plane, times the axis' length.
+    fn below_apex(&self, x: &Point4<N>) -> N {
+        self.m.times(&x.w).minus(&self.z(x))
+    }
+
+    /// `F(X, Y)`.
+    fn polar(&self, x: &Point4<N>, y: &Point4<N>) -> N {
+        let (zx, zy) = (self.z(x), self.z(y));
+        let g = |z: &N, w: &N| self.base_radius_m.times(w).plus(&self.widening.times(z));
+        let across = x.seen_from(&self.base).dot(&y.seen_from(&self.base));
+        let off_axis = self.m.times(&across).minus(&zx.times(&zy));
+        self.m
+            .times(&off_axis)
+            .minus(&g(&zx, &x.w).times(&g(&zy, &y.w)))
+    }
+
+    /// Returns the part of the segment between the end planes as two new ends, `None` inside if it
+    /// is empty, one point, or lies in an end plane.
+    fn clipped(&self, ends: &Ends<N>) -> Option<Option<Ends<N>>> {
+        let mut clipped = ends.clone();
+        for is_apex in [false, true] {
+            let height = |x: &Point4<N>| {
+                if is_apex {
+                    self.below_apex(x)
+                } else {
+                    self.z(x)
+                }
+            };
+            let (at_start, at_light) = (height(&clipped.start), height(&clipped.light));
+            let crossing =
+                |clipped: &Ends<N>, u: &N, v: &N| clipped.start.blend(u, &clipped.light, v);
+            match (at_start.sign()?, at_light.sign()?) {
+                (Sign::Negative | Sign::Zero, Sign::Negative | Sign::Zero) => return Some(None),
+                (Sign::Negative, Sign::Positive) => {
+                    clipped.start = crossing(&clipped, &at_light, &at_start.negated());
+                }
+                (Sign::Positive, Sign::Negative) => {
+                    clipped.light = crossing(&clipped, &at_light.negated(), &at_start);
+                }
+                _ => {}
+            }
+        }
+        Some(Some(clipped))
+    }
+
+    fn signs_between_planes(&self, ends: &Ends<N>) -> Option<SignsTaken> {
+        let Some(clipped) = self.clipped(ends)? else {
+            return Some(SignsTaken {
+                negative: false,
+                positive: false,
+            });
+        };
+        signs_in_quadrant(
+            &self.polar(&clipped.start, &clipped.start),
+            &self.polar(&clipped.start, &clipped.light),
+            &self.polar(&clipped.light, &clipped.light),
+        )
+    }
+
+    fn is_outside(&self, x: &Point4<N>) -> Option<bool> {
+        Some(
+            self.polar(x, x).sign()?.is_positive()
+                || self.z(x).sign()?.is_negative()
+                || self.below_apex(x).sign()?.is_negative(),
+        )
+    }
+}
+
+/// Returns whether the segment crosses the wall properly between the end planes.
+pub(crate) fn tube_blocks(cone: &Cone, segment: &Segment) -> bool {
+    fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
+        let signs = Forms::new(cone).signs_between_planes(ends)?;
+        Some(signs.negative && signs.positive)
+    }
+    decide(rule(cone, &segment.approximate()), || {
+        rule(cone, &segment.exact())
+    })
+}
+
+/// Returns whether the segment meets the inside of the cone with its ends closed.
+pub(crate) fn cone_meets_interior(cone: &Cone, segment: &Segment) -> bool {
+    fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
+        Some(Forms::new(cone).signs_between_planes(ends)?.negative)
+    }
+    decide(rule(cone, &segment.approximate()), || {
+        rule(cone, &segment.exact())
+    })
+}
+
+/// Returns on which side of the wall's tangent plane at the start the light is; positive is
+/// outside.
+pub(crate) fn tube_side(cone: &Cone, segment: &Segment) -> Sign {
+    fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<Sign> {
+        Forms::new(cone).polar(&ends.start, &ends.light).sign()
+    }
+    decide(rule(cone, &segment.approximate()), || {
+        rule(cone, &segment.exact())
+    })
+}
+
+/// Returns whether the light is strictly outside the cone with its ends closed.
+pub(crate) fn cone_is_outside(cone: &Cone, segment: &Segment) -> bool {
+    fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
+        Forms::new(cone).is_outside(&ends.light)
+    }
+    decide(rule(cone, &segment.approximate()), || {
+        rule(cone, &segment.exact())
+    })
+}
+
+/// The own rule of an open tube: the segment goes inwards and meets the wall again.
+pub(crate) fn own_tube_blocks(cone: &Cone, segment: &Segment) -> bool {
+    fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
+        let forms = Forms::new(cone);
+        let b = forms.polar(&ends.start, &ends.light);
+        let c = forms.polar(&ends.light, &ends.light);
+        if !b.sign()?.is_negative() || !c.sign()?.is_positive() {
+            return Some(false);
+        }
+        // F vanishes at the start; the other root of 2 B u v + C v^2 is u : v = C : -2B.
+        let minus_two_b = b.plus(&b).negated();
+        let second = ends.start.blend(&c, &ends.light, &minus_two_b);
+        let is_between = !forms.z(&second).sign()?.is_negative()
+            && !forms.below_apex(&second).sign()?.is_negative();
+        Some(is_between)
+    }
+    decide(rule(cone, &segment.approximate()), || {
+        rule(cone, &segment.exact())
+    })
+}
+
+/// Returns the distance of the nearest crossing with the wall, in lengths of the segment's
+/// direction, once the rule has found one; for the own surface the start itself does not count.
+pub(crate) fn cone_distance(cone: &Cone, segment: &Segment, is_own: bool) -> f64 {
+    let axis_length = (cone.apex - cone.base).length();
+    let axis = (cone.apex - cone.base) / axis_length;
+    let slope = (cone.apex_radius - cone.base_radius) / axis_length;
+    let direction = segment.direction();
+    let from_base = segment.origin() - cone.base;
+    // |q_perp + t d_perp|^2 = (r(z) + t slope d_z)^2
+    let (z, dz) = (from_base.dot(axis), direction.dot(axis));
+    let (off_axis, across): (DVec3, DVec3) = (from_base - axis * z, direction - axis * dz);
+    let radius = cone.base_radius + slope * z;
+    let a = across.length_squared() - (slope * dz) * (slope * dz);
+    let half_b = off_axis.dot(across) - radius * slope * dz;
+    let c = off_axis.length_squared() - radius * radius;
+    if is_own {
+        return (-2.0 * half_b / a).max(0.0);
+    }
+    let root = (half_b * half_b - a * c).max(0.0).sqrt();
+    let q = -(half_b + root.copysign(half_b));
+    let roots = [c / q, q / a];
+    // The rule says that a crossing exists: take the nearest that lies best between the planes.
+    let outside_by = |t: f64| {
+        let height = z + t * dz;
+        let beyond = (-height).max(height - axis_length).max(0.0) / axis_length;
+        if t.is_finite() {
+            beyond + (-t).max(0.0)
+        } else {
+            f64::INFINITY
+        }
+    };
+    let is_fine = |t: f64| outside_by(t) <= 1e-9;
+    let [near, far] = if roots[0] <= roots[1] {
+        roots
+    } else {
+        [roots[1], roots[0]]
+    };
+    let best = if is_fine(near) || outside_by(near) <= outside_by(far) {
+        near
+    } else {
+        far
+    };
+    if best.is_finite() { best.max(0.0) } else { 0.0 }
+}

@@ -1,0 +1,225 @@
+//! Segment and triangle (EXACTNESS.md, "Triangle").
+//!
+//! The hot predicate: all signs come from plain `f64` with one error bound per determinant, and
+//! only doubtful ones from the generic exact evaluation.
+
+use glam::DVec3;
+
+use crate::LightShape;
+use crate::number::{Number, Point4, Sign, UNIT_ROUNDOFF, Vector, decide};
+use crate::segment::{Ends, Plane, Segment};
+
+/// `det(S, L, a, b)` up to a common factor: the volume of `L`, `a`, `b` seen from `S`.
+fn edge_side<N: Number>(ends: &Ends<N>, a: DVec3, b: DVec3) -> N {
+    // With everything seen from the start (times w_S) the determinant is a triple product.
+    let seen = |x: DVec3| {
+        Vector::from_f64(x)
+            .scaled(&ends.start.w)
+            .minus(&ends.start.x)
+    };
+    let light = ends
+        .light
+        .x
+        .scaled(&ends.start.w)
+        .minus(&ends.start.x.scaled(&ends.light.w));
+    light.dot(&seen(a).cross(&seen(b)))
+}
+
+fn exact_edge_side(segment: &Segment, a: DVec3, b: DVec3) -> Sign {
+    decide(edge_side(&segment.approximate(), a, b).sign(), || {
+        edge_side(&segment.exact(), a, b).sign()
+    })
+}
+
+/// Returns on which side of a plane the light is.
+pub(crate) fn plane_side(plane: &Plane, light: (DVec3, f64)) -> Sign {
+    fn side<N: Number>(plane: &Plane, light: (DVec3, f64)) -> Option<Sign> {
+        plane.height::<N>(&Point4::from_f64(light)).sign()
+    }
+    decide(side::<crate::number::Approximate>(plane, light), || {
+        side::<crate::number::Exact>(plane, light)
+    })
+}
+
+/// Returns on which side of a plane the start is.
+fn start_side(plane: &Plane, segment: &Segment) -> Sign {
+    decide(plane.height(&segment.approximate().start).sign(), || {
+        plane.height(&segment.exact().start).sign()
+    })
+}
+
+fn certain(value: f64, bound: f64) -> Option<Sign> {
+    if value > bound {
+        Some(Sign::Positive)
+    } else if -value > bound {
+        Some(Sign::Negative)
+    } else {
+        None
+    }
+}
+
+/// Returns whether the segment crosses the triangle by rules 2 and 3; rule 4 is apart because it
+/// depends on the start's own triangle.
+///
+/// Error bounds, with `u` the unit roundoff, `e` the error of the origin and `|.|` the largest
+/// magnitude of a component: each difference has relative error `u` besides `e`, and the triple
+/// product `d . (A x B)` of three rounded differences has at most 3 + 6 roundings on products of
+/// sum at most `6 |d| |A| |B|`, so `9 u * 6 = 54 u` bounds it to first order and `64 u` outright.
+/// Moving the origin by `e` in each coordinate moves it by at most
+/// `3 e * 2 (|A||B| + |B||d| + |d||A|)` to first order (second-order terms cancel because the same
+/// vector is subtracted from all three); `8 e` covers that with the rounding.
+pub(crate) fn triangle_blocks([a, b, c]: [DVec3; 3], segment: &Segment) -> bool {
+    let origin = segment.origin;
+    let origin_error = segment.origin_error;
+    let direction = segment.direction();
+    let (a_seen, b_seen, c_seen) = (a - origin, b - origin, c - origin);
+    let largest = |v: DVec3| v.abs().max_element();
+    let (m_d, m_a, m_b, m_c) = (
+        largest(direction),
+        largest(a_seen),
+        largest(b_seen),
+        largest(c_seen),
+    );
+    let bound = |m1: f64, m2: f64| {
+        64.0 * UNIT_ROUNDOFF * m_d * m1 * m2
+            + 8.0 * origin_error * (m1 * m2 + m2 * m_d + m_d * m1)
+            + f64::MIN_POSITIVE
+    };
+
+    // Rule 3, as far as the filter goes: both signs among the edges rule the triangle out.
+    let ab = direction.dot(a_seen.cross(b_seen));
+    let bc = direction.dot(b_seen.cross(c_seen));
+    let ca = direction.dot(c_seen.cross(a_seen));
+    let sides = [
+        certain(ab, bound(m_a, m_b)),
+        certain(bc, bound(m_b, m_c)),
+        certain(ca, bound(m_c, m_a)),
+    ];
+    let is_seen = |sign: Sign| sides.contains(&Some(sign));
+    if is_seen(Sign::Positive) && is_seen(Sign::Negative) {
+        return false;
+    }
+
+    // Rule 2: start and light strictly on opposite sides of the plane. The same bound with the two
+    // edge vectors in place of two seen corners.
+    let (edge_ab, edge_ac) = (b - a, c - a);
+    let normal = edge_ab.cross(edge_ac);
+    let m_normal = largest(edge_ab) * largest(edge_ac);
+    let plane = Plane::Points([a, b, c]);
+    let start_height = -normal.dot(a_seen);
+    let start_bound =
+        m_normal * (64.0 * UNIT_ROUNDOFF * m_a + 8.0 * origin_error) + f64::MIN_POSITIVE;
+    let (light, light_weight) = segment.light;
+    let from_plane = if light_weight == 0.0 {
+        light
+    } else {
+        light - a
+    };
+    let light_height = normal.dot(from_plane);
+    let light_bound = 64.0 * UNIT_ROUNDOFF * m_normal * largest(from_plane) + f64::MIN_POSITIVE;
+    let light_sign =
+        certain(light_height, light_bound).unwrap_or_else(|| plane_side(&plane, segment.light));
+    if light_sign == Sign::Zero {
+        return false;
+    }
+    // Doubtful edges before a doubtful start: most triangles near the start are coplanar
+    // neighbours, which the edges rule out more cheaply.
+    let mut signs = [Sign::Zero; 3];
+    let corners = [a, b, c];
+    for i in 0..3 {
+        signs[i] =
+            sides[i].unwrap_or_else(|| exact_edge_side(segment, corners[i], corners[(i + 1) % 3]));
+    }
+    if signs.contains(&Sign::Positive) && signs.contains(&Sign::Negative) {
+        return false;
+    }
+    let start_sign =
+        certain(start_height, start_bound).unwrap_or_else(|| start_side(&plane, segment));
+    start_sign.is_opposite(light_sign)
+}
+
+/// Rule 4: whether two triangles overlap seen from the light.
+pub(crate) fn triangle_overlaps_from_light(
+    own: [DVec3; 3],
+    other: [DVec3; 3],
+    segment: &Segment,
+) -> bool {
+    let light = segment.light;
+    // A light in the own plane sees it from the edge: the rule does not apply.
+    if plane_side(&Plane::Points(own), light) == Sign::Zero {
+        return true;
+    }
+    // Strictly inside its own triangle, the crossing itself is an overlap.
+    let is_strictly_inside = {
+        let sides: [Sign; 3] =
+            std::array::from_fn(|i| exact_edge_side(segment, own[i], own[(i + 1) % 3]));
+        sides == [Sign::Positive; 3] || sides == [Sign::Negative; 3]
+    };
+    is_strictly_inside || triangles_overlap_from_homogeneous(own, other, light)
+}
+
+/// Returns whether two triangles overlap seen from a light.
+pub(crate) fn triangles_overlap_from(
+    light: &LightShape,
+    first: [DVec3; 3],
+    second: [DVec3; 3],
+) -> bool {
+    triangles_overlap_from_homogeneous(first, second, light.homogeneous())
+}
+
+fn triangles_overlap_from_homogeneous(
+    first: [DVec3; 3],
+    second: [DVec3; 3],
+    light: (DVec3, f64),
+) -> bool {
+    !(has_separating_edge(first, second, light) || has_separating_edge(second, first, light))
+}
+
+/// Returns whether an edge of `first` spans with the light a plane that separates the triangles
+/// weakly.
+fn has_separating_edge(first: [DVec3; 3], second: [DVec3; 3], light: (DVec3, f64)) -> bool {
+    (0..3).any(|i| {
+        let (e, f, g) = (first[i], first[(i + 1) % 3], first[(i + 2) % 3]);
+        let own_side = light_plane_side(e, f, g, light);
+        second.iter().all(|&x| {
+            let side = light_plane_side(e, f, x, light);
+            !(side != Sign::Zero && side == own_side)
+        })
+    })
+}
+
+/// Returns the sign of `det(e, f, x, L)`.
+fn light_plane_side(e: DVec3, f: DVec3, x: DVec3, light: (DVec3, f64)) -> Sign {
+    fn side<N: Number>(e: DVec3, f: DVec3, x: DVec3, light: (DVec3, f64)) -> Option<Sign> {
+        let origin: Vector<N> = Vector::from_f64(e);
+        let seen = |p: DVec3| Vector::from_f64(p).minus(&origin);
+        let light = Point4::from_f64(light).seen_from(&origin);
+        seen(f).cross(&seen(x)).dot(&light).sign()
+    }
+    decide(side::<crate::number::Approximate>(e, f, x, light), || {
+        side::<crate::number::Exact>(e, f, x, light)
+    })
+}
+
+/// Returns the distance of the crossing in lengths of the segment's direction, and the weights of
+/// `b` and `c` there.
+pub(crate) fn triangle_distance([a, b, c]: [DVec3; 3], segment: &Segment) -> (f64, [f64; 2]) {
+    let (origin, direction) = (segment.origin(), segment.direction());
+    let (a_seen, b_seen, c_seen) = (a - origin, b - origin, c - origin);
+    let normal = (b - a).cross(c - a);
+    let distance = (normal.dot(a_seen) / normal.dot(direction)).max(0.0);
+    // The three edge determinants are the weights of the opposite corners, up to a factor.
+    let weight_a = direction.dot(b_seen.cross(c_seen));
+    let weight_b = direction.dot(c_seen.cross(a_seen));
+    let weight_c = direction.dot(a_seen.cross(b_seen));
+    let total = weight_a + weight_b + weight_c;
+    let share = |weight: f64| {
+        let share = weight / total;
+        if share.is_finite() {
+            share.clamp(0.0, 1.0)
+        } else {
+            1.0 / 3.0
+        }
+    };
+    (distance, [share(weight_b), share(weight_c)])
+}

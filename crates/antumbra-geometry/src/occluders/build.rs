@@ -1,0 +1,307 @@
+//! Collecting elements and numbering their surfaces.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::{
+    Curved, CurvedShape, Element, ElementId, ElementKind, NO_AXIS, NO_CORNER, Occluders, Opacity,
+    Triangle,
+};
+use crate::intersect::DiskPlane;
+use crate::polygon::triangulate;
+use crate::segment::Plane;
+use crate::{Cone, Disk, Sphere};
+
+/// Largest magnitude of a coordinate: leaves room for every product a filter forms.
+const LARGEST: f64 = 1.2676506002282294e30; // 2^100
+
+/// What is wrong with a shape.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OccludersError {
+    /// A number is NaN, infinite or beyond 2^100.
+    #[error("element {element}: {value} is not finite or its magnitude exceeds 2^100")]
+    BadNumber {
+        /// The element's number, in the order of adding.
+        element: usize,
+        /// The number itself.
+        value: f64,
+    },
+    /// A radius is negative.
+    #[error("element {element}: radius {value} is negative")]
+    NegativeRadius {
+        /// The element's number, in the order of adding.
+        element: usize,
+        /// The radius.
+        value: f64,
+    },
+    /// More than `u32::MAX` vertices or surfaces.
+    #[error(
+        "element {element}: more than {} vertices or surfaces in all",
+        u32::MAX
+    )]
+    TooMany {
+        /// The element's number, in the order of adding.
+        element: usize,
+    },
+}
+
+/// Collects elements.
+#[derive(Debug, Default)]
+pub struct OccludersBuilder {
+    occluders: Occluders,
+    vertex_of: HashMap<[u64; 3], u32>,
+    solid_of: HashMap<Vec<u64>, u32>,
+    /// For each element its surfaces as a run of triangles or of curved shapes.
+    curved_elements: Vec<usize>,
+}
+
+impl OccludersBuilder {
+    /// Adds a planar polygon with its vertices in order; needs not be convex. Self-crossing
+    /// outlines are filled by the even-odd rule. Three vertices always make one surface, also
+    /// without area; more make as many as their shape needs.
+    ///
+    /// # Errors
+    /// A coordinate is not finite or too large.
+    pub fn add_face(
+        &mut self,
+        outline: &[DVec3],
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
+        self.check_numbers(outline.iter().flat_map(|vertex| vertex.to_array()))?;
+        self.check_room(outline.len())?;
+        let first = self.occluders.triangles.len() as u32;
+        let element = self.occluders.elements.len() as u32;
+        for corners in triangulate(outline) {
+            let positions = corners.map(|corner| corner.position);
+            let axis = Plane::Points(positions).dominant_axis().unwrap_or(NO_AXIS);
+            let triangle = Triangle {
+                vertices: positions.map(|position| self.vertex(position)),
+                corners: corners.map(|corner| corner.outline_index.unwrap_or(NO_CORNER)),
+                element,
+                axis,
+                is_opaque: opacity == Opacity::Opaque,
+            };
+            self.occluders.triangles.push(triangle);
+        }
+        let end = self.occluders.triangles.len() as u32;
+        self.occluders.elements.push(Element {
+            kind: ElementKind::Face,
+            surfaces: first..end,
+            opacity,
+        });
+        Ok(ElementId(element))
+    }
+
+    /// Adds a sphere. A zero radius makes a surface that is never hit.
+    ///
+    /// # Errors
+    /// A number is not finite or too large, or the radius is negative.
+    pub fn add_sphere(
+        &mut self,
+        sphere: Sphere,
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
+        self.check_numbers(sphere.center.to_array().into_iter().chain([sphere.radius]))?;
+        self.check_radius(sphere.radius)?;
+        self.add_curved(
+            ElementKind::Sphere,
+            vec![CurvedShape::Sphere(sphere)],
+            opacity,
+        )
+    }
+
+    /// Adds a truncated cone or cylinder, open or closed. Equal ends make surfaces that are never
+    /// hit.
+    ///
+    /// # Errors
+    /// A number is not finite or too large, or a radius is negative.
+    pub fn add_cone(&mut self, cone: Cone, opacity: Opacity) -> Result<ElementId, OccludersError> {
+        let Cone {
+            base,
+            base_radius,
+            apex,
+            apex_radius,
+            is_closed,
+        } = cone;
+        let numbers = base.to_array().into_iter().chain(apex.to_array());
+        self.check_numbers(numbers.chain([base_radius, apex_radius]))?;
+        self.check_radius(base_radius)?;
+        self.check_radius(apex_radius)?;
+        let mut shapes = vec![CurvedShape::Tube(cone)];
+        if is_closed {
+            let cap = |center, radius, normal_tip, normal_tail| {
+                CurvedShape::Cap(
+                    DiskPlane {
+                        center,
+                        normal_tip,
+                        normal_tail,
+                        radius,
+                    },
+                    cone,
+                )
+            };
+            shapes.push(cap(base, base_radius, base, apex));
+            shapes.push(cap(apex, apex_radius, apex, base));
+        }
+        let kind = if is_closed {
+            ElementKind::ClosedCone
+        } else {
+            ElementKind::OpenCone
+        };
+        self.add_curved(kind, shapes, opacity)
+    }
+
+    /// Adds a disk. A zero normal makes a surface that is never hit.
+    ///
+    /// # Errors
+    /// A number is not finite or too large, or the radius is negative.
+    pub fn add_disk(&mut self, disk: Disk, opacity: Opacity) -> Result<ElementId, OccludersError> {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = disk;
+        let numbers = center.to_array().into_iter().chain(normal.to_array());
+        self.check_numbers(numbers.chain([radius]))?;
+        self.check_radius(radius)?;
+        let plane = DiskPlane {
+            center,
+            normal_tip: normal,
+            normal_tail: DVec3::ZERO,
+            radius,
+        };
+        let axis = plane.plane().dominant_axis().unwrap_or(NO_AXIS);
+        self.add_curved(
+            ElementKind::Disk,
+            vec![CurvedShape::Disk(plane, axis)],
+            opacity,
+        )
+    }
+
+    /// Finishes: curved surfaces get their ids behind those of the triangles.
+    pub fn build(self) -> Occluders {
+        let mut occluders = self.occluders;
+        let triangle_count = occluders.triangles.len() as u32;
+        for index in self.curved_elements {
+            let surfaces = &mut occluders.elements[index].surfaces;
+            *surfaces = surfaces.start + triangle_count..surfaces.end + triangle_count;
+        }
+        occluders
+    }
+
+    fn add_curved(
+        &mut self,
+        kind: ElementKind,
+        shapes: Vec<CurvedShape>,
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
+        self.check_room(shapes.len())?;
+        let element = self.occluders.elements.len();
+        let first = self.occluders.curved.len() as u32;
+        let next_solid = self.solid_of.len() as u32;
+        let solid = *self
+            .solid_of
+            .entry(solid_key(&shapes[0]))
+            .or_insert(next_solid);
+        let is_opaque = opacity == Opacity::Opaque;
+        if solid == next_solid {
+            self.occluders.is_solid_opaque.push(is_opaque);
+        } else {
+            self.occluders.is_solid_opaque[solid as usize] |= is_opaque;
+        }
+        for shape in shapes {
+            let curved = Curved {
+                shape,
+                element: element as u32,
+                solid,
+                is_opaque,
+            };
+            self.occluders.curved.push(curved);
+        }
+        let end = self.occluders.curved.len() as u32;
+        self.occluders.elements.push(Element {
+            kind,
+            surfaces: first..end,
+            opacity,
+        });
+        self.curved_elements.push(element);
+        Ok(ElementId(element as u32))
+    }
+
+    fn vertex(&mut self, position: DVec3) -> u32 {
+        // Adding zero makes -0 equal to 0.
+        let key = (position + DVec3::ZERO).to_array().map(f64::to_bits);
+        let next = self.occluders.positions.len() as u32;
+        *self.vertex_of.entry(key).or_insert_with(|| {
+            self.occluders.positions.push(position);
+            next
+        })
+    }
+
+    fn check_numbers(&self, numbers: impl IntoIterator<Item = f64>) -> Result<(), OccludersError> {
+        let is_bad = |value: &f64| !value.is_finite() || value.abs() > LARGEST;
+        match numbers.into_iter().find(is_bad) {
+            None => Ok(()),
+            Some(value) => Err(OccludersError::BadNumber {
+                element: self.next_element(),
+                value,
+            }),
+        }
+    }
+
+    fn check_radius(&self, value: f64) -> Result<(), OccludersError> {
+        if value < 0.0 {
+            return Err(OccludersError::NegativeRadius {
+                element: self.next_element(),
+                value,
+            });
+        }
+        Ok(())
+    }
+
+    fn check_room(&self, added: usize) -> Result<(), OccludersError> {
+        // An outline of n vertices makes fewer than n triangles, with crossings at most n^2 more.
+        let taken = self
+            .occluders
+            .surface_count()
+            .max(self.occluders.positions.len());
+        if taken.saturating_add(added.saturating_mul(4)) >= u32::MAX as usize / 2 {
+            return Err(OccludersError::TooMany {
+                element: self.next_element(),
+            });
+        }
+        Ok(())
+    }
+
+    fn next_element(&self) -> usize {
+        self.occluders.elements.len()
+    }
+}
+
+/// Equal for shapes with the same numbers; open and closed cones differ.
+fn solid_key(shape: &CurvedShape) -> Vec<u64> {
+    let mut key = Vec::new();
+    let mut add = |kind: u64, numbers: &[f64]| {
+        key.push(kind);
+        key.extend(numbers.iter().map(|number| (number + 0.0).to_bits()));
+    };
+    match shape {
+        CurvedShape::Sphere(Sphere { center: c, radius }) => add(0, &[c.x, c.y, c.z, *radius]),
+        CurvedShape::Tube(Cone {
+            base: b,
+            base_radius,
+            apex: a,
+            apex_radius,
+            is_closed,
+        }) => {
+            let numbers = [b.x, b.y, b.z, *base_radius, a.x, a.y, a.z, *apex_radius];
+            add(1 + u64::from(*is_closed), &numbers);
+        }
+        CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => {
+            let (c, n) = (disk.center, disk.normal());
+            add(3, &[c.x, c.y, c.z, n.x, n.y, n.z, disk.radius]);
+        }
+    }
+    key
+}

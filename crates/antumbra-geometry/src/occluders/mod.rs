@@ -1,0 +1,284 @@
+//! All surfaces of a scene, as the accelerator sees them.
+//!
+//! In: faces and analytic shapes, one *element* each (the paper's "objects"). Out: numbered
+//! *surfaces* that rays and queries name: the triangles of the faces first, then spheres, tubes
+//! and disks. Invariant: vertices with equal positions have one index; numbers are finite and at
+//! most 2^100 in magnitude; elements keep the order in which they were added.
+
+mod build;
+mod query;
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::intersect::{
+    DiskPlane, box_meets_cone, box_meets_disk, box_meets_sphere, box_meets_triangle,
+};
+use crate::{Bounds, Cone, Sphere};
+
+pub use build::{OccludersBuilder, OccludersError};
+
+/// Names one surface: a triangle of a face, a sphere, a tube (cone wall) or a disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SurfaceId(pub u32);
+
+/// Names one element: a face, a sphere, a cone or a disk. Numbered in the order of adding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ElementId(pub u32);
+
+/// Whether a surface stops light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opacity {
+    /// Blocks shadow rays.
+    Opaque,
+    /// Receives shadows and blocks none.
+    Transparent,
+}
+
+/// What an element is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ElementKind {
+    /// A polygon, cut into triangles.
+    Face,
+    /// A sphere.
+    Sphere,
+    /// An open cone or cylinder.
+    OpenCone,
+    /// A cone or cylinder with caps: its wall, the base cap and the apex cap, in this order.
+    ClosedCone,
+    /// A disk.
+    Disk,
+}
+
+/// One object of the scene in the paper's sense.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// What it is.
+    pub kind: ElementKind,
+    /// Its surfaces, a run of ids.
+    pub surfaces: Range<u32>,
+    /// Whether it stops light.
+    pub opacity: Opacity,
+}
+
+/// A triangle of a face.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    /// Indices of the positions.
+    vertices: [u32; 3],
+    /// Indices into the face's outline; [`NO_CORNER`] for points that are not of the outline.
+    corners: [u32; 3],
+    element: u32,
+    /// Axis of the largest normal component; [`NO_AXIS`] if the area is zero.
+    axis: u8,
+    is_opaque: bool,
+}
+
+const NO_CORNER: u32 = u32::MAX;
+const NO_AXIS: u8 = 3;
+
+/// A surface that is no triangle.
+#[derive(Clone, Copy, Debug)]
+struct Curved {
+    shape: CurvedShape,
+    element: u32,
+    /// Surfaces with equal numbers here share an own rule: the parts of a closed cone, and shapes
+    /// with the same numbers.
+    solid: u32,
+    is_opaque: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum CurvedShape {
+    Sphere(Sphere),
+    /// The wall of a cone, open or closed.
+    Tube(Cone),
+    /// A cap of a closed cone.
+    Cap(DiskPlane, Cone),
+    /// A disk by itself, with the axis of its largest normal component.
+    Disk(DiskPlane, u8),
+}
+
+/// All surfaces of a static scene.
+#[derive(Debug, Default)]
+pub struct Occluders {
+    positions: Vec<DVec3>,
+    triangles: Vec<Triangle>,
+    curved: Vec<Curved>,
+    /// For each `solid` number of `curved` whether any of its surfaces is opaque.
+    is_solid_opaque: Vec<bool>,
+    elements: Vec<Element>,
+}
+
+impl Occluders {
+    /// Starts a collection.
+    pub fn builder() -> OccludersBuilder {
+        OccludersBuilder::default()
+    }
+
+    /// Returns how many surfaces there are.
+    pub fn surface_count(&self) -> usize {
+        self.triangles.len() + self.curved.len()
+    }
+
+    /// Returns how many of the surfaces are triangles; their ids come first.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Returns all surfaces' ids.
+    pub fn surfaces(&self) -> impl Iterator<Item = SurfaceId> + use<> {
+        (0..self.surface_count() as u32).map(SurfaceId)
+    }
+
+    /// Returns all elements in the order of adding.
+    pub fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    /// Returns the element a surface belongs to.
+    pub fn element_of(&self, surface: SurfaceId) -> ElementId {
+        ElementId(match self.surface(surface) {
+            Surface::Triangle(triangle) => triangle.element,
+            Surface::Curved(curved) => curved.element,
+        })
+    }
+
+    /// Returns whether a surface blocks shadow rays.
+    pub fn is_opaque(&self, surface: SurfaceId) -> bool {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => triangle.is_opaque,
+            Surface::Curved(curved) => curved.is_opaque,
+        }
+    }
+
+    /// Returns the three corners of a triangle as indices into the outline given to `add_face`, or
+    /// `None` if the surface is no triangle or a corner is a crossing point of the outline.
+    pub fn corners(&self, surface: SurfaceId) -> Option<[u32; 3]> {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                (!triangle.corners.contains(&NO_CORNER)).then_some(triangle.corners)
+            }
+            Surface::Curved(_) => None,
+        }
+    }
+
+    /// Returns the positions of a triangle's vertices in order, `None` for other surfaces.
+    pub fn triangle_positions(&self, surface: SurfaceId) -> Option<[DVec3; 3]> {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => Some(self.positions_of(triangle)),
+            Surface::Curved(_) => None,
+        }
+    }
+
+    /// Returns the unit normal of a surface at a point on it: by the winding for triangles,
+    /// outwards for curved shapes, as given for disks (outwards for caps). Zero where there is none.
+    pub fn normal_at(&self, surface: SurfaceId, point_in_world: DVec3) -> DVec3 {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                let [a, b, c] = self.positions_of(triangle);
+                (b - a).cross(c - a).normalize_or_zero()
+            }
+            Surface::Curved(curved) => match curved.shape {
+                CurvedShape::Sphere(sphere) => (point_in_world - sphere.center).normalize_or_zero(),
+                CurvedShape::Tube(cone) => tube_normal(&cone, point_in_world),
+                CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => {
+                    disk.normal().normalize_or_zero()
+                }
+            },
+        }
+    }
+
+    /// Returns the box around everything; empty if there is nothing.
+    pub fn bounds(&self) -> Bounds {
+        let all = self.surfaces().map(|surface| self.surface_bounds(surface));
+        all.fold(Bounds::EMPTY, Bounds::union)
+    }
+
+    /// Returns the box around a surface, up to rounding.
+    pub fn surface_bounds(&self, surface: SurfaceId) -> Bounds {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => Bounds::of_points(self.positions_of(triangle)),
+            Surface::Curved(curved) => curved.shape.bounds(),
+        }
+    }
+
+    /// Returns whether a surface may meet the closed box: never `false` if it does, up to rounding
+    /// that the caller covers by inflating the box. Degenerate surfaces meet nothing.
+    pub fn may_meet_box(&self, surface: SurfaceId, bounds: &Bounds) -> bool {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                triangle.axis != NO_AXIS && box_meets_triangle(bounds, self.positions_of(triangle))
+            }
+            Surface::Curved(curved) => match &curved.shape {
+                CurvedShape::Sphere(sphere) => box_meets_sphere(bounds, sphere),
+                CurvedShape::Tube(cone) => box_meets_cone(
+                    bounds,
+                    &Cone {
+                        is_closed: false,
+                        ..*cone
+                    },
+                ),
+                CurvedShape::Cap(disk, _) => box_meets_disk(bounds, disk),
+                CurvedShape::Disk(disk, axis) => *axis != NO_AXIS && box_meets_disk(bounds, disk),
+            },
+        }
+    }
+
+    /// Returns the bytes the surfaces take.
+    pub fn memory_bytes(&self) -> u64 {
+        fn bytes<T>(items: &Vec<T>) -> u64 {
+            (items.capacity() * size_of::<T>()) as u64
+        }
+        bytes(&self.positions)
+            + bytes(&self.triangles)
+            + bytes(&self.curved)
+            + bytes(&self.elements)
+    }
+
+    fn surface(&self, surface: SurfaceId) -> Surface<'_> {
+        let index = surface.0 as usize;
+        match self.triangles.get(index) {
+            Some(triangle) => Surface::Triangle(triangle),
+            None => Surface::Curved(&self.curved[index - self.triangles.len()]),
+        }
+    }
+
+    fn positions_of(&self, triangle: &Triangle) -> [DVec3; 3] {
+        triangle
+            .vertices
+            .map(|vertex| self.positions[vertex as usize])
+    }
+}
+
+enum Surface<'a> {
+    Triangle(&'a Triangle),
+    Curved(&'a Curved),
+}
+
+impl CurvedShape {
+    fn bounds(&self) -> Bounds {
+        use crate::intersect::{cone_bounds, disk_bounds};
+        match self {
+            Self::Sphere(sphere) => Bounds {
+                min: sphere.center - sphere.radius,
+                max: sphere.center + sphere.radius,
+            },
+            Self::Tube(cone) => cone_bounds(cone),
+            Self::Cap(disk, _) | Self::Disk(disk, _) => {
+                disk_bounds(disk.center, disk.normal(), disk.radius)
+            }
+        }
+    }
+}
+
+/// The normal of a cone's wall is not radial: it tilts with the slope of the wall.
+fn tube_normal(cone: &Cone, point: DVec3) -> DVec3 {
+    let axis = cone.apex - cone.base;
+    let length_squared = axis.length_squared();
+    let from_base = point - cone.base;
+    let across = from_base - axis * (from_base.dot(axis) / length_squared);
+    let slope = (cone.base_radius - cone.apex_radius) / length_squared;
+    (across.normalize_or_zero() + axis * slope).normalize_or_zero()
+}

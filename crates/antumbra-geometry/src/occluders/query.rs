@@ -1,0 +1,299 @@
+//! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
+
+use super::{Curved, CurvedShape, ElementKind, NO_AXIS, Occluders, Surface, SurfaceId};
+use crate::intersect::{
+    cone_distance, cone_is_outside, disk_blocks, disk_distance, own_sphere_blocks, own_tube_blocks,
+    plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks, triangle_distance,
+    triangle_overlaps_from_light, tube_blocks, tube_side,
+};
+use crate::number::Sign;
+use crate::segment::{Plane, Segment, StartPlane};
+use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
+use crate::{Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
+
+impl Occluders {
+    /// Prepares the segment from a start to a light.
+    pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
+        let plane = start.surface.and_then(|surface| self.start_plane(surface));
+        Segment::new(*start, light, plane)
+    }
+
+    /// Prepares a ray as a segment towards a direction.
+    pub fn ray_segment(&self, ray: &Ray) -> Segment {
+        let start = Start {
+            point: ray.origin,
+            surface: ray.leaves,
+        };
+        self.segment(&start, &LightShape::Direction(ray.direction))
+    }
+
+    /// Returns whether an opaque surface blocks the segment (EXACTNESS.md, "Which surfaces block").
+    pub fn blocks(&self, surface: SurfaceId, segment: &Segment) -> bool {
+        self.is_opaque(surface) && self.crosses(surface, segment)
+    }
+
+    /// Returns whether the surface's own rule blocks the segment; always decided by the start's
+    /// surface alone (and its twins), so queries ask it first.
+    pub fn own_rule_blocks(&self, segment: &Segment) -> bool {
+        let Some(own) = segment.start().surface else {
+            return false;
+        };
+        match self.surface(own) {
+            Surface::Triangle(_) => false,
+            Surface::Curved(curved) => {
+                self.is_solid_opaque[curved.solid as usize] && own_rule(curved, segment)
+            }
+        }
+    }
+
+    /// Returns whether a surface, opaque or not, is crossed by the segment by the same rule.
+    pub fn crosses(&self, surface: SurfaceId, segment: &Segment) -> bool {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                let own = segment.start().surface;
+                if own == Some(surface) || triangle.axis == NO_AXIS {
+                    return false;
+                }
+                let corners = self.positions_of(triangle);
+                triangle_blocks(corners, segment)
+                    && own
+                        .and_then(|own| self.triangle_positions(own))
+                        .is_none_or(|own| triangle_overlaps_from_light(own, corners, segment))
+            }
+            Surface::Curved(curved) => self.curved_crosses(surface, curved, segment),
+        }
+    }
+
+    fn curved_crosses(&self, surface: SurfaceId, curved: &Curved, segment: &Segment) -> bool {
+        if let Some(own) = segment.start().surface {
+            if own == surface && matches!(curved.shape, CurvedShape::Disk(..)) {
+                return false;
+            }
+            if let Surface::Curved(own) = self.surface(own)
+                && own.solid == curved.solid
+            {
+                return own_rule(own, segment);
+            }
+        }
+        match &curved.shape {
+            CurvedShape::Sphere(sphere) => sphere.radius > 0.0 && sphere_blocks(sphere, segment),
+            CurvedShape::Tube(cone) => is_solid(cone) && tube_blocks(cone, segment),
+            CurvedShape::Cap(disk, cone) => is_solid(cone) && disk_blocks(disk, segment),
+            CurvedShape::Disk(disk, axis) => *axis != NO_AXIS && disk_blocks(disk, segment),
+        }
+    }
+
+    /// Returns where a crossing that [`Occluders::crosses`] found is.
+    pub fn hit(&self, surface: SurfaceId, segment: &Segment) -> Hit {
+        let along = |distance: f64| segment.origin() + segment.direction() * distance;
+        let is_own_solid = |curved: &Curved| {
+            segment
+                .start()
+                .surface
+                .is_some_and(|own| match self.surface(own) {
+                    Surface::Curved(own) => own.solid == curved.solid,
+                    Surface::Triangle(_) => false,
+                })
+        };
+        let (distance, point, barycentric) = match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                let corners = self.positions_of(triangle);
+                let (distance, weights) = triangle_distance(corners, segment);
+                let [a, b, c] = corners;
+                let point = a + (b - a) * weights[0] + (c - a) * weights[1];
+                (distance, point, weights)
+            }
+            Surface::Curved(curved) => {
+                let is_own = is_own_solid(curved);
+                let (distance, point) = match &curved.shape {
+                    CurvedShape::Sphere(sphere) => {
+                        let distance = sphere_distance(sphere, segment, is_own);
+                        // Back onto the sphere: nearer to it than the ray's rounding.
+                        let radial = (along(distance) - sphere.center).normalize_or_zero();
+                        (distance, sphere.center + radial * sphere.radius)
+                    }
+                    CurvedShape::Tube(cone) => {
+                        let distance = cone_distance(cone, segment, is_own);
+                        (distance, along(distance))
+                    }
+                    CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => {
+                        let distance = disk_distance(disk, segment);
+                        (distance, along(distance))
+                    }
+                };
+                (distance, point, [0.0; 2])
+            }
+        };
+        Hit {
+            distance,
+            surface,
+            point,
+            barycentric,
+        }
+    }
+
+    /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of
+    /// the light"): 1 on the side of the normal, -1 behind, 0 in the tangent plane and for free
+    /// starts.
+    pub fn light_side(&self, start: &Start, light: &LightShape) -> i8 {
+        let Some(surface) = start.surface else {
+            return 0;
+        };
+        let sign = match self.surface(surface) {
+            Surface::Triangle(triangle) => plane_side(
+                &Plane::Points(self.positions_of(triangle)),
+                light.homogeneous(),
+            ),
+            Surface::Curved(curved) => side(curved, &self.segment(start, light)),
+        };
+        sign.to_i8()
+    }
+
+    /// Prepares an element's umbra behind a light.
+    pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
+        let record = &self.elements[element.0 as usize];
+        let is_self_clear = record.kind != ElementKind::OpenCone;
+        let nothing = Umbra {
+            shape: UmbraShape::Nothing,
+            is_self_clear: true,
+        };
+        if record.opacity == Opacity::Transparent {
+            return nothing;
+        }
+        if record.kind == ElementKind::Face {
+            return self.face_umbra(element, light).unwrap_or(nothing);
+        }
+        let first = SurfaceId(record.surfaces.start);
+        let Surface::Curved(curved) = self.surface(first) else {
+            return nothing;
+        };
+        let shape = match curved.shape {
+            CurvedShape::Sphere(sphere) if sphere.radius > 0.0 => {
+                UmbraShape::Sphere(SphereUmbra::new(sphere, light))
+            }
+            CurvedShape::Tube(cone) if is_solid(&cone) => {
+                UmbraShape::Cone(ConeUmbra::new(cone, light))
+            }
+            CurvedShape::Disk(disk, axis) if axis != NO_AXIS => {
+                DiskUmbra::new(disk, light).map_or(UmbraShape::Nothing, UmbraShape::Disk)
+            }
+            _ => UmbraShape::Nothing,
+        };
+        Umbra {
+            shape,
+            is_self_clear,
+        }
+    }
+
+    /// Returns `None` for a face that blocks nothing.
+    fn face_umbra(&self, element: ElementId, light: &LightShape) -> Option<Umbra> {
+        let surfaces = self.elements[element.0 as usize].surfaces.clone();
+        let mut triangles = Vec::with_capacity(surfaces.len());
+        let mut sides = [0usize; 3];
+        for surface in surfaces {
+            let triangle = &self.triangles[surface as usize];
+            if triangle.axis == NO_AXIS {
+                continue;
+            }
+            let corners = self.positions_of(triangle);
+            let side = plane_side(&Plane::Points(corners), light.homogeneous());
+            sides[(side.to_i8() + 1) as usize] += 1;
+            triangles.push((triangle.vertices, corners));
+        }
+        if triangles.is_empty() || sides[1] == triangles.len() {
+            return None;
+        }
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&(_, corners)| corners).collect();
+        let is_one_sided = sides[1] == 0 && (sides[0] == 0 || sides[2] == 0);
+        let boundary = boundary_edges(&triangles);
+        let shape = FaceUmbra::new(corners.clone(), &boundary, is_one_sided, light);
+        let is_self_clear =
+            triangles.len() == 1 || (is_one_sided && !overlaps_itself(&corners, light));
+        Some(Umbra {
+            shape: UmbraShape::Face(shape),
+            is_self_clear,
+        })
+    }
+
+    fn start_plane(&self, surface: SurfaceId) -> Option<StartPlane> {
+        let (plane, axis) = match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                (Plane::Points(self.positions_of(triangle)), triangle.axis)
+            }
+            Surface::Curved(curved) => match &curved.shape {
+                CurvedShape::Disk(disk, axis) => (disk.plane(), *axis),
+                CurvedShape::Cap(disk, _) => {
+                    let plane = disk.plane();
+                    (plane, plane.dominant_axis().unwrap_or(NO_AXIS))
+                }
+                CurvedShape::Sphere(_) | CurvedShape::Tube(_) => return None,
+            },
+        };
+        (axis != NO_AXIS).then_some(StartPlane { plane, axis })
+    }
+}
+
+/// A cone between two different points with some radius.
+fn is_solid(cone: &Cone) -> bool {
+    cone.base != cone.apex && (cone.base_radius > 0.0 || cone.apex_radius > 0.0)
+}
+
+/// Returns the side of the light at a start on a curved surface or disk.
+fn side(own: &Curved, segment: &Segment) -> Sign {
+    match &own.shape {
+        CurvedShape::Sphere(sphere) => sphere_side(sphere, segment),
+        CurvedShape::Tube(cone) => tube_side(cone, segment),
+        CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => {
+            plane_side(&disk.plane(), segment.light)
+        }
+    }
+}
+
+/// The own rules of EXACTNESS.md: whether the solid of the start's own surface blocks.
+fn own_rule(own: &Curved, segment: &Segment) -> bool {
+    match &own.shape {
+        CurvedShape::Disk(..) => false,
+        CurvedShape::Sphere(sphere) => sphere.radius > 0.0 && own_sphere_blocks(sphere, segment),
+        CurvedShape::Tube(cone) if !cone.is_closed => {
+            is_solid(cone) && own_tube_blocks(cone, segment)
+        }
+        CurvedShape::Tube(cone) | CurvedShape::Cap(_, cone) => {
+            is_solid(cone) && side(own, segment).is_negative() && cone_is_outside(cone, segment)
+        }
+    }
+}
+
+/// Returns the edges that belong to one triangle only, in the order of the triangles.
+fn boundary_edges(triangles: &[([u32; 3], [DVec3; 3])]) -> Vec<[DVec3; 2]> {
+    let edges = || {
+        triangles.iter().flat_map(|(vertices, corners)| {
+            (0..3).map(move |i| {
+                let j = (i + 1) % 3;
+                let key = (vertices[i].min(vertices[j]), vertices[i].max(vertices[j]));
+                (key, [corners[i], corners[j]])
+            })
+        })
+    };
+    let mut count = std::collections::HashMap::new();
+    for (key, _) in edges() {
+        *count.entry(key).or_insert(0usize) += 1;
+    }
+    edges()
+        .filter(|(key, _)| count[key] == 1)
+        .map(|(_, ends)| ends)
+        .collect()
+}
+
+/// Returns whether two of a face's triangles may overlap seen from the light while not in one
+/// plane, so that one could shadow the other.
+fn overlaps_itself(triangles: &[[DVec3; 3]], light: &LightShape) -> bool {
+    let plane = Plane::Points(triangles[0]);
+    let is_flat = triangles
+        .iter()
+        .flatten()
+        .all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero);
+    let overlap = |i: usize, j: usize| {
+        crate::intersect::triangles_overlap_from(light, triangles[i], triangles[j])
+    };
+    !is_flat && (0..triangles.len()).any(|i| (0..i).any(|j| overlap(i, j)))
+}

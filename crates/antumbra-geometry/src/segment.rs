@@ -1,0 +1,223 @@
+//! A shadow query's segment, from its start to its light, in both arithmetics.
+//!
+//! In: a [`Start`] and a light. Out: [`Segment`], which every predicate takes. Invariant: the exact
+//! start is the one EXACTNESS.md defines ("The start"); the approximate one lies within its error.
+
+use glam::DVec3;
+
+use crate::number::{Approximate, Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
+use crate::{LightShape, Start};
+
+/// The open segment of a shadow query, or a ray towards a direction.
+#[derive(Clone, Debug)]
+pub struct Segment {
+    pub(crate) start: Start,
+    pub(crate) light: (DVec3, f64),
+    plane: Option<StartPlane>,
+    /// The start in `f64`.
+    pub(crate) origin: DVec3,
+    /// Largest error of a coordinate of `origin`.
+    pub(crate) origin_error: f64,
+}
+
+/// The plane that a start on a planar surface is moved onto.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StartPlane {
+    pub(crate) plane: Plane,
+    /// The axis along which the point moves: that of the largest normal component.
+    pub(crate) axis: u8,
+}
+
+/// A plane as given: its exact normal may need more digits than `f64` has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Plane {
+    /// Through three points; normal `(b - a) x (c - a)`.
+    Points([DVec3; 3]),
+    /// Through the first point; normal `tip - tail`.
+    Normal {
+        point: DVec3,
+        tip: DVec3,
+        tail: DVec3,
+    },
+}
+
+impl Plane {
+    pub(crate) fn point(&self) -> DVec3 {
+        match *self {
+            Self::Points([a, _, _]) => a,
+            Self::Normal { point, .. } => point,
+        }
+    }
+
+    pub(crate) fn normal<N: Number>(&self) -> Vector<N> {
+        match *self {
+            Self::Points([a, b, c]) => {
+                let origin = Vector::from_f64(a);
+                let ab = Vector::from_f64(b).minus(&origin);
+                ab.cross(&Vector::from_f64(c).minus(&origin))
+            }
+            Self::Normal { tip, tail, .. } => Vector::from_f64(tip).minus(&Vector::from_f64(tail)),
+        }
+    }
+
+    /// Returns the height of `point` over the plane, times the normal's length and `point.w`.
+    pub(crate) fn height<N: Number>(&self, point: &Point4<N>) -> N {
+        self.normal()
+            .dot(&point.seen_from(&Vector::from_f64(self.point())))
+    }
+
+    /// Returns the axis of the normal's largest component, the lowest on ties, or `None` if the
+    /// normal is zero.
+    pub(crate) fn dominant_axis(&self) -> Option<u8> {
+        crate::number::decide(axis_of(&self.normal::<Approximate>()), || {
+            axis_of(&self.normal::<Exact>())
+        })
+    }
+}
+
+/// The outer `None` means undecided, the inner a zero normal.
+fn axis_of<N: Number>(normal: &Vector<N>) -> Option<Option<u8>> {
+    let magnitude = |i: usize| -> Option<N> {
+        Some(match normal.0[i].sign()? {
+            Sign::Negative => normal.0[i].negated(),
+            _ => normal.0[i].clone(),
+        })
+    };
+    let mut best = 0;
+    let mut largest = magnitude(0)?;
+    for axis in 1..3 {
+        let candidate = magnitude(axis)?;
+        if candidate.minus(&largest).sign()?.is_positive() {
+            best = axis as u8;
+            largest = candidate;
+        }
+    }
+    Some(if largest.sign()? == Sign::Zero {
+        None
+    } else {
+        Some(best)
+    })
+}
+
+impl Segment {
+    /// Prepares a segment; `plane` is that of a planar start surface.
+    pub(crate) fn new(start: Start, light: &LightShape, plane: Option<StartPlane>) -> Self {
+        let (origin, origin_error) = match &plane {
+            None => (start.point, 0.0),
+            Some(plane) => plane.approximate_start(start.point),
+        };
+        Self {
+            start,
+            light: light.homogeneous(),
+            plane,
+            origin,
+            origin_error,
+        }
+    }
+
+    /// Returns the start rounded to `f64`, moved onto its surface's plane if it has one.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Returns a bound on the error of [`Segment::origin`], per coordinate.
+    pub fn origin_error(&self) -> f64 {
+        self.origin_error
+    }
+
+    /// Returns the vector from the start to the light, or towards a light at infinity.
+    pub fn direction(&self) -> DVec3 {
+        if self.light.1 == 0.0 {
+            self.light.0
+        } else {
+            self.light.0 - self.origin
+        }
+    }
+
+    /// Returns whether the light is a point, so that the segment ends at parameter 1 of
+    /// [`Segment::direction`].
+    pub fn is_finite(&self) -> bool {
+        self.light.1 != 0.0
+    }
+
+    /// Returns what the query starts from.
+    pub fn start(&self) -> &Start {
+        &self.start
+    }
+
+    pub(crate) fn approximate(&self) -> Ends<Approximate> {
+        let coordinate = |x: f64| Approximate::new(x, self.origin_error);
+        let x = Vector([self.origin.x, self.origin.y, self.origin.z].map(coordinate));
+        Ends {
+            start: Point4 {
+                x,
+                w: Approximate::from_f64(1.0),
+            },
+            light: Point4::from_f64(self.light),
+        }
+    }
+
+    pub(crate) fn exact(&self) -> Ends<Exact> {
+        let point = Point4::from_f64((self.start.point, 1.0));
+        let start = match &self.plane {
+            None => point,
+            Some(plane) => plane.exact_start(point),
+        };
+        Ends {
+            start,
+            light: Point4::from_f64(self.light),
+        }
+    }
+}
+
+/// The two ends of a segment in one arithmetic.
+#[derive(Clone, Debug)]
+pub(crate) struct Ends<N> {
+    pub(crate) start: Point4<N>,
+    pub(crate) light: Point4<N>,
+}
+
+impl StartPlane {
+    /// Moves `point` along the dominant axis onto the plane, times the normal's component there.
+    fn exact_start(&self, point: Point4<Exact>) -> Point4<Exact> {
+        let axis = usize::from(self.axis);
+        let normal = self.plane.normal::<Exact>();
+        let height = normal.dot(&point.seen_from(&Vector::from_f64(self.plane.point())));
+        let mut moved = Point4 {
+            x: point.x.scaled(&normal.0[axis]),
+            w: normal.0[axis].clone(),
+        };
+        moved.x.0[axis] = moved.x.0[axis].minus(&height);
+        if moved.w.sign().is_some_and(Sign::is_negative) {
+            moved = Point4 {
+                x: moved.x.negated(),
+                w: moved.w.negated(),
+            };
+        }
+        moved
+    }
+
+    /// The same, divided out and rounded, with a bound on the error.
+    fn approximate_start(&self, point: DVec3) -> (DVec3, f64) {
+        let axis = usize::from(self.axis);
+        let normal = self.plane.normal::<Approximate>();
+        let from_plane = Vector::from_f64(point).minus(&Vector::from_f64(self.plane.point()));
+        let height = normal.dot(&from_plane);
+        if height.value() == 0.0 && height.error() == 0.0 {
+            return (point, 0.0);
+        }
+        let slope = &normal.0[axis];
+        let slope_at_least = slope.value().abs() - slope.error();
+        if slope_at_least.is_nan() || slope_at_least <= 0.0 {
+            return (point, f64::INFINITY);
+        }
+        // height / slope, with the errors of both carried through the quotient.
+        let shift = height.value() / slope.value();
+        let shift_error = (height.error() + shift.abs() * slope.error()) / slope_at_least
+            + shift.abs() * f64::EPSILON;
+        let mut moved = point;
+        moved[axis] -= shift;
+        let rounding = moved[axis].abs() * UNIT_ROUNDOFF;
+        (moved, (shift_error + rounding) * (1.0 + 8.0 * f64::EPSILON))
+    }
+}
