@@ -1,3 +1,20 @@
-//! Scenes: the model, the readers, the generators.
+//! Scenes: the model, the readers, the writer, the generators.
+//!
+//! In: scene files (NFF, OBJ with MTL) or a generator's name and size. Out: a
+//! [`model::Scene`], plain validated data, with [`Warning`]s for whatever a file says that is
+//! not used, or a [`ReadError`] that names file, line, what was expected and what to do.
+//! Invariant: nothing a file can contain makes a reader panic, hang, or take memory beyond a
+//! small multiple of the file. Absent here: grids, occlusion, pictures.
 
+mod bounds;
+pub mod defaults;
+mod error;
+pub mod generate;
 pub mod model;
+pub mod read;
+mod warning;
+pub mod write;
+
+pub use error::{Place, ReadError, ReadErrorKind};
+pub use read::{Loaded, ReadOptions, UpAxis, read_file};
+pub use warning::Warning;

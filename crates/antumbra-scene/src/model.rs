@@ -10,7 +10,7 @@ use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
 pub type Color = DVec3;
 
 /// Everything a file says about one picture.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Surfaces' looks; objects name them by index.
     pub materials: Vec<Material>,
@@ -26,6 +26,25 @@ pub struct Scene {
     pub ambient: Color,
     /// Which normal decides whether a surface faces a light.
     pub facing: Facing,
+    /// Which way is up, world space, any length but zero: for a camera or a sun that the file
+    /// does not give.
+    pub up: DVec3,
+}
+
+impl Default for Scene {
+    /// An empty scene, black, with +z up.
+    fn default() -> Self {
+        Self {
+            materials: Vec::new(),
+            objects: Vec::new(),
+            lights: Vec::new(),
+            camera: None,
+            background: Color::ZERO,
+            ambient: Color::ZERO,
+            facing: Facing::default(),
+            up: DVec3::Z,
+        }
+    }
 }
 
 /// Which side of a surface counts as lit.
@@ -39,7 +58,7 @@ pub enum Facing {
 }
 
 /// One thing of the scene, as its file counts things.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Object {
     /// A name for messages; may be empty.
     pub name: String,
@@ -50,7 +69,7 @@ pub struct Object {
 }
 
 /// The shape of an object, world space.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A planar polygon, convex or concave, without holes.
     Polygon(Polygon),
@@ -65,7 +84,7 @@ pub enum Shape {
 }
 
 /// A polygon with at least three vertices, counter-clockwise seen from its front.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     /// Vertices in order, world space.
     pub vertices: Vec<DVec3>,
@@ -74,7 +93,7 @@ pub struct Polygon {
 }
 
 /// Polygonal faces over shared positions.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions, world space.
     pub positions: Vec<DVec3>,

@@ -1,0 +1,210 @@
+//! What to take where a file is silent: a camera, a sun, the strength of NFF's lights.
+//!
+//! In: the box of the scene and which way is up. Out: cameras and lights, world space. Invariant:
+//! the same bits on every platform (sines and cosines are `libm`'s).
+//!
+//! Directions of the compass: with +z up, north is +y and east is +x. For any other up vector
+//! that frame is turned the shortest way that takes +z to it; so with +y up, north is -z and
+//! east is +x, as in glTF. With -z up, north is -y.
+
+use antumbra_geometry::{Bounds, DVec3};
+
+use crate::model::{Camera, Color, Light, LightKind, Material};
+
+/// The ambient light for formats that know none (OBJ): enough to tell shapes in shadow.
+pub const AMBIENT: Color = Color::splat(0.2);
+
+/// Returns SPD's suggestion for the intensity of each of `light_count` NFF lights without a
+/// colour, and of the ambient term: `sqrt(n) / (2 n)`; without any light, as for one.
+pub fn nff_intensity(light_count: usize) -> f64 {
+    let n = light_count.max(1) as f64;
+    n.sqrt() / (2.0 * n)
+}
+
+/// Returns what the numbers after NFF's `f` mean: red, green, blue, Kd, Ks, shine, T and index of
+/// refraction, none negative. Ks is the weight of highlight and mirror, both white, as in SPD's
+/// test procedure; the index counts only where T does not vanish.
+pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
+    let [red, green, blue, kd, ks, shininess, transmittance, ior] = numbers;
+    Material {
+        name: String::new(),
+        diffuse: kd * Color::new(red, green, blue),
+        specular: Color::splat(ks),
+        shininess,
+        reflection: Color::splat(ks),
+        transmission: Color::splat(transmittance),
+        ior: if transmittance > 0.0 && ior > 0.0 { ior } else { 1.0 },
+        emission: Color::ZERO,
+    }
+}
+
+/// Returns a camera that sees the whole box from the south-south-east, 25 degrees above it: a
+/// three-quarter view. Full vertical field of view 40 degrees; the box fits a square picture
+/// and any wider one. An empty box, or one that is a point, gets a view of its surroundings.
+///
+/// `up` is any vector but zero, world space.
+pub fn frame_camera(bounds: &Bounds, up: DVec3) -> Camera {
+    const VERTICAL_FOV_DEGREES: f64 = 40.0;
+    const MARGIN: f64 = 1.05;
+    let up = unit(up);
+    let towards_eye = compass(150.0, 25.0, up);
+    let right = unit(up.cross(towards_eye));
+    let above = towards_eye.cross(right);
+
+    let bounds = if bounds.is_empty() { Bounds::of_points([DVec3::ZERO]) } else { *bounds };
+    let at = bounds.center();
+    let (sine, cosine) = sin_cos_degrees(VERTICAL_FOV_DEGREES / 2.0);
+    // Each corner has to be as far in front of the eye as its height in the picture asks for.
+    let needed = bounds.corners().into_iter().map(|corner| {
+        let offset = corner - at;
+        let height = offset.dot(right).abs().max(offset.dot(above).abs());
+        offset.dot(towards_eye) + MARGIN * height * cosine / sine
+    });
+    let distance = needed.fold(0.0, f64::max);
+    // A point has no size to go by. Far from the origin the eye must still differ from `at`.
+    let smallest = if distance > 0.0 { 0.0 } else { 1.0 };
+    let distance = distance.max(smallest).max(1e-6 * bounds.largest_coordinate());
+    Camera {
+        eye: at + distance * towards_eye,
+        at,
+        up,
+        vertical_fov_degrees: VERTICAL_FOV_DEGREES,
+        resolution: None,
+    }
+}
+
+/// Returns a white sun in the south-west, 45 degrees high: to the left behind [`frame_camera`]'s
+/// eye, so that what is seen is mostly lit and shadows fall to the right.
+pub fn default_sun(up: DVec3) -> Light {
+    sun(225.0, 45.0, up)
+}
+
+/// Returns a white directional light of intensity 0.8.
+///
+/// `azimuth_degrees` is where the sun stands, clockwise from north as seen from above;
+/// `elevation_degrees` its height over the horizon; `up` any vector but zero, world space. The
+/// module header says which way is north.
+pub fn sun(azimuth_degrees: f64, elevation_degrees: f64, up: DVec3) -> Light {
+    Light {
+        name: "sun".into(),
+        kind: LightKind::Directional {
+            towards_light: compass(azimuth_degrees, elevation_degrees, unit(up)),
+        },
+        color: Color::splat(0.8),
+        falls_off: false,
+    }
+}
+
+/// Returns the unit vector towards a point of the sky. `up` is a unit vector.
+fn compass(azimuth_degrees: f64, elevation_degrees: f64, up: DVec3) -> DVec3 {
+    let (east, north) = east_and_north(up);
+    let (azimuth_sine, azimuth_cosine) = sin_cos_degrees(azimuth_degrees);
+    let (elevation_sine, elevation_cosine) = sin_cos_degrees(elevation_degrees);
+    let along_ground = azimuth_sine * east + azimuth_cosine * north;
+    elevation_cosine * along_ground + elevation_sine * up
+}
+
+/// Returns the images of +x and +y under the shortest rotation that takes +z to the unit vector
+/// `up` (Rodrigues' formula with axis `z x up`).
+fn east_and_north(up: DVec3) -> (DVec3, DVec3) {
+    let (a, b, c) = (up.x, up.y, up.z);
+    if 1.0 + c <= f64::EPSILON {
+        // Half a turn about +x.
+        return (DVec3::X, DVec3::NEG_Y);
+    }
+    let k = 1.0 / (1.0 + c);
+    (DVec3::new(1.0 - a * a * k, -a * b * k, -a), DVec3::new(-a * b * k, 1.0 - b * b * k, -b))
+}
+
+/// Returns sine and cosine of an angle in degrees; exact at multiples of 90 degrees, so that a
+/// sun due south stands in no neighbouring plane by a rounding error.
+fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let turned = degrees % 360.0;
+    let quarters = (turned / 90.0).round();
+    let rest = (turned - 90.0 * quarters).to_radians();
+    let (sine, cosine) = (libm::sin(rest), libm::cos(rest));
+    match (quarters as i64).rem_euclid(4) {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
+}
+
+/// Returns the vector at length one; scaled first, so that very long and very short ones work.
+fn unit(vector: DVec3) -> DVec3 {
+    let scaled = vector / vector.abs().max_element();
+    scaled / scaled.length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn towards(azimuth: f64, elevation: f64, up: DVec3) -> DVec3 {
+        match sun(azimuth, elevation, up).kind {
+            LightKind::Directional { towards_light } => towards_light,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_compass_is_as_documented() {
+        assert_eq!(towards(0.0, 0.0, DVec3::Z), DVec3::Y);
+        assert_eq!(towards(90.0, 0.0, DVec3::Z), DVec3::X);
+        assert_eq!(towards(180.0, 0.0, DVec3::Z), DVec3::NEG_Y);
+        assert_eq!(towards(-90.0, 0.0, DVec3::Z), DVec3::NEG_X);
+        assert_eq!(towards(0.0, 0.0, DVec3::Y), DVec3::NEG_Z);
+        assert_eq!(towards(90.0, 0.0, DVec3::Y), DVec3::X);
+        assert_eq!(towards(450.0, 0.0, 7.0 * DVec3::Y), DVec3::X);
+        assert_eq!(towards(0.0, 0.0, DVec3::NEG_Z), DVec3::NEG_Y);
+        for up in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Z] {
+            assert_eq!(towards(33.0, 90.0, up), up);
+        }
+        assert!((towards(0.0, 30.0, DVec3::Z).z - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_camera_sees_every_corner() {
+        for (min, max) in [
+            ([0.0; 3], [1.0; 3]),
+            ([-5.0, 0.0, 2.0], [5.0, 0.0, 2.5]),
+            ([1e20, 1e20, 1e20], [1e20, 1e20, 2e20]),
+            ([-1e-30; 3], [1e-30; 3]),
+        ] {
+            let bounds = Bounds { min: DVec3::from_array(min), max: DVec3::from_array(max) };
+            for up in [DVec3::Y, DVec3::Z, DVec3::new(-0.8, -0.8, 0.8)] {
+                let camera = frame_camera(&bounds, up);
+                let forward = unit(camera.at - camera.eye);
+                let right = unit(forward.cross(camera.up));
+                let above = right.cross(forward);
+                let half = (camera.vertical_fov_degrees / 2.0).to_radians().tan();
+                for corner in bounds.corners() {
+                    let offset = corner - camera.eye;
+                    let depth = offset.dot(forward);
+                    assert!(depth > 0.0);
+                    assert!(offset.dot(right).abs() <= half * depth);
+                    assert!(offset.dot(above).abs() <= half * depth);
+                }
+                assert!((camera.eye - camera.at).dot(up) > 0.0, "from above");
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_without_a_size_still_get_a_camera() {
+        let far = Bounds::of_points([DVec3::splat(1e25)]);
+        for bounds in [Bounds::EMPTY, Bounds::of_points([DVec3::ZERO]), far] {
+            let camera = frame_camera(&bounds, DVec3::Z);
+            assert!(camera.eye.is_finite() && camera.at.is_finite());
+            assert_ne!(camera.eye, camera.at);
+        }
+    }
+
+    #[test]
+    fn nff_lights_are_as_strong_as_spd_suggests() {
+        assert_eq!(nff_intensity(0), 0.5);
+        assert_eq!(nff_intensity(1), 0.5);
+        assert_eq!(nff_intensity(4), 0.25);
+    }
+}

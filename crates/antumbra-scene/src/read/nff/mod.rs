@@ -1,0 +1,543 @@
+//! NFF, the Neutral File Format of Eric Haines' Standard Procedural Databases (version 3.9).
+//!
+//! In: the text of a file. Out: a scene whose objects are in the order of the file.
+//! Invariant: the file is a stream of words; line ends matter only to end a comment, to find a
+//! texture's name after `f` and surplus numbers after `s`.
+//!
+//! Where the format leaves something open:
+//! * two views: the last counts, with a warning; no view is a warning;
+//! * lights without a colour have the intensity that SPD suggests ([`nff_intensity`]); the ambient
+//!   term is that number too, whether or not lights have colours;
+//! * objects before the first `f` get the default grey;
+//! * `hither` is read and not used.
+
+mod dialect;
+mod lexer;
+
+use std::path::Path;
+
+use antumbra_geometry::{Cone, DVec3, Sphere};
+
+use crate::{
+    defaults::{nff_intensity, nff_material},
+    error::{Place, ReadError, ReadErrorKind, quoted},
+    model::{Camera, Color, Facing, Light, LightKind, Material, Object, Polygon, Scene, Shape},
+    warning::WarningLog,
+};
+
+use super::{
+    Loaded,
+    area::has_area,
+    text::{LARGEST_COORDINATE, begins_like_number, decode, parse_number},
+};
+use dialect::{Foreign, foreign};
+use lexer::{Lexer, Word};
+
+/// The keywords that begin an entity.
+const KEYWORDS: [&str; 8] = ["v", "b", "l", "f", "s", "c", "p", "pp"];
+/// The same for messages.
+const KNOWN: &str = "v, b, l, f, s, c, p, pp";
+
+/// Reads NFF from bytes. `file` is only a name for messages.
+///
+/// Time and memory are linear in the number of bytes.
+///
+/// # Errors
+/// The bytes are no text, the text is no NFF, an entity is incomplete or has no meaning, a
+/// coordinate exceeds 2^100; see [`ReadErrorKind`].
+///
+/// # Example
+/// ```
+/// use std::path::Path;
+/// let loaded = antumbra_scene::read::read_nff(Path::new("a.nff"), b"s 0 0 0 1").unwrap();
+/// assert_eq!(loaded.scene.objects.len(), 1);
+/// let error = antumbra_scene::read::read_nff(Path::new("a.nff"), b"s 0 0 abc").unwrap_err();
+/// assert!(error.to_string().starts_with("a.nff:1: in `s`: expected 4 numbers"));
+/// ```
+pub fn read_nff(file: &Path, bytes: &[u8]) -> Result<Loaded, ReadError> {
+    let text = decode(file, bytes)?;
+    let mut reader = Reader::new(file, text);
+    reader.read_entities()?;
+    Ok(reader.finish())
+}
+
+/// The state between two words.
+struct Reader<'a> {
+    file: &'a Path,
+    lexer: Lexer<'a>,
+    warnings: WarningLog,
+    scene: Scene,
+    /// The surface in force and, once an object uses it, its index in the scene.
+    surface: (Material, Option<usize>),
+    /// Which lights have no colour of their own.
+    plain_lights: Vec<usize>,
+    /// The entity read last, for messages about what follows it.
+    last: &'static str,
+}
+
+impl<'a> Reader<'a> {
+    fn new(file: &'a Path, text: &'a str) -> Self {
+        Self {
+            file,
+            lexer: Lexer::new(text),
+            warnings: WarningLog::new(file),
+            scene: Scene { facing: Facing::Winding, up: DVec3::Z, ..Scene::default() },
+            surface: (Material::default(), None),
+            plain_lights: Vec::new(),
+            last: "",
+        }
+    }
+
+    fn read_entities(&mut self) -> Result<(), ReadError> {
+        while let Some(keyword) = self.lexer.peek_keyword() {
+            let Some(entity) = KEYWORDS.into_iter().find(|&k| k == keyword.text) else {
+                self.read_foreign(keyword)?;
+                continue;
+            };
+            self.lexer.take(keyword);
+            match entity {
+                "v" => self.read_view(keyword.line)?,
+                "b" => self.scene.background = self.color("b", "3 numbers (red, green, blue)")?,
+                "l" => self.read_light()?,
+                "f" => self.read_surface()?,
+                "s" => self.read_sphere(keyword.line)?,
+                "c" => self.read_cone(keyword.line)?,
+                "p" => self.read_polygon("p", keyword.line)?,
+                _ => self.read_polygon("pp", keyword.line)?,
+            }
+            self.last = entity;
+        }
+        Ok(())
+    }
+
+    /// Skips or refuses what is no entity of NFF.
+    fn read_foreign(&mut self, keyword: Word<'a>) -> Result<(), ReadError> {
+        match foreign(keyword.text) {
+            Some(Foreign::Skip(name)) => {
+                self.lexer.skip_line();
+                // `tpp` has its vertices on lines of their own.
+                while self.lexer.peek().is_some_and(|word| parse_number(word.text).is_some()) {
+                    self.lexer.next();
+                }
+                let message = format!("`{name}` is not NFF (assimp's addition): skipped");
+                self.warnings.add(Place::Line(keyword.line), message);
+                Ok(())
+            }
+            Some(Foreign::Refuse(keyword_name, dialect)) => Err(self
+                .error(keyword.line, ReadErrorKind::Dialect { keyword: keyword_name, dialect })),
+            None if begins_like_number(keyword.text) => {
+                let kind = ReadErrorKind::Expected {
+                    entity: "",
+                    expected: match self.last {
+                        "" => format!("a keyword ({KNOWN})"),
+                        last => format!("a keyword ({KNOWN}) after the numbers of `{last}`"),
+                    }
+                    .into(),
+                    found: quoted(keyword.text).into(),
+                    help: "remove the surplus numbers or add the missing keyword",
+                };
+                Err(self.error(keyword.line, kind))
+            }
+            None => {
+                let whole_word = self.lexer.peek().unwrap_or(keyword);
+                let found = quoted(whole_word.text);
+                Err(self.error(keyword.line, ReadErrorKind::UnknownKeyword { found, known: KNOWN }))
+            }
+        }
+    }
+
+    /// `v` and its six records, in any order.
+    fn read_view(&mut self, line: u32) -> Result<(), ReadError> {
+        const HELP: &str = "a view is `v from x y z at x y z up x y z angle a`";
+        let (mut eye, mut at, mut up, mut angle, mut resolution) = (None, None, None, None, None);
+        while let Some(record) = self.lexer.peek_keyword() {
+            let is_known = ["from", "at", "up", "angle", "hither", "resolution"];
+            if !is_known.contains(&record.text) {
+                break;
+            }
+            self.lexer.take(record);
+            let was_given = match record.text {
+                "from" => eye.replace(self.point("from", "3 numbers (the eye)")?).is_some(),
+                "at" => at.replace(self.point("at", "3 numbers (the point looked at)")?).is_some(),
+                "up" => up.replace(self.point("up", "3 numbers (a vector)")?).is_some(),
+                "angle" => angle.replace(self.view_angle(record.line)?).is_some(),
+                "hither" => {
+                    self.numbers::<1>("hither", "1 number (a distance)")?;
+                    false
+                }
+                _ => resolution.replace(self.resolution()?).is_some(),
+            };
+            if was_given {
+                let message = format!("`{}` is given twice in one view: the last counts", record.text);
+                self.warnings.add(Place::Line(record.line), message);
+            }
+        }
+        let missing = |name: &str| {
+            let problem = format!("`{name}` is missing").into();
+            self.error(line, ReadErrorKind::Invalid { entity: "v", problem, help: HELP })
+        };
+        let camera = Camera {
+            eye: eye.ok_or_else(|| missing("from"))?,
+            at: at.ok_or_else(|| missing("at"))?,
+            up: up.ok_or_else(|| missing("up"))?,
+            vertical_fov_degrees: angle.ok_or_else(|| missing("angle"))?,
+            resolution,
+        };
+        if let Some((problem, help)) = camera_problem(&camera) {
+            return Err(self.invalid(line, "v", problem, help));
+        }
+        if self.scene.camera.is_some() {
+            self.warnings.add(Place::Line(line), "another view (`v`): the last one counts");
+        }
+        self.scene.up = camera.up;
+        self.scene.camera = Some(camera);
+        Ok(())
+    }
+
+    fn view_angle(&mut self, line: u32) -> Result<f64, ReadError> {
+        let [angle] = self.numbers::<1>("angle", "1 number (degrees)")?;
+        if angle > 0.0 && angle < 180.0 {
+            return Ok(angle);
+        }
+        let problem = format!("expected more than 0 and less than 180 degrees, found {angle}");
+        Err(self.invalid(line, "angle", problem, "45 is usual"))
+    }
+
+    fn resolution(&mut self) -> Result<[u32; 2], ReadError> {
+        const LARGEST: u32 = 1 << 16;
+        let mut size = [0; 2];
+        for pixels in &mut size {
+            let word = self.lexer.peek();
+            let number = word.and_then(|w| w.text.parse().ok());
+            *pixels = number.filter(|n| (1..=LARGEST).contains(n)).ok_or_else(|| {
+                self.expected(word, "resolution", "2 whole numbers from 1 to 65536 (width, height)")
+            })?;
+            self.lexer.next();
+        }
+        Ok(size)
+    }
+
+    /// `l`: three numbers, and three more if a number follows.
+    fn read_light(&mut self) -> Result<(), ReadError> {
+        let position = self.point("l", "3 numbers (position), or 6 (position and colour)")?;
+        let has_color = self.lexer.peek().is_some_and(|word| begins_like_number(word.text));
+        let color = if has_color {
+            self.color("l", "3 numbers (position), or 6 (position and colour)")?
+        } else {
+            // Known only when all lights are.
+            self.plain_lights.push(self.scene.lights.len());
+            Color::ZERO
+        };
+        self.scene.lights.push(Light {
+            name: format!("light {}", self.scene.lights.len() + 1),
+            kind: LightKind::Point { position },
+            color,
+            falls_off: false,
+        });
+        Ok(())
+    }
+
+    /// `f`: eight numbers; dialects leave some out or add the name of a texture.
+    fn read_surface(&mut self) -> Result<(), ReadError> {
+        const EXPECTED: &str = "8 numbers (red green blue Kd Ks shine T ior)";
+        let mut numbers = Vec::with_capacity(8);
+        let mut line = self.lexer.line();
+        while numbers.len() < 8 {
+            let Some(word) = self.lexer.peek() else { break };
+            let Some(number) = parse_number(word.text) else { break };
+            numbers.push(number);
+            line = word.line;
+            self.lexer.next();
+        }
+        // Whatever follows on the same line and begins no entity is the name of a texture.
+        if let Some(name) = self.texture_name(line, numbers.len()) {
+            self.lexer.take(name);
+            let message = "the texture named after `f` is not read";
+            self.warnings.add(Place::Line(name.line), message);
+        }
+        if numbers.len() < 8 {
+            // Where a number is garbled, or next to nothing is there, guessing would hide it.
+            let next = self.lexer.peek();
+            let is_garbled = next.is_some_and(|w| begins_like_number(w.text) || w.line == line)
+                && self.lexer.peek_keyword().is_none_or(|k| !is_keyword(k.text));
+            if numbers.len() < 3 || is_garbled {
+                return Err(self.expected(next, "f", EXPECTED));
+            }
+            let message = format!(
+                "`f` with {} numbers instead of 8: the rest is taken from Kd 1, Ks 0, shine 1, T 0, ior 1",
+                numbers.len()
+            );
+            self.warnings.add(Place::Line(line), message);
+            const DEFAULTS: [f64; 8] = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
+            numbers.extend_from_slice(&DEFAULTS[numbers.len()..]);
+        }
+        let mut numbers: [f64; 8] = std::array::from_fn(|i| numbers[i]);
+        self.clamp_negative(line, "f", &mut numbers[..7]);
+        let [.., transmittance, ior] = numbers;
+        if transmittance > 0.0 && ior <= 0.0 {
+            let message = "`f` transmits light, but its index of refraction is not positive: 1 is used";
+            self.warnings.add(Place::Line(line), message);
+        }
+        let material = nff_material(numbers);
+        if !material.diffuse.is_finite() {
+            return Err(self.invalid(line, "f", "the colour times Kd overflows", "colours are 0 to 1"));
+        }
+        self.surface = (material, None);
+        Ok(())
+    }
+
+    /// Returns the word that must be a texture's name after `count` numbers of `f`, if one is.
+    fn texture_name(&mut self, line: u32, count: usize) -> Option<Word<'a>> {
+        let word = self.lexer.peek().filter(|word| word.line == line)?;
+        let keyword = self.lexer.peek_keyword()?;
+        if is_keyword(keyword.text) || parse_number(word.text).is_some() {
+            return None;
+        }
+        // After fewer numbers a garbled one is more likely, unless it ends the line.
+        let mut after = self.lexer.clone();
+        after.take(word);
+        let ends_line = after.peek().is_none_or(|next| next.line != line);
+        (count == 8 || (count >= 3 && !begins_like_number(word.text) && ends_line)).then_some(word)
+    }
+
+    fn read_sphere(&mut self, line: u32) -> Result<(), ReadError> {
+        let [x, y, z, radius] = self.coordinates("s", "4 numbers (centre and radius)")?;
+        // Ellipsoids of another dialect, and assimp's files, go on with radii.
+        let last_line = self.lexer.line();
+        let mut surplus = false;
+        while let Some(word) = self.lexer.peek() {
+            if word.line != last_line || parse_number(word.text).is_none() {
+                break;
+            }
+            self.lexer.next();
+            surplus = true;
+        }
+        if surplus {
+            let message = "`s` has more than 4 numbers: the rest of the line is ignored";
+            self.warnings.add(Place::Line(line), message);
+        }
+        if radius == 0.0 {
+            self.warnings.add(Place::Line(line), "`s` has radius 0: skipped");
+            return Ok(());
+        }
+        self.push(Shape::Sphere(Sphere { center: DVec3::new(x, y, z), radius: radius.abs() }));
+        Ok(())
+    }
+
+    fn read_cone(&mut self, line: u32) -> Result<(), ReadError> {
+        const EXPECTED: &str = "8 numbers (base and its radius, apex and its radius)";
+        let [bx, by, bz, base_radius, ax, ay, az, apex_radius] = self.coordinates("c", EXPECTED)?;
+        let (base, apex) = (DVec3::new(bx, by, bz), DVec3::new(ax, ay, az));
+        if base_radius.min(apex_radius) < 0.0 && base_radius.max(apex_radius) > 0.0 {
+            let problem = format!("the radii {base_radius} and {apex_radius} have different signs");
+            let help = "both are positive, or both negative for a tube seen from inside";
+            return Err(self.invalid(line, "c", problem, help));
+        }
+        if base == apex {
+            self.warnings.add(Place::Line(line), "`c` has its base at its apex: skipped");
+            return Ok(());
+        }
+        if base_radius == 0.0 && apex_radius == 0.0 {
+            self.warnings.add(Place::Line(line), "`c` has two radii of 0: skipped");
+            return Ok(());
+        }
+        self.push(Shape::Cone(Cone {
+            base,
+            base_radius: base_radius.abs(),
+            apex,
+            apex_radius: apex_radius.abs(),
+            is_closed: false,
+        }));
+        Ok(())
+    }
+
+    /// `p` and `pp`.
+    fn read_polygon(&mut self, entity: &'static str, line: u32) -> Result<(), ReadError> {
+        let is_patch = entity == "pp";
+        let count = self.vertex_count(entity, if is_patch { 6 } else { 3 })?;
+        // The count is backed by bytes of the file, so this is bounded by the file.
+        let mut vertices = Vec::with_capacity(count);
+        let mut normals = Vec::with_capacity(if is_patch { count } else { 0 });
+        for _ in 0..count {
+            if is_patch {
+                const EXPECTED: &str = "6 numbers for each vertex (position and normal)";
+                vertices.push(self.point(entity, EXPECTED)?);
+                normals.push(DVec3::from_array(self.numbers(entity, EXPECTED)?));
+            } else {
+                vertices.push(self.point(entity, "3 numbers for each vertex")?);
+            }
+        }
+        if !has_area(vertices.iter().copied()) {
+            self.warnings.add(Place::Line(line), format!("`{entity}` has no area: skipped"));
+            return Ok(());
+        }
+        self.push(Shape::Polygon(Polygon { vertices, normals }));
+        Ok(())
+    }
+
+    /// Reads how many vertices follow; the rest of the file must be long enough to hold them.
+    fn vertex_count(&mut self, entity: &'static str, numbers: u64) -> Result<usize, ReadError> {
+        const HELP: &str = "the count is followed by that many vertices";
+        let word = self.lexer.peek();
+        let digits = word.map_or("", |w| w.text);
+        let unsigned = digits.strip_prefix(['+', '-']).unwrap_or(digits);
+        if unsigned.is_empty() || !unsigned.bytes().all(|b| b.is_ascii_digit()) {
+            return Err(self.expected(word, entity, "the number of vertices, 3 or more"));
+        }
+        self.lexer.next();
+        let line = self.lexer.line();
+        // Only overflow can make this fail.
+        let count: i64 = digits.parse().unwrap_or(if digits.starts_with('-') { -1 } else { i64::MAX });
+        if count < 3 {
+            let problem = format!("expected 3 vertices or more, found {count}");
+            return Err(self.invalid(line, entity, problem, HELP));
+        }
+        // Every number takes a digit and something before it.
+        let bytes_needed = (count as u64).saturating_mul(2 * numbers);
+        if bytes_needed > self.lexer.bytes_left() as u64 {
+            let problem = format!(
+                "{} vertices are announced, but only {} bytes are left in the file",
+                quoted(digits),
+                self.lexer.bytes_left()
+            );
+            return Err(self.invalid(line, entity, problem, HELP));
+        }
+        Ok(count as usize)
+    }
+
+    /// Adds an object with the surface in force.
+    fn push(&mut self, shape: Shape) {
+        let (material, index) = &mut self.surface;
+        let materials = &mut self.scene.materials;
+        let material = *index.get_or_insert_with(|| {
+            materials.push(material.clone());
+            materials.len() - 1
+        });
+        self.scene.objects.push(Object { name: String::new(), shape, material });
+    }
+
+    /// Reads a colour; negative channels count as 0.
+    fn color(&mut self, entity: &'static str, expected: &'static str) -> Result<Color, ReadError> {
+        let mut channels = self.numbers::<3>(entity, expected)?;
+        self.clamp_negative(self.lexer.line(), entity, &mut channels);
+        Ok(Color::from_array(channels))
+    }
+
+    fn clamp_negative(&mut self, line: u32, entity: &str, numbers: &mut [f64]) {
+        for number in numbers.iter_mut().filter(|number| **number < 0.0) {
+            *number = 0.0;
+            let message = format!("`{entity}` has a negative colour or weight: 0 is used");
+            self.warnings.add(Place::Line(line), message);
+        }
+    }
+
+    fn point(&mut self, entity: &'static str, expected: &'static str) -> Result<DVec3, ReadError> {
+        Ok(DVec3::from_array(self.coordinates(entity, expected)?))
+    }
+
+    /// Reads numbers that are places or lengths: at most 2^100 in magnitude.
+    fn coordinates<const N: usize>(
+        &mut self,
+        entity: &'static str,
+        expected: &'static str,
+    ) -> Result<[f64; N], ReadError> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            [*number] = self.numbers(entity, expected)?;
+            if number.abs() > LARGEST_COORDINATE {
+                let problem = format!("{number:e} exceeds 2^100 (1.27e30), the largest coordinate");
+                return Err(self.invalid(self.lexer.line(), entity, problem, "scale the scene down"));
+            }
+        }
+        Ok(numbers)
+    }
+
+    fn numbers<const N: usize>(
+        &mut self,
+        entity: &'static str,
+        expected: &'static str,
+    ) -> Result<[f64; N], ReadError> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            let word = self.lexer.peek();
+            *number = word
+                .and_then(|word| parse_number(word.text))
+                .ok_or_else(|| self.expected(word, entity, expected))?;
+            self.lexer.next();
+        }
+        Ok(numbers)
+    }
+
+    /// An error at `word`, or at the end of the file.
+    fn expected(
+        &self,
+        word: Option<Word<'_>>,
+        entity: &'static str,
+        expected: &'static str,
+    ) -> ReadError {
+        let found = word.map_or_else(|| "the end of the file".into(), |word| quoted(word.text));
+        let help = match word {
+            None => "the file may be cut short",
+            Some(word) if begins_like_number(word.text) => {
+                "numbers are decimal, finite and separated by white space"
+            }
+            Some(_) => "",
+        };
+        let line = word.map_or(self.lexer.line(), |word| word.line);
+        let kind =
+            ReadErrorKind::Expected { entity, expected: expected.into(), found: found.into(), help };
+        self.error(line, kind)
+    }
+
+    fn invalid(
+        &self,
+        line: u32,
+        entity: &'static str,
+        problem: impl Into<Box<str>>,
+        help: &'static str,
+    ) -> ReadError {
+        self.error(line, ReadErrorKind::Invalid { entity, problem: problem.into(), help })
+    }
+
+    fn error(&self, line: u32, kind: ReadErrorKind) -> ReadError {
+        ReadError { file: self.file.to_path_buf(), place: Place::Line(line), kind }
+    }
+
+    /// Settles what only the whole file tells.
+    fn finish(self) -> Loaded {
+        let Self { mut scene, mut warnings, plain_lights, .. } = self;
+        let intensity = Color::splat(nff_intensity(scene.lights.len()));
+        scene.ambient = intensity;
+        for light in plain_lights {
+            scene.lights[light].color = intensity;
+        }
+        if scene.camera.is_none() {
+            warnings.add(Place::Whole, "no view (`v`) in the file");
+        }
+        if scene.objects.is_empty() {
+            warnings.add(Place::Whole, "no objects in the file");
+        }
+        Loaded { scene, warnings: warnings.finish() }
+    }
+}
+
+fn is_keyword(word: &str) -> bool {
+    KEYWORDS.contains(&word)
+}
+
+/// Returns what makes a view meaningless and what to do about it.
+fn camera_problem(camera: &Camera) -> Option<(&'static str, &'static str)> {
+    let forward = camera.at - camera.eye;
+    if forward == DVec3::ZERO {
+        return Some(("`from` and `at` are the same point", "move one of them"));
+    }
+    if camera.up == DVec3::ZERO {
+        return Some(("`up` is zero", "`up 0 0 1` or `up 0 1 0` is usual"));
+    }
+    // Scaled to length about 1, so that nothing under- or overflows. Below 1e-12 the picture's
+    // right would consist of rounding errors.
+    let forward = forward / forward.abs().max_element();
+    let up = camera.up / camera.up.abs().max_element();
+    (forward.cross(up).length() < 1e-12)
+        .then_some(("`up` is parallel to the view direction", "turn `up` sideways"))
+}

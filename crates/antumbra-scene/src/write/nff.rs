@@ -1,0 +1,207 @@
+//! Writes NFF.
+//!
+//! In: a scene. Out: NFF text, as SPD's programs lay it out. Invariant: nothing that blocks or
+//! gives light, and no look of a surface, is left out or changed in silence: what NFF cannot say is refused
+//! by name. Names, the ambient term and [`Scene::facing`] have no place in NFF and are dropped;
+//! `hither` is written as 0.
+
+use std::io::{self, Write};
+
+use antumbra_geometry::DVec3;
+
+use crate::{
+    defaults::nff_intensity,
+    model::{Color, Corner, Light, LightKind, Material, Mesh, Polygon, Scene, Shape},
+};
+
+use super::number::Precision;
+
+/// Why a scene was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The output refused.
+    #[error("cannot write: {0}")]
+    Io(#[from] io::Error),
+    /// NFF has no way to say it.
+    #[error("NFF cannot say {what} (number {index}{})", Called(.name))]
+    Unsupported {
+        /// What it is.
+        what: &'static str,
+        /// Its index in the scene's list, from 0.
+        index: usize,
+        /// Its name; may be empty.
+        name: String,
+    },
+}
+
+/// Displays `, `name`` unless the name is empty.
+struct Called<'a>(&'a str);
+
+impl std::fmt::Display for Called<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0.is_empty() { Ok(()) } else { write!(f, ", `{}`", self.0) }
+    }
+}
+
+/// Writes a scene as NFF: polygons, patches, meshes (a polygon or patch for each face), spheres,
+/// open cones, point lights.
+///
+/// With [`Precision::Exact`], a scene that was read from NFF is read back equal, except for
+/// object names. Buffer `out`: many small pieces are written.
+///
+/// # Errors
+/// `out` refuses, or NFF cannot say something: disks, closed cones, directional and spot lights,
+/// falloff, emission, coloured highlights or transmission, a highlight without its mirror.
+///
+/// # Example
+/// ```
+/// use antumbra_scene::{generate::tetra, write::{Precision, write_nff}};
+/// let mut text = Vec::new();
+/// write_nff(&tetra(1).unwrap(), Precision::SixDigits, &mut text).unwrap();
+/// assert!(String::from_utf8(text).unwrap().starts_with("b 0.078 0.361 0.753\nv\nfrom 1.02285"));
+/// ```
+pub fn write_nff(
+    scene: &Scene,
+    precision: Precision,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    let mut writer = Writer { precision, out };
+    writer.line("b", &scene.background.to_array())?;
+    if let Some(camera) = &scene.camera {
+        writeln!(writer.out, "v")?;
+        writer.line("from", &camera.eye.to_array())?;
+        writer.line("at", &camera.at.to_array())?;
+        writer.line("up", &camera.up.to_array())?;
+        writer.line("angle", &[camera.vertical_fov_degrees])?;
+        writer.line("hither", &[0.0])?;
+        if let Some([width, height]) = camera.resolution {
+            writeln!(writer.out, "resolution {width} {height}")?;
+        }
+    }
+    let plain = Color::splat(nff_intensity(scene.lights.len()));
+    for (index, light) in scene.lights.iter().enumerate() {
+        writer.light(index, light, plain)?;
+    }
+    let mut material_in_force = None;
+    for (index, object) in scene.objects.iter().enumerate() {
+        if material_in_force != Some(object.material) {
+            writer.material(object.material, &scene.materials[object.material])?;
+            material_in_force = Some(object.material);
+        }
+        let unsupported = |what| WriteError::Unsupported { what, index, name: object.name.clone() };
+        match &object.shape {
+            Shape::Polygon(polygon) => writer.polygon(polygon)?,
+            Shape::Mesh(mesh) => writer.mesh(mesh)?,
+            Shape::Sphere(sphere) => {
+                let [x, y, z] = sphere.center.to_array();
+                writer.line("s", &[x, y, z, sphere.radius])?;
+            }
+            Shape::Cone(cone) if cone.is_closed => {
+                return Err(unsupported("a closed cone or cylinder"));
+            }
+            Shape::Cone(cone) => {
+                let ([bx, by, bz], [ax, ay, az]) = (cone.base.to_array(), cone.apex.to_array());
+                writer.line("c", &[bx, by, bz, cone.base_radius, ax, ay, az, cone.apex_radius])?;
+            }
+            Shape::Disk(_) => return Err(unsupported("a disk")),
+        }
+    }
+    Ok(())
+}
+
+struct Writer<'a, W> {
+    precision: Precision,
+    out: &'a mut W,
+}
+
+impl<W: Write> Writer<'_, W> {
+    /// Writes a keyword, if there is one, and numbers.
+    fn line(&mut self, keyword: &str, numbers: &[f64]) -> io::Result<()> {
+        write!(self.out, "{keyword}")?;
+        for (i, &number) in numbers.iter().enumerate() {
+            let blank = if i == 0 && keyword.is_empty() { "" } else { " " };
+            write!(self.out, "{blank}{}", self.precision.text(number))?;
+        }
+        writeln!(self.out)
+    }
+
+    fn light(&mut self, index: usize, light: &Light, plain: Color) -> Result<(), WriteError> {
+        let unsupported = |what| WriteError::Unsupported { what, index, name: light.name.clone() };
+        let position = match light.kind {
+            LightKind::Point { position } => position,
+            LightKind::Directional { .. } => return Err(unsupported("a directional light")),
+            LightKind::Spot { .. } => return Err(unsupported("a spot light")),
+        };
+        if light.falls_off {
+            return Err(unsupported("a light that falls off with distance"));
+        }
+        let ([x, y, z], [r, g, b]) = (position.to_array(), light.color.to_array());
+        if light.color == plain {
+            self.line("l", &[x, y, z])?;
+        } else {
+            self.line("l", &[x, y, z, r, g, b])?;
+        }
+        Ok(())
+    }
+
+    fn material(&mut self, index: usize, material: &Material) -> Result<(), WriteError> {
+        let unsupported =
+            |what| Err(WriteError::Unsupported { what, index, name: material.name.clone() });
+        let is_grey = |color: Color| color == Color::splat(color.x);
+        if material.emission != Color::ZERO {
+            return unsupported("a material that sends out light");
+        }
+        if !is_grey(material.specular) || !is_grey(material.transmission) {
+            return unsupported("a material with a coloured highlight or coloured transmission");
+        }
+        if material.specular != material.reflection {
+            return unsupported("a material whose highlight and mirror have different weights");
+        }
+        // NFF's colour is a product. One factor of 1 keeps every digit; a largest channel of 1 is
+        // what people write.
+        let kd = match self.precision {
+            Precision::SixDigits if material.diffuse.max_element() > 0.0 => {
+                material.diffuse.max_element()
+            }
+            _ => 1.0,
+        };
+        let [r, g, b] = (material.diffuse / kd).to_array();
+        let (ks, transmittance) = (material.specular.x, material.transmission.x);
+        let (shininess, ior) = (material.shininess, material.ior);
+        Ok(self.line("f", &[r, g, b, kd, ks, shininess, transmittance, ior])?)
+    }
+
+    fn polygon(&mut self, polygon: &Polygon) -> io::Result<()> {
+        let mut normals = polygon.normals.iter().copied();
+        let corners = polygon.vertices.iter().map(|&vertex| (vertex, normals.next()));
+        self.face(&corners.collect::<Vec<_>>())
+    }
+
+    fn mesh(&mut self, mesh: &Mesh) -> io::Result<()> {
+        for face in mesh.faces() {
+            let corner = |corner: &Corner| {
+                let has_normal = corner.normal != Corner::NONE;
+                let normal = has_normal.then(|| mesh.normals[corner.normal as usize]);
+                (mesh.positions[corner.position as usize], normal)
+            };
+            self.face(&face.iter().map(corner).collect::<Vec<_>>())?;
+        }
+        Ok(())
+    }
+
+    /// Writes `pp` if a corner has a normal, with zero for those that have none, else `p`.
+    fn face(&mut self, corners: &[(DVec3, Option<DVec3>)]) -> io::Result<()> {
+        let is_patch = corners.iter().any(|(_, normal)| normal.is_some());
+        writeln!(self.out, "{} {}", if is_patch { "pp" } else { "p" }, corners.len())?;
+        for &(position, normal) in corners {
+            let [x, y, z] = position.to_array();
+            if is_patch {
+                let [nx, ny, nz] = normal.unwrap_or(DVec3::ZERO).to_array();
+                self.line("", &[x, y, z, nx, ny, nz])?;
+            } else {
+                self.line("", &[x, y, z])?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,9 @@
+//! Tests of the readers, the writer and the generators through the crate's public face.
+
+mod generated;
+mod malformed;
+mod nff;
+mod obj;
+mod round_trip;
+mod shared;
+mod support;
