@@ -45,13 +45,11 @@ pub(crate) fn sun(sun: Sun, up: DVec3) -> Light {
 
 /// Checks the name of a built-in scene.
 pub(crate) fn name(text: &str) -> Result<String, String> {
-    if generate::NAMES.contains(&text) {
+    let known = generate::NAMES.map(|(name, _)| name);
+    if known.contains(&text) {
         Ok(text.to_owned())
     } else {
-        Err(format!(
-            "no such scene; expected one of {}",
-            generate::NAMES.join(", ")
-        ))
+        Err(format!("no such scene; expected one of {}", known.join(", ")))
     }
 }
 
@@ -60,10 +58,11 @@ pub(crate) fn generate(name: &str, size: Option<u32>) -> Result<Scene, Failure> 
     generate::by_name(name, size).map_err(|error| Failure::input(error.to_string(), ""))
 }
 
-/// Returns a scene as NFF text.
+/// Returns a scene as NFF text, with the six digits of the SPD programs, so that figures for a
+/// built-in scene and for the published file of the same name are comparable.
 pub(crate) fn nff(scene: &Scene) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
-    write::nff::write_nff(scene, &mut bytes)
+    write::write_nff(scene, write::Precision::SixDigits, &mut bytes)
         .map_err(|error| Failure::system(format!("cannot write NFF: {error}")))?;
     Ok(bytes)
 }

@@ -119,8 +119,8 @@ impl Gathered {
             } else {
                 Opacity::Transparent
             };
-            let object_number =
-                u32::try_from(number).map_err(|_| bad_object(OccludersError::TooMany))?;
+            let object_number = u32::try_from(number)
+                .map_err(|_| bad_object(OccludersError::TooMany { element: places.len() }))?;
             let mut place = Place {
                 object: object_number,
                 face: 0,
@@ -202,25 +202,6 @@ impl Gathered {
     /// Returns where the element of a surface comes from.
     pub fn place_of(&self, surface: SurfaceId) -> Place {
         self.places[self.occluders.element_of(surface).0 as usize]
-    }
-
-    /// Returns the three corners of a triangle in world space, or `None` for curved surfaces and
-    /// for triangles with a corner where an outline crosses itself.
-    pub fn triangle(&self, scene: &Scene, surface: SurfaceId) -> Option<[DVec3; 3]> {
-        let corners = self.occluders.corners(surface)?;
-        let place = self.place_of(surface);
-        let mut vertices = [DVec3::ZERO; 3];
-        for (vertex, corner) in vertices.iter_mut().zip(corners) {
-            *vertex = match &scene.objects[place.object as usize].shape {
-                Shape::Polygon(polygon) => *polygon.vertices.get(corner as usize)?,
-                Shape::Mesh(mesh) => {
-                    let corner = face_of(mesh, place.face as usize)?.get(corner as usize)?;
-                    *mesh.positions.get(corner.position as usize)?
-                }
-                Shape::Sphere(_) | Shape::Cone(_) | Shape::Disk(_) => return None,
-            };
-        }
-        Some(vertices)
     }
 }
 

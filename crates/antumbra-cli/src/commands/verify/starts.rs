@@ -59,10 +59,10 @@ pub(super) fn start(
     let on_surface = match number % 10 {
         0..=3 => seen(&mut random, &bounds, index),
         4..=5 => surface.and_then(|surface| inside(&mut random, surface, scene, gathered, index)),
-        6 => surface.and_then(|surface| on_edge(&mut random, surface, scene, gathered)),
-        7 => surface.and_then(|surface| on_vertex(&mut random, surface, scene, gathered)),
+        6 => surface.and_then(|surface| on_edge(&mut random, surface, gathered)),
+        7 => surface.and_then(|surface| on_vertex(&mut random, surface, gathered)),
         8 => surface
-            .and_then(|surface| on_vertex(&mut random, surface, scene, gathered))
+            .and_then(|surface| on_vertex(&mut random, surface, gathered))
             .map(|start| Start {
                 surface: None,
                 ..start
@@ -122,7 +122,7 @@ fn inside(
     let place = gathered.place_of(surface);
     let point = match &scene.objects[place.object as usize].shape {
         Shape::Polygon(_) | Shape::Mesh(_) => {
-            let [a, b, c] = gathered.triangle(scene, surface)?;
+            let [a, b, c] = gathered.occluders().triangle_positions(surface)?;
             let [mut u, mut v] = [random.draw(), random.draw()];
             if u + v > 1.0 {
                 [u, v] = [1.0 - u, 1.0 - v];
@@ -166,10 +166,9 @@ fn around(random: &mut Random, axis: DVec3) -> Option<DVec3> {
 fn on_edge(
     random: &mut Random,
     surface: SurfaceId,
-    scene: &Scene,
     gathered: &Gathered,
 ) -> Option<Start> {
-    let corners = gathered.triangle(scene, surface)?;
+    let corners = gathered.occluders().triangle_positions(surface)?;
     let edge = random.below(3);
     let [from, to] = [corners[edge], corners[(edge + 1) % 3]];
     Some(Start {
@@ -182,10 +181,9 @@ fn on_edge(
 fn on_vertex(
     random: &mut Random,
     surface: SurfaceId,
-    scene: &Scene,
     gathered: &Gathered,
 ) -> Option<Start> {
-    let corners = gathered.triangle(scene, surface)?;
+    let corners = gathered.occluders().triangle_positions(surface)?;
     Some(Start {
         point: corners[random.below(3)],
         surface: Some(surface),
