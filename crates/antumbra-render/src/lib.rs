@@ -1,1 +1,25 @@
-//! Not written yet.
+//! Whitted ray tracing over antumbra: from a scene and a camera to an image file.
+//!
+//! | stage | module | in | out |
+//! |---|---|---|---|
+//! | scene meets accelerator | [`prepare`] | `Scene` | [`Prepared`](prepare::Prepared) |
+//! | eye rays | [`camera`], [`sampler`], [`orbit`] | `Camera`, pixel, sample | `Ray` |
+//! | shading | [`integrator`], [`false_colour`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
+//! | picture | [`film`] | all samples | [`Picture`](film::Picture) |
+//! | file | [`image_file`] | `Picture` | PNG |
+//! | figures | [`statistics`] | `Tally`, times | the stable schema of `--stats-json` |
+//!
+//! Invariants: a picture is a pure function of scene and settings, whatever the number of threads
+//! and the shadow method; shading normals decide no shadow. Absent here: how a shadow query is
+//! answered, which only `antumbra` knows, and any printing.
+
+pub mod camera;
+pub mod false_colour;
+pub mod film;
+pub mod image_file;
+pub mod integrator;
+pub mod orbit;
+pub mod prepare;
+pub mod sampler;
+pub mod statistics;
+mod vector;

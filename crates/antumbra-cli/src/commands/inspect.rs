@@ -1,0 +1,108 @@
+//! `antumbra inspect`: what a scene holds and what its index would cost.
+
+use antumbra::Method;
+use antumbra_geometry::{DVec3, ElementKind};
+use antumbra_render::prepare::{Gathered, PrepareOptions};
+use antumbra_scene::model::{LightKind, Scene};
+
+use crate::failure::{Failure, Outcome};
+use crate::screen::Screen;
+use crate::typed::{Inspect, Shadows};
+use crate::values::format_bytes;
+use crate::{load, memory};
+
+/// Reads, counts, predicts; then builds the grid alone to tell its resolution.
+pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
+    let scene = load::lit_scene(&typed.file, screen)?.scene;
+    let gathered = Gathered::of(&scene)?;
+    let limit = memory::limit(typed.cost.memory_limit);
+    let options = |method| PrepareOptions {
+        method,
+        grid: typed.cost.grid.unwrap_or_default(),
+        memory_limit: limit,
+        ..PrepareOptions::default()
+    };
+    contents(&scene, &gathered, screen);
+
+    // Predicted before any of it is taken.
+    for shadows in Shadows::ALL {
+        let options = options(shadows.method());
+        let bytes = gathered.predict_bytes(scene.lights.len(), &options)?;
+        row(
+            screen,
+            &format!("memory, {}", shadows.name()),
+            format_bytes(bytes),
+        );
+    }
+    row(screen, "memory limit", format_bytes(limit));
+
+    // Values apart, only the grid itself knows how fine it is.
+    match gathered.index(&[], &options(Method::Grid)) {
+        Ok(index) => {
+            let [x, y, z] = index.grid_resolution();
+            row(screen, "grid", format!("{x} x {y} x {z}"));
+        }
+        Err(error) => row(screen, "grid", format!("cannot be built: {error}")),
+    }
+    Ok(Outcome::Done)
+}
+
+fn row(screen: &Screen, name: &str, value: impl std::fmt::Display) {
+    screen.result(format!("{name:<22} {value}"));
+}
+
+fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
+    let occluders = gathered.occluders();
+    row(screen, "objects", scene.objects.len());
+    row(screen, "elements", occluders.elements().len());
+    for (kind, name) in [
+        (ElementKind::Face, "  faces"),
+        (ElementKind::Sphere, "  spheres"),
+        (ElementKind::OpenCone, "  open cones"),
+        (ElementKind::ClosedCone, "  closed cones"),
+        (ElementKind::Disk, "  disks"),
+    ] {
+        let count = occluders
+            .elements()
+            .iter()
+            .filter(|element| element.kind == kind)
+            .count();
+        if count > 0 {
+            row(screen, name, count);
+        }
+    }
+    row(screen, "surfaces", occluders.surface_count());
+    row(screen, "triangles", occluders.triangle_count());
+    row(screen, "materials", scene.materials.len());
+    row(screen, "lights", scene.lights.len());
+    for (number, light) in scene.lights.iter().enumerate() {
+        let what = match light.kind {
+            LightKind::Point { position } => format!("point at {}", coordinates(position)),
+            LightKind::Spot { position, .. } => format!("spot at {}", coordinates(position)),
+            LightKind::Directional { towards_light } => {
+                format!("direction, towards {}", coordinates(towards_light))
+            }
+        };
+        row(screen, &format!("  light {number}"), what);
+    }
+    row(
+        screen,
+        "camera",
+        if scene.camera.is_some() {
+            "in the file"
+        } else {
+            "none"
+        },
+    );
+    let bounds = occluders.bounds();
+    if bounds.is_empty() {
+        row(screen, "bounds", "empty");
+    } else {
+        let [min, max] = [bounds.min, bounds.max].map(coordinates);
+        row(screen, "bounds", format!("{min} to {max}"));
+    }
+}
+
+fn coordinates(v: DVec3) -> String {
+    format!("({}, {}, {})", v.x, v.y, v.z)
+}

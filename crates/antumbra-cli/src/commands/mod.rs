@@ -1,0 +1,19 @@
+//! The sub-commands, one file each.
+
+pub(crate) mod inspect;
+pub(crate) mod render;
+pub(crate) mod scene;
+pub(crate) mod verify;
+
+use crate::failure::Failure;
+use crate::typed::Threads;
+
+/// Runs work on as many threads as typed, or one a processor.
+fn on_threads<T: Send>(typed: &Threads, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    let count = typed.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build()
+        .map_err(|error| Failure::system(format!("cannot start threads: {error}")))?;
+    Ok(pool.install(work))
+}

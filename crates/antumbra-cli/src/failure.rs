@@ -1,0 +1,109 @@
+//! How the program ends.
+//!
+//! In: what went wrong. Out: an exit code by meaning and a report. The codes are part of the
+//! program's interface and listed in `--help`.
+
+use std::process::ExitCode;
+
+use antumbra_render::prepare::PrepareError;
+use antumbra_scene::ReadError;
+use miette::MietteDiagnostic;
+
+/// How a run that did not fail ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// As asked.
+    Done,
+    /// `verify` found answers that differ.
+    Differences,
+    /// Ctrl-C.
+    Interrupted,
+}
+
+impl Outcome {
+    pub(crate) fn exit_code(self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Done => 0,
+            Self::Differences => 1,
+            Self::Interrupted => crate::interrupt::EXIT_CODE,
+        })
+    }
+}
+
+/// Why a run failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// What was given cannot be used: code 2, as for usage errors.
+    Input {
+        /// What, where, and what was expected.
+        message: String,
+        /// What to do next.
+        help: Option<String>,
+    },
+    /// Input was fine, but the system refused something: code 3.
+    System {
+        /// What was refused.
+        message: String,
+    },
+}
+
+impl Failure {
+    /// Makes a failure of what was given.
+    pub(crate) fn input(message: impl Into<String>, help: impl Into<String>) -> Self {
+        let help = help.into();
+        Self::Input {
+            message: message.into(),
+            help: (!help.is_empty()).then_some(help),
+        }
+    }
+
+    /// Makes a failure of the system.
+    pub(crate) fn system(message: impl Into<String>) -> Self {
+        Self::System {
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Input { .. } => 2,
+            Self::System { .. } => 3,
+        })
+    }
+
+    /// Returns the failure in the form that `miette` draws.
+    pub(crate) fn diagnostic(&self) -> MietteDiagnostic {
+        match self {
+            Self::Input {
+                message,
+                help: Some(help),
+            } => MietteDiagnostic::new(message).with_help(help),
+            Self::Input {
+                message,
+                help: None,
+            }
+            | Self::System { message } => MietteDiagnostic::new(message),
+        }
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        let message = format!("{}{}: {}", error.file.display(), error.place, error.kind);
+        Self::input(message, error.help())
+    }
+}
+
+impl From<PrepareError> for Failure {
+    fn from(error: PrepareError) -> Self {
+        use antumbra::BuildError;
+        let help = match &error {
+            PrepareError::Build(BuildError::Memory { .. }) => {
+                "give --grid fewer voxels, or raise --memory-limit"
+            }
+            PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
+            _ => "",
+        };
+        Self::input(error.to_string(), help)
+    }
+}

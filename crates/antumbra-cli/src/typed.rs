@@ -1,0 +1,307 @@
+//! What was typed: the command line, before it is set against a scene.
+
+use std::path::PathBuf;
+
+use antumbra::{GridResolution, Method, QuickCheck};
+use antumbra_render::film::Show;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::values::{self, CameraParts, PointLight, Sun};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done
+  1    verify found answers that differ
+  2    the command line or a scene cannot be used
+  3    the system refused something, such as writing a file
+  130  stopped by Ctrl-C; render leaves the partial picture";
+
+/// Exact shadow answers for static scenes, mostly without tracing a ray.
+#[derive(Debug, Parser)]
+#[command(name = "antumbra", version, after_help = EXIT_CODES)]
+pub(crate) struct Typed {
+    /// Print errors and results only
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+
+    /// Print what goes on
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub(crate) verbose: bool,
+
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene to PNG
+    Render(Box<Render>),
+    /// Say what a scene holds and what it would cost
+    Inspect(Inspect),
+    /// Compare every exact shadow method with the reference
+    Verify(Verify),
+    /// Write one of the built-in scenes
+    Scene(Scene),
+}
+
+/// The scene and its lights.
+#[derive(Args, Debug)]
+pub(crate) struct SceneFile {
+    /// Scene file; its ending says the format
+    pub(crate) scene: PathBuf,
+
+    /// Which axis is up, for formats that do not say, default cameras and suns
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<Up>,
+
+    /// Light instead of the file's lights: point:X,Y,Z or point:X,Y,Z/R,G,B; repeatable
+    #[arg(long = "light", value_name = "LIGHT", value_parser = values::light)]
+    pub(crate) lights: Vec<PointLight>,
+
+    /// Sun instead of the file's lights, in degrees: azimuth clockwise from north, elevation
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
+    pub(crate) sun: Option<Sun>,
+}
+
+/// What an index costs.
+#[derive(Args, Debug)]
+pub(crate) struct IndexCost {
+    /// Voxels: N or NxNxN [default: by Woo's rule]
+    #[arg(long, value_name = "N", value_parser = values::grid)]
+    pub(crate) grid: Option<GridResolution>,
+
+    /// Most memory to take, such as 2GiB [default: three quarters of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub(crate) memory_limit: Option<u64>,
+}
+
+/// How many threads.
+#[derive(Args, Debug)]
+pub(crate) struct Threads {
+    /// Threads [default: one a processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    pub(crate) file: SceneFile,
+
+    /// Picture to write; with --orbit, frames get -0001 and so on before the ending
+    #[arg(long, short, value_name = "FILE.png")]
+    pub(crate) output: PathBuf,
+
+    /// How shadow queries are answered; the picture is the same
+    #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
+    pub(crate) shadows: Shadows,
+
+    /// Evaluate the quick check of the paper, and say or do what it advises
+    #[arg(long, value_enum, value_name = "ACTION")]
+    pub(crate) quick_check: Option<QuickCheckAction>,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    /// Picture size in pixels [default: the file's, else 512x512]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub(crate) size: Option<[u32; 2]>,
+
+    /// Samples a pixel, stratified; 1 is the pixel's centre
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) spp: u32,
+
+    /// Send rays through pixel corners and average four a pixel, as the SPD test procedure asks
+    #[arg(long, conflicts_with = "spp")]
+    pub(crate) corner_rays: bool,
+
+    /// Longest chain of rays; the eye ray is number 1, as in the SPD test procedure. 0 and 1: no
+    /// mirrored and refracted rays
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(0..=32))]
+    pub(crate) max_depth: u32,
+
+    /// Brighten by so many stops
+    #[arg(long, value_name = "EV", default_value = "0", value_parser = values::exposure, allow_hyphen_values = true)]
+    pub(crate) exposure: f64,
+
+    /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES; what is left out comes from the file's
+    /// camera. Without one, eye and at are due, up is the scene's and fov 45
+    #[arg(long, value_name = "PARTS", value_parser = values::camera)]
+    pub(crate) camera: Option<CameraParts>,
+
+    /// Render so many frames of a fly-around; the index is prepared once
+    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..=9999))]
+    pub(crate) orbit: Option<u32>,
+
+    /// What to show: the scene, or how each point's shadow queries were decided
+    #[arg(long, value_enum, default_value_t, value_name = "WHAT")]
+    pub(crate) show: ShowWhat,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+
+    /// Changes the jitter of --spp
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Print figures on standard error
+    #[arg(long)]
+    pub(crate) stats: bool,
+
+    /// Write figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) stats_json: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Inspect {
+    #[command(flatten)]
+    pub(crate) file: SceneFile,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) file: SceneFile,
+
+    /// How many queries to compare
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub(crate) queries: u64,
+
+    /// Compare this method only [default: all]
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub(crate) shadows: Option<Shadows>,
+
+    /// Changes the queries
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Scene {
+    /// Which one
+    #[arg(value_name = "NAME", value_parser = crate::scene_source::name)]
+    pub(crate) name: String,
+
+    /// How large; what it counts depends on the scene [default: the scene's own]
+    #[arg(long, value_name = "N")]
+    pub(crate) size: Option<u32>,
+
+    /// NFF file to write
+    #[arg(long, short, value_name = "FILE.nff")]
+    pub(crate) output: PathBuf,
+}
+
+/// An axis that can be up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Up {
+    Y,
+    Z,
+}
+
+/// The exact shadow methods.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Shadows {
+    /// Voxel occlusion testing as published in 1990
+    #[default]
+    #[value(name = "voxel-1990")]
+    Voxel1990,
+    /// A walk through the uniform grid for each query
+    Grid,
+    /// Every surface is tested
+    Naive,
+}
+
+impl Shadows {
+    pub(crate) const ALL: [Self; 3] = [Self::Voxel1990, Self::Grid, Self::Naive];
+
+    pub(crate) fn method(self) -> Method {
+        match self {
+            Self::Voxel1990 => Method::Voxel1990,
+            Self::Grid => Method::Grid,
+            Self::Naive => Method::Naive,
+        }
+    }
+
+    /// Returns the name as it is typed.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Voxel1990 => "voxel-1990",
+            Self::Grid => "grid",
+            Self::Naive => "naive",
+        }
+    }
+}
+
+/// What to do with the quick check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum QuickCheckAction {
+    /// Say what it advises
+    Report,
+    /// Leave voxel occlusion testing out where it advises so
+    Obey,
+}
+
+impl QuickCheckAction {
+    pub(crate) fn quick_check(typed: Option<Self>) -> QuickCheck {
+        match typed {
+            None => QuickCheck::Off,
+            Some(Self::Report) => QuickCheck::Report,
+            Some(Self::Obey) => QuickCheck::Obey,
+        }
+    }
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ShowWhat {
+    /// The scene
+    #[default]
+    Scene,
+    /// How queries were decided: green first pass, blue intermediate, yellow blocker list,
+    /// vermilion ray, grey facing away, violet outside the spot's cone; shadowed is darker
+    Occlusion,
+}
+
+impl ShowWhat {
+    pub(crate) fn show(self) -> Show {
+        match self {
+            Self::Scene => Show::Scene,
+            Self::Occlusion => Show::Occlusion,
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Occlusion => "occlusion",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Typed::command().debug_assert();
+    }
+
+    #[test]
+    fn names_are_what_is_typed() {
+        for shadows in Shadows::ALL {
+            assert_eq!(Shadows::from_str(shadows.name(), false), Ok(shadows));
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The picture of how shadow queries were decided: `--show occlusion`.
+//!
+//! In: an eye ray. Out: linear RGB. The hit's queries are coloured and averaged over the lights:
+//!
+//! | colour (sRGB) | query |
+//! |---|---|
+//! | green `#009e73` | first pass: the value of the start's voxel |
+//! | blue `#56b4e9` | intermediate: the value of a voxel on the way |
+//! | yellow `#f0e442` | blocker list |
+//! | vermilion `#d55e00` | ray: a full walk with intersections |
+//! | grey `#7a7a7a` | not asked: facing away |
+//! | violet `#cc79a7` | not asked: outside the spot's cone |
+//! | nearly black `#14141e` | the eye ray hits nothing |
+//! | white | the scene has no light |
+//!
+//! Shadowed points have a third of the brightness, so shadows stay visible. The hues are those of
+//! Okabe and Ito, which readers with any colour vision tell apart.
+
+use antumbra::{Decided, Shadow};
+use antumbra_geometry::Ray;
+use antumbra_scene::model::Color;
+
+use crate::integrator::{Integrator, LightQuery, Tally};
+use crate::prepare::Prepared;
+
+const FIRST_PASS: u32 = 0x009e73;
+const INTERMEDIATE: u32 = 0x56b4e9;
+const BLOCKER_LIST: u32 = 0xf0e442;
+const RAY: u32 = 0xd55e00;
+const FACING_AWAY: u32 = 0x7a7a7a;
+const OUT_OF_CONE: u32 = 0xcc79a7;
+const NO_HIT: u32 = 0x14141e;
+const SHADOWED_SHARE: f64 = 1.0 / 3.0;
+
+/// Returns the colour of an eye ray; asks every light and follows no further ray.
+pub fn occlusion(
+    integrator: &Integrator<'_>,
+    prepared: &Prepared,
+    eye_ray: &Ray,
+    tally: &mut Tally,
+) -> Color {
+    let Some(point) = integrator.primary_hit(eye_ray, tally) else {
+        return linear(NO_HIT);
+    };
+    let light_count = prepared.scene().lights.len();
+    if light_count == 0 {
+        return Color::ONE;
+    }
+    let sum = (0..light_count)
+        .map(|light| color_of(&integrator.ask(&point, light, tally)))
+        .fold(Color::ZERO, |sum, color| sum + color);
+    sum / light_count as f64
+}
+
+fn color_of(query: &LightQuery) -> Color {
+    match query {
+        LightQuery::FacingAway => linear(FACING_AWAY),
+        LightQuery::OutOfCone => linear(OUT_OF_CONE),
+        LightQuery::Asked { answer, .. } => {
+            let color = linear(match answer.decided {
+                Decided::FirstPass => FIRST_PASS,
+                Decided::Intermediate => INTERMEDIATE,
+                Decided::BlockerList => BLOCKER_LIST,
+                Decided::Ray => RAY,
+            });
+            match answer.shadow {
+                Shadow::Lit => color,
+                Shadow::Shadowed => SHADOWED_SHARE * color,
+            }
+        }
+    }
+}
+
+/// Returns the linear value of an sRGB colour `0xRRGGBB`.
+fn linear(srgb: u32) -> Color {
+    let channel = |shift: u32| {
+        let encoded = f64::from((srgb >> shift) & 0xff) / 255.0;
+        if encoded <= 0.04045 {
+            encoded / 12.92
+        } else {
+            libm::pow((encoded + 0.055) / 1.055, 2.4)
+        }
+    };
+    Color::new(channel(16), channel(8), channel(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image_file::srgb_byte;
+
+    #[test]
+    fn colours_come_out_of_the_image_file_as_documented() {
+        for srgb in [
+            FIRST_PASS,
+            INTERMEDIATE,
+            BLOCKER_LIST,
+            RAY,
+            FACING_AWAY,
+            OUT_OF_CONE,
+            NO_HIT,
+        ] {
+            let bytes = linear(srgb).to_array().map(srgb_byte);
+            let expected = [16, 8, 0].map(|shift| ((srgb >> shift) & 0xff) as u8);
+            assert_eq!(bytes, expected, "{srgb:06x}");
+        }
+    }
+
+    #[test]
+    fn shadowed_is_darker_than_lit_for_every_way_of_deciding() {
+        use antumbra::Answer;
+        for decided in [
+            Decided::FirstPass,
+            Decided::Intermediate,
+            Decided::BlockerList,
+            Decided::Ray,
+        ] {
+            let of = |shadow| {
+                color_of(&LightQuery::Asked {
+                    answer: Answer { shadow, decided },
+                    cone_share: 1.0,
+                })
+            };
+            assert!(of(Shadow::Shadowed).element_sum() < 0.5 * of(Shadow::Lit).element_sum());
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Pictures as files: 8-bit sRGB PNG.
+//!
+//! In: linear RGB and an exposure. Out: a file that appears whole or not at all: it is written
+//! under a temporary name beside its place and renamed. Invariant: equal pictures give equal
+//! bytes on every platform; the transfer function uses libm, not the C library.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
+use rayon::prelude::*;
+
+use crate::film::Picture;
+
+/// Why a picture could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageFileError {
+    /// The file system refuses.
+    #[error("cannot write {}: {source}", path.display())]
+    Io {
+        /// The file meant.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The encoder refuses.
+    #[error("cannot encode {}: {source}", path.display())]
+    Encode {
+        /// The file meant.
+        path: PathBuf,
+        /// What the encoder says.
+        source: image::ImageError,
+    },
+}
+
+/// Returns the sRGB byte of a linear value (IEC 61966-2-1); values outside `0..=1` are clipped and
+/// NaN is black.
+pub fn srgb_byte(linear: f64) -> u8 {
+    let clipped = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
+    let encoded = if clipped <= 0.003_130_8 {
+        12.92 * clipped
+    } else {
+        1.055 * libm::pow(clipped, 1.0 / 2.4) - 0.055
+    };
+    (255.0 * encoded + 0.5) as u8
+}
+
+/// Returns the bytes of all pixels, RGB, after multiplying by two to the power of
+/// `exposure_in_stops`.
+pub fn srgb_bytes(picture: &Picture, exposure_in_stops: f64) -> Vec<u8> {
+    let factor = libm::exp2(exposure_in_stops);
+    let mut bytes = vec![0; 3 * picture.pixels.len()];
+    bytes
+        .par_chunks_exact_mut(3)
+        .zip(&picture.pixels)
+        .for_each(|(bytes, pixel)| {
+            for (byte, &value) in bytes.iter_mut().zip(pixel) {
+                *byte = srgb_byte(factor * f64::from(value));
+            }
+        });
+    bytes
+}
+
+/// Writes a picture as PNG to `path`, replacing what was there.
+///
+/// # Errors
+/// The file cannot be written or renamed; what was at `path` is then untouched.
+pub fn write_png(
+    path: &Path,
+    picture: &Picture,
+    exposure_in_stops: f64,
+) -> Result<(), ImageFileError> {
+    let bytes = srgb_bytes(picture, exposure_in_stops);
+    let io_error = |source| ImageFileError::Io {
+        path: path.to_owned(),
+        source,
+    };
+
+    // Beside its place, so that renaming never crosses file systems.
+    let mut name: OsString = path.as_os_str().to_owned();
+    name.push(format!(".{}.partial", std::process::id()));
+    let temporary = PathBuf::from(name);
+
+    let written = (|| {
+        let mut file = BufWriter::new(File::create(&temporary).map_err(io_error)?);
+        let [width, height] = picture.size;
+        PngEncoder::new(&mut file)
+            .write_image(&bytes, width, height, ExtendedColorType::Rgb8)
+            .map_err(|source| ImageFileError::Encode {
+                path: path.to_owned(),
+                source,
+            })?;
+        file.flush().map_err(io_error)?;
+        drop(file);
+        fs::rename(&temporary, path).map_err(io_error)
+    })();
+    if written.is_err() {
+        // The first error is the one worth telling.
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_transfer_function_hits_known_values_and_clips() {
+        let cases = [
+            (0.0, 0),
+            (1.0, 255),
+            (0.5, 188),
+            (0.215_861, 128),
+            (0.002, 7),
+            (-1.0, 0),
+        ];
+        for (linear, byte) in cases {
+            assert_eq!(srgb_byte(linear), byte, "{linear}");
+        }
+        assert_eq!(srgb_byte(f64::NAN), 0);
+        assert_eq!(srgb_byte(f64::INFINITY), 255);
+    }
+
+    #[test]
+    fn exposure_counts_in_stops() {
+        let picture = Picture {
+            size: [1, 1],
+            pixels: vec![[0.25, 0.125, 0.5]],
+        };
+        assert_eq!(srgb_bytes(&picture, 1.0), [0.5, 0.25, 1.0].map(srgb_byte));
+        assert_eq!(srgb_bytes(&picture, 0.0), [0.25, 0.125, 0.5].map(srgb_byte));
+    }
+
+    #[test]
+    fn a_file_is_whole_or_absent_and_leaves_nothing_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = Picture {
+            size: [2, 1],
+            pixels: vec![[1.0; 3], [0.0; 3]],
+        };
+        let path = folder.path().join("picture.png");
+        write_png(&path, &picture, 0.0).unwrap();
+        assert!(fs::read(&path).unwrap().starts_with(b"\x89PNG"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+
+        let nowhere = folder.path().join("missing/picture.png");
+        let error = write_png(&nowhere, &picture, 0.0).unwrap_err();
+        assert!(error.to_string().contains("picture.png"), "{error}");
+    }
+}

@@ -1,0 +1,261 @@
+//! The figures of a run: the stable schema of `--stats-json`.
+//!
+//! In: a [`Tally`] and times. Out: a struct whose JSON form is a promise: fields are added, never
+//! renamed or given another meaning, without [`SCHEMA`] going up. Seconds and bytes throughout;
+//! what is not known is `null`.
+//!
+//! Invariant: `shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays`
+//! equals `shadow.queries - shadow.facing_away - shadow.out_of_cone`.
+
+use antumbra::QuickCheckVerdict;
+use serde::Serialize;
+
+use crate::integrator::Tally;
+
+/// The version of the schema.
+pub const SCHEMA: u32 = 1;
+
+/// Everything that `--stats-json` writes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Statistics {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// The scene file as it was named.
+    pub scene: String,
+    /// Pictures rendered.
+    pub frames: u32,
+    /// How often surfaces were gathered and the shadow index built: once, whatever the frames.
+    pub preparations: u32,
+    /// Whether no tile is missing.
+    pub is_complete: bool,
+    /// What was asked for.
+    pub settings: Settings,
+    /// Rays.
+    pub rays: Rays,
+    /// Shadow queries.
+    pub shadow: ShadowQueries,
+    /// Work in the grid, all rays.
+    pub traversal: Traversal,
+    /// Wall-clock times.
+    pub time: Times,
+    /// Memory.
+    pub memory: MemoryUse,
+    /// The quick check of Paper 7.3, `null` unless asked for.
+    pub quick_check: Option<Verdict>,
+}
+
+/// What was asked for.
+#[derive(Clone, Debug, Serialize)]
+pub struct Settings {
+    /// `voxel-1990`, `grid` or `naive`.
+    pub shadows: String,
+    /// Voxels along x, y, z.
+    pub grid: [u32; 3],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Whether rays went through pixel corners instead.
+    pub corner_rays: bool,
+    /// The longest chain of rays.
+    pub max_depth: u32,
+    /// The jitter's seed.
+    pub seed: u64,
+    /// Threads.
+    pub threads: usize,
+    /// `scene` or `occlusion`.
+    pub show: String,
+}
+
+/// Counts of rays.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Rays {
+    /// From the eye.
+    pub primary: u64,
+    /// From the eye that hit.
+    pub primary_hits: u64,
+    /// Mirrored.
+    pub reflection: u64,
+    /// Refracted.
+    pub refraction: u64,
+    /// All of them, and the shadow rays walked.
+    pub total: u64,
+}
+
+/// Counts of shadow queries.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ShadowQueries {
+    /// One per hit and light, those not asked included.
+    pub queries: u64,
+    /// Not asked: the surface faces away.
+    pub facing_away: u64,
+    /// Not asked: outside the spot's cone.
+    pub out_of_cone: u64,
+    /// Decided by the start's voxel.
+    pub first_pass: u64,
+    /// Decided by a voxel on the way.
+    pub intermediate: u64,
+    /// Decided by a blocker list.
+    pub blocker_list: u64,
+    /// Decided by a full walk.
+    pub rays: u64,
+    /// Asked and found blocked.
+    pub shadowed: u64,
+}
+
+/// Work in the grid.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Traversal {
+    /// Voxels entered.
+    pub steps: u64,
+    /// Surfaces tested.
+    pub intersections: u64,
+}
+
+/// Wall-clock times in seconds.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Times {
+    /// Reading the scene.
+    pub load_s: f64,
+    /// Gathering surfaces, building grid and values.
+    pub prepare_s: f64,
+    /// Rendering all frames, writing files left out.
+    pub render_s: f64,
+}
+
+/// Memory in bytes.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct MemoryUse {
+    /// Occlusion values.
+    pub occlusion_bytes: u64,
+    /// The process at its largest; `null` where the system does not say.
+    pub peak_bytes: Option<u64>,
+}
+
+/// What the quick check found.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Verdict {
+    /// Mean share of the voxels that an element occupies, 0..1.
+    pub occupied_share: f64,
+    /// The share below which the check advises against.
+    pub threshold: f64,
+    /// Whether voxel occlusion testing is advised.
+    pub is_advised: bool,
+}
+
+impl From<QuickCheckVerdict> for Verdict {
+    fn from(verdict: QuickCheckVerdict) -> Self {
+        Self {
+            occupied_share: verdict.occupied_share,
+            threshold: verdict.threshold,
+            is_advised: verdict.is_advised,
+        }
+    }
+}
+
+impl From<&Tally> for Rays {
+    fn from(tally: &Tally) -> Self {
+        let secondary = tally.reflection + tally.refraction;
+        Self {
+            primary: tally.primary,
+            primary_hits: tally.primary_hits,
+            reflection: tally.reflection,
+            refraction: tally.refraction,
+            total: tally.primary + secondary + tally.counters.shadow.rays,
+        }
+    }
+}
+
+impl From<&Tally> for ShadowQueries {
+    fn from(tally: &Tally) -> Self {
+        let shadow = &tally.counters.shadow;
+        Self {
+            queries: tally.queries,
+            facing_away: tally.facing_away,
+            out_of_cone: tally.out_of_cone,
+            first_pass: shadow.first_pass,
+            intermediate: shadow.intermediate,
+            blocker_list: shadow.blocker_list,
+            rays: shadow.rays,
+            shadowed: shadow.shadowed,
+        }
+    }
+}
+
+impl From<&Tally> for Traversal {
+    fn from(tally: &Tally) -> Self {
+        Self {
+            steps: tally.counters.steps,
+            intersections: tally.counters.intersections,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn field_names_are_the_promised_ones() {
+        let statistics = Statistics {
+            schema: SCHEMA,
+            scene: "tetra.nff".into(),
+            frames: 1,
+            preparations: 1,
+            is_complete: true,
+            settings: Settings {
+                shadows: "grid".into(),
+                grid: [1, 2, 3],
+                size: [4, 5],
+                spp: 1,
+                corner_rays: false,
+                max_depth: 5,
+                seed: 0,
+                threads: 2,
+                show: "scene".into(),
+            },
+            rays: (&Tally {
+                primary: 2,
+                reflection: 3,
+                refraction: 4,
+                ..Tally::default()
+            })
+                .into(),
+            shadow: (&Tally::default()).into(),
+            traversal: (&Tally::default()).into(),
+            time: Times::default(),
+            memory: MemoryUse::default(),
+            quick_check: None,
+        };
+        let json = serde_json::to_value(&statistics).unwrap();
+        for path in [
+            "/rays/primary",
+            "/rays/primary_hits",
+            "/rays/reflection",
+            "/rays/refraction",
+            "/rays/total",
+            "/shadow/queries",
+            "/shadow/facing_away",
+            "/shadow/out_of_cone",
+            "/shadow/first_pass",
+            "/shadow/intermediate",
+            "/shadow/blocker_list",
+            "/shadow/rays",
+            "/shadow/shadowed",
+            "/traversal/steps",
+            "/traversal/intersections",
+            "/time/load_s",
+            "/time/prepare_s",
+            "/time/render_s",
+            "/memory/occlusion_bytes",
+            "/memory/peak_bytes",
+            "/frames",
+            "/preparations",
+            "/quick_check",
+            "/settings/grid",
+        ] {
+            assert!(json.pointer(path).is_some(), "{path} is missing");
+        }
+        assert_eq!(json["rays"]["total"], 9);
+    }
+}
