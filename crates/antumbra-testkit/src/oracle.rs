@@ -14,6 +14,8 @@
 //! * a direction is not zero, and no radius is negative.
 
 #[cfg(test)]
+mod laws;
+#[cfg(test)]
 mod page;
 mod planar;
 mod quadric;
