@@ -975,13 +975,13 @@ pub fn contract_gaps() -> Vec<Fixture> {
         "between the end planes the form is negative up to the apex, where it is 0; the caps do \
          not help, for the start is in the plane of the only one",
         [floor([-9.0, -9.0], [9.0, 9.0], 0.0).to_vec(), hat()].concat(),
-        [point([0.0, 0.0, 10.0]), UP, point([1.0, 0.0, 3.0])],
+        [point([0.0, 0.0, 10.0]), UP, point([1.0, 0.0, 4.0])],
     );
     for light in 0..2 {
         gap.blocked(light, 0, [0.0, 0.0, 0.0]);
         gap.blocked(light, None, [0.0, 0.0, 1.0]);
     }
-    gap.blocked(2, None, [-0.5, 0.0, 1.5]);
+    gap.blocked(2, None, [-0.25, 0.0, 1.5]);
     gaps.push(gap);
 
     let mut gap = Fixture::new(
