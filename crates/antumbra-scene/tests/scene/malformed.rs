@@ -21,7 +21,7 @@ fn rejected() {
         ),
         (
             "obj/magnum/invalid-numbers.obj",
-            ":2: in `v`: expected 3 numbers",
+            ":14: in `v`: expected 3 numbers",
         ),
         (
             "obj/tinyobjloader/invalid-relative-vertex-index.obj",
@@ -165,11 +165,12 @@ fn random_splices_end_in_order() {
             }
         }
         let text = words.concat();
-        for result in [nff(&text), obj(&text, MTL), obj(OBJ, &text)] {
-            if let Ok(loaded) = result {
-                check(&loaded);
-                loaded_count += 1;
-            }
+        for loaded in [nff(&text), obj(&text, MTL), obj(OBJ, &text)]
+            .iter()
+            .flatten()
+        {
+            check(loaded);
+            loaded_count += 1;
         }
     }
     assert!(loaded_count > 1000, "{loaded_count} of the splices load");
