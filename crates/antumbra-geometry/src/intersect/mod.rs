@@ -17,7 +17,8 @@ pub(crate) use box_shapes::{
 };
 pub(crate) use box_triangle::box_meets_triangle;
 pub(crate) use segment_cone::{
-    cone_distance, cone_is_outside, cone_meets_interior, own_tube_blocks, tube_blocks, tube_side,
+    cone_distance, cone_is_outside, cone_meets_interior, is_behind_wall, own_tube_blocks,
+    tube_blocks, tube_side,
 };
 pub(crate) use segment_disk::{DiskPlane, disk_blocks, disk_distance};
 pub(crate) use segment_sphere::{own_sphere_blocks, sphere_blocks, sphere_distance, sphere_side};

@@ -56,7 +56,7 @@ impl<N: Number> Forms<N> {
     }
 
     /// Returns the part of the segment between the end planes as two new ends, `None` inside if it
-    /// is empty, one point, or lies in an end plane.
+    /// is empty or one point.
     fn clipped(&self, ends: &Ends<N>) -> Option<Option<Ends<N>>> {
         let mut clipped = ends.clone();
         for is_apex in [false, true] {
@@ -71,6 +71,8 @@ impl<N: Number> Forms<N> {
             let crossing =
                 |clipped: &Ends<N>, u: &N, v: &N| clipped.start.blend(u, &clipped.light, v);
             match (at_start.sign()?, at_light.sign()?) {
+                // A segment in an end plane keeps all of itself.
+                (Sign::Zero, Sign::Zero) => {}
                 (Sign::Negative | Sign::Zero, Sign::Negative | Sign::Zero) => return Some(None),
                 (Sign::Negative, Sign::Positive) => {
                     clipped.start = crossing(&clipped, &at_light, &at_start.negated());
@@ -98,6 +100,66 @@ impl<N: Number> Forms<N> {
         )
     }
 
+    /// Returns whether the segment goes through an end plane exactly in its rim, or through an apex
+    /// from inside: there the other sign lies beyond the plane.
+    fn crosses_rim(&self, cone: &Cone, ends: &Ends<N>) -> Option<bool> {
+        let towards_light = Point4 {
+            x: ends
+                .light
+                .x
+                .scaled(&ends.start.w)
+                .minus(&ends.start.x.scaled(&ends.light.w)),
+            w: N::from_f64(0.0),
+        };
+        for (is_apex, radius) in [(false, cone.base_radius), (true, cone.apex_radius)] {
+            let height = |x: &Point4<N>| {
+                if is_apex {
+                    self.below_apex(x)
+                } else {
+                    self.z(x)
+                }
+            };
+            let (at_start, at_light) = (height(&ends.start), height(&ends.light));
+            let (u, v) = match (at_start.sign()?, at_light.sign()?) {
+                (Sign::Positive, Sign::Negative) => (at_light.negated(), at_start),
+                (Sign::Negative, Sign::Positive) => (at_light, at_start.negated()),
+                _ => continue,
+            };
+            let crossing = ends.start.blend(&u, &ends.light, &v);
+            if self.polar(&crossing, &crossing).sign()? != Sign::Zero {
+                continue;
+            }
+            let is_proper = if radius == 0.0 {
+                self.polar(&towards_light, &towards_light)
+                    .sign()?
+                    .is_negative()
+            } else {
+                self.polar(&crossing, &towards_light).sign()? != Sign::Zero
+            };
+            if is_proper {
+                return Some(true);
+            }
+        }
+        Some(false)
+    }
+
+    /// Returns whether the light is behind the wall at the start, for a wall that is part of a
+    /// solid. At an apex and beyond it the polar form says nothing: there it is the light's being
+    /// inside the infinite nappe.
+    fn is_behind_wall(&self, ends: &Ends<N>) -> Option<bool> {
+        let reach = |x: &Point4<N>| {
+            self.base_radius_m
+                .times(&x.w)
+                .plus(&self.widening.times(&self.z(x)))
+                .sign()
+        };
+        if reach(&ends.start)?.is_positive() {
+            return Some(self.polar(&ends.start, &ends.light).sign()?.is_negative());
+        }
+        let light = &ends.light;
+        Some(self.polar(light, light).sign()?.is_negative() && reach(light)?.is_positive())
+    }
+
     fn is_outside(&self, x: &Point4<N>) -> Option<bool> {
         Some(
             self.polar(x, x).sign()?.is_positive()
@@ -107,11 +169,12 @@ impl<N: Number> Forms<N> {
     }
 }
 
-/// Returns whether the segment crosses the wall properly between the end planes.
+/// Returns whether the segment crosses the wall properly between the closed end planes.
 pub(crate) fn tube_blocks(cone: &Cone, segment: &Segment) -> bool {
     fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
-        let signs = Forms::new(cone).signs_between_planes(ends)?;
-        Some(signs.negative && signs.positive)
+        let forms = Forms::new(cone);
+        let signs = forms.signs_between_planes(ends)?;
+        Some((signs.negative && signs.positive) || forms.crosses_rim(cone, ends)?)
     }
     decide(rule(cone, &segment.approximate()), || {
         rule(cone, &segment.exact())
@@ -133,6 +196,16 @@ pub(crate) fn cone_meets_interior(cone: &Cone, segment: &Segment) -> bool {
 pub(crate) fn tube_side(cone: &Cone, segment: &Segment) -> Sign {
     fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<Sign> {
         Forms::new(cone).polar(&ends.start, &ends.light).sign()
+    }
+    decide(rule(cone, &segment.approximate()), || {
+        rule(cone, &segment.exact())
+    })
+}
+
+/// Returns whether the light is behind the wall of a solid at the start.
+pub(crate) fn is_behind_wall(cone: &Cone, segment: &Segment) -> bool {
+    fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
+        Forms::new(cone).is_behind_wall(ends)
     }
     decide(rule(cone, &segment.approximate()), || {
         rule(cone, &segment.exact())

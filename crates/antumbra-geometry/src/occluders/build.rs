@@ -141,8 +141,13 @@ impl OccludersBuilder {
                     cone,
                 )
             };
-            shapes.push(cap(base, base_radius, base, apex));
-            shapes.push(cap(apex, apex_radius, apex, base));
+            // An end of radius zero is a tip, which the wall closes by itself.
+            if base_radius > 0.0 {
+                shapes.push(cap(base, base_radius, base, apex));
+            }
+            if apex_radius > 0.0 {
+                shapes.push(cap(apex, apex_radius, apex, base));
+            }
         }
         let kind = if is_closed {
             ElementKind::ClosedCone

@@ -45,7 +45,8 @@ pub enum ElementKind {
     Sphere,
     /// An open cone or cylinder.
     OpenCone,
-    /// A cone or cylinder with caps: its wall, the base cap and the apex cap, in this order.
+    /// A cone or cylinder with caps: its wall, the base cap and the apex cap, in this order; an end
+    /// of radius zero has none.
     ClosedCone,
     /// A disk.
     Disk,

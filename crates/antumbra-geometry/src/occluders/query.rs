@@ -2,9 +2,9 @@
 
 use super::{Curved, CurvedShape, ElementKind, NO_AXIS, Occluders, Surface, SurfaceId};
 use crate::intersect::{
-    cone_distance, cone_is_outside, disk_blocks, disk_distance, own_sphere_blocks, own_tube_blocks,
-    plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks, triangle_distance,
-    triangle_overlaps_from_light, tube_blocks, tube_side,
+    cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
+    own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks,
+    triangle_distance, triangle_overlaps_from_light, tube_blocks, tube_side,
 };
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartPlane};
@@ -253,13 +253,19 @@ fn side(own: &Curved, segment: &Segment) -> Sign {
 
 /// The own rules of EXACTNESS.md: whether the solid of the start's own surface blocks.
 fn own_rule(own: &Curved, segment: &Segment) -> bool {
+    if segment.is_finite() && segment.start().point == segment.light.0 {
+        return false;
+    }
     match &own.shape {
         CurvedShape::Disk(..) => false,
         CurvedShape::Sphere(sphere) => sphere.radius > 0.0 && own_sphere_blocks(sphere, segment),
         CurvedShape::Tube(cone) if !cone.is_closed => {
             is_solid(cone) && own_tube_blocks(cone, segment)
         }
-        CurvedShape::Tube(cone) | CurvedShape::Cap(_, cone) => {
+        CurvedShape::Tube(cone) => {
+            is_solid(cone) && is_behind_wall(cone, segment) && cone_is_outside(cone, segment)
+        }
+        CurvedShape::Cap(_, cone) => {
             is_solid(cone) && side(own, segment).is_negative() && cone_is_outside(cone, segment)
         }
     }
