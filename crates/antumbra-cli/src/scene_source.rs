@@ -49,7 +49,10 @@ pub(crate) fn name(text: &str) -> Result<String, String> {
     if known.contains(&text) {
         Ok(text.to_owned())
     } else {
-        Err(format!("no such scene; expected one of {}", known.join(", ")))
+        Err(format!(
+            "no such scene; expected one of {}",
+            known.join(", ")
+        ))
     }
 }
 

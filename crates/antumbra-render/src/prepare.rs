@@ -119,8 +119,11 @@ impl Gathered {
             } else {
                 Opacity::Transparent
             };
-            let object_number = u32::try_from(number)
-                .map_err(|_| bad_object(OccludersError::TooMany { element: places.len() }))?;
+            let object_number = u32::try_from(number).map_err(|_| {
+                bad_object(OccludersError::TooMany {
+                    element: places.len(),
+                })
+            })?;
             let mut place = Place {
                 object: object_number,
                 face: 0,

@@ -163,11 +163,7 @@ fn around(random: &mut Random, axis: DVec3) -> Option<DVec3> {
 }
 
 /// Returns a point on an edge of a triangle, rounded; inner edges of polygons count.
-fn on_edge(
-    random: &mut Random,
-    surface: SurfaceId,
-    gathered: &Gathered,
-) -> Option<Start> {
+fn on_edge(random: &mut Random, surface: SurfaceId, gathered: &Gathered) -> Option<Start> {
     let corners = gathered.occluders().triangle_positions(surface)?;
     let edge = random.below(3);
     let [from, to] = [corners[edge], corners[(edge + 1) % 3]];
@@ -178,11 +174,7 @@ fn on_edge(
 }
 
 /// Returns a corner of a triangle, exactly.
-fn on_vertex(
-    random: &mut Random,
-    surface: SurfaceId,
-    gathered: &Gathered,
-) -> Option<Start> {
+fn on_vertex(random: &mut Random, surface: SurfaceId, gathered: &Gathered) -> Option<Start> {
     let corners = gathered.occluders().triangle_positions(surface)?;
     Some(Start {
         point: corners[random.below(3)],
