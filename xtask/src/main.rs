@@ -1,1 +1,107 @@
-fn main() {}
+//! Every chore of the project: `cargo xtask CHORE`.
+
+mod layers;
+mod paths;
+mod run;
+
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+
+const USAGE: &str = "\
+usage: cargo xtask CHORE
+
+chores:
+  lint     formatting, clippy, documentation, layers and paths in Markdown; no warning passes
+  test     all tests
+  layers   only the check that crates and modules look downwards
+  paths    only the check that files named in our Markdown exist
+  gallery  remakes the pictures of the README into docs/images
+";
+
+fn main() -> ExitCode {
+    let chore = std::env::args().nth(1);
+    let outcome = match chore.as_deref() {
+        Some("lint") => lint(),
+        Some("test") => run::cargo(&["test", "--workspace", "--locked"], &[]),
+        Some("layers") => layers::check(),
+        Some("paths") => paths::check(),
+        Some("gallery") => gallery(),
+        _ => {
+            run::say(USAGE);
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            run::say(&format!("xtask: {error:#}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Cheap checks first.
+fn lint() -> Result<()> {
+    layers::check()?;
+    paths::check()?;
+    run::cargo(&["fmt", "--all", "--check"], &[])?;
+    let clippy = [
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--locked",
+        "--",
+        "-D",
+        "warnings",
+    ];
+    run::cargo(&clippy, &[])?;
+    let doc = [
+        "doc",
+        "--workspace",
+        "--no-deps",
+        "--locked",
+        "--document-private-items",
+    ];
+    run::cargo(&doc, &[("RUSTDOCFLAGS", "-D warnings")])
+}
+
+/// The pictures of the README, from the project's own scenes only.
+fn gallery() -> Result<()> {
+    let images = run::root().join("docs/images");
+    std::fs::create_dir_all(&images)?;
+    let pictures: [(&str, &[&str]); 4] = [
+        (
+            "sphereflake.png",
+            &["scenes/sphereflake.nff", "--spp", "16"],
+        ),
+        (
+            "sphereflake-occlusion.png",
+            &["scenes/sphereflake.nff", "--show", "occlusion"],
+        ),
+        ("tetra.png", &["scenes/tetra.nff", "--spp", "16"]),
+        (
+            "tetra-occlusion.png",
+            &["scenes/tetra.nff", "--show", "occlusion"],
+        ),
+    ];
+    for (name, arguments) in pictures {
+        let output = images.join(name);
+        let Some(output) = output.to_str() else {
+            bail!("path {output:?} is not UTF-8")
+        };
+        let mut command = vec![
+            "run",
+            "--release",
+            "--locked",
+            "-p",
+            "antumbra-cli",
+            "--",
+            "render",
+        ];
+        command.extend_from_slice(arguments);
+        command.extend_from_slice(&["--size", "480x480", "-o", output]);
+        run::cargo(&command, &[])?;
+    }
+    Ok(())
+}

@@ -134,6 +134,19 @@ impl Segment {
         }
     }
 
+    /// Returns what rounding took from [`Segment::direction`]: the two together are exact.
+    pub fn direction_tail(&self) -> DVec3 {
+        if self.light.1 == 0.0 {
+            return DVec3::ZERO;
+        }
+        // Knuth's two-difference.
+        let (a, b) = (self.light.0, self.origin);
+        let difference = a - b;
+        let b_part = a - difference;
+        let a_part = difference + b_part;
+        (b_part - b) + (a - a_part)
+    }
+
     /// Returns whether the light is a point, so that the segment ends at parameter 1 of
     /// [`Segment::direction`].
     pub fn is_finite(&self) -> bool {

@@ -12,7 +12,9 @@ impl Scene {
     /// Returns the box around all objects, world space; [`Bounds::EMPTY`] if there are none.
     /// Lights and the camera do not count. Takes time linear in the number of vertices.
     pub fn bounds(&self) -> Bounds {
-        self.objects.iter().fold(Bounds::EMPTY, |all, object| all.union(object.shape.bounds()))
+        self.objects.iter().fold(Bounds::EMPTY, |all, object| {
+            all.union(object.shape.bounds())
+        })
     }
 }
 
@@ -24,7 +26,10 @@ impl Shape {
             Self::Mesh(mesh) => of_mesh(mesh),
             Self::Sphere(sphere) => {
                 let radius = DVec3::splat(sphere.radius);
-                Bounds { min: sphere.center - radius, max: sphere.center + radius }
+                Bounds {
+                    min: sphere.center - radius,
+                    max: sphere.center + radius,
+                }
             }
             Self::Cone(cone) => {
                 let axis = cone.apex - cone.base;
@@ -41,7 +46,10 @@ impl Shape {
 
 /// Returns the box of the positions that faces use.
 fn of_mesh(mesh: &Mesh) -> Bounds {
-    let used = mesh.corners.iter().map(|corner| mesh.positions[corner.position as usize]);
+    let used = mesh
+        .corners
+        .iter()
+        .map(|corner| mesh.positions[corner.position as usize]);
     Bounds::of_points(used)
 }
 
@@ -51,10 +59,17 @@ fn of_circle(center: DVec3, normal: DVec3, radius: f64) -> Bounds {
     // Scaled first, so that squares of very large or very small normals stay in range.
     let scaled = normal / normal.abs().max_element();
     let square = scaled * scaled;
-    let others = DVec3::new(square.y + square.z, square.x + square.z, square.x + square.y);
+    let others = DVec3::new(
+        square.y + square.z,
+        square.x + square.z,
+        square.x + square.y,
+    );
     let share = others / (square.x + square.y + square.z);
     let reach = radius * DVec3::new(share.x.sqrt(), share.y.sqrt(), share.z.sqrt());
-    Bounds { min: center - reach, max: center + reach }
+    Bounds {
+        min: center - reach,
+        max: center + reach,
+    }
 }
 
 #[cfg(test)]
@@ -65,7 +80,10 @@ mod tests {
 
     #[test]
     fn spheres_and_upright_cones_have_exact_boxes() {
-        let sphere = Shape::Sphere(Sphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 0.5 });
+        let sphere = Shape::Sphere(Sphere {
+            center: DVec3::new(1.0, 2.0, 3.0),
+            radius: 0.5,
+        });
         assert_eq!(sphere.bounds().min, DVec3::new(0.5, 1.5, 2.5));
         assert_eq!(sphere.bounds().max, DVec3::new(1.5, 2.5, 3.5));
         let cone = Shape::Cone(Cone {
@@ -81,7 +99,11 @@ mod tests {
 
     #[test]
     fn a_tilted_disk_reaches_as_far_as_its_edge() {
-        let disk = Disk { center: DVec3::ZERO, normal: DVec3::new(3e200, 0.0, 4e200), radius: 5.0 };
+        let disk = Disk {
+            center: DVec3::ZERO,
+            normal: DVec3::new(3e200, 0.0, 4e200),
+            radius: 5.0,
+        };
         let bounds = Shape::Disk(disk).bounds();
         assert!((bounds.max - DVec3::new(4.0, 5.0, 3.0)).length() < 1e-12);
     }

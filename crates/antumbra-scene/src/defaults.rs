@@ -33,7 +33,11 @@ pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
         shininess,
         reflection: Color::splat(ks),
         transmission: Color::splat(transmittance),
-        ior: if transmittance > 0.0 && ior > 0.0 { ior } else { 1.0 },
+        ior: if transmittance > 0.0 && ior > 0.0 {
+            ior
+        } else {
+            1.0
+        },
         emission: Color::ZERO,
     }
 }
@@ -51,7 +55,11 @@ pub fn frame_camera(bounds: &Bounds, up: DVec3) -> Camera {
     let right = unit(up.cross(towards_eye));
     let above = towards_eye.cross(right);
 
-    let bounds = if bounds.is_empty() { Bounds::of_points([DVec3::ZERO]) } else { *bounds };
+    let bounds = if bounds.is_empty() {
+        Bounds::of_points([DVec3::ZERO])
+    } else {
+        *bounds
+    };
     let at = bounds.center();
     let (sine, cosine) = sin_cos_degrees(VERTICAL_FOV_DEGREES / 2.0);
     // Each corner has to be as far in front of the eye as its height in the picture asks for.
@@ -63,7 +71,9 @@ pub fn frame_camera(bounds: &Bounds, up: DVec3) -> Camera {
     let distance = needed.fold(0.0, f64::max);
     // A point has no size to go by. Far from the origin the eye must still differ from `at`.
     let smallest = if distance > 0.0 { 0.0 } else { 1.0 };
-    let distance = distance.max(smallest).max(1e-6 * bounds.largest_coordinate());
+    let distance = distance
+        .max(smallest)
+        .max(1e-6 * bounds.largest_coordinate());
     Camera {
         eye: at + distance * towards_eye,
         at,
@@ -113,7 +123,10 @@ fn east_and_north(up: DVec3) -> (DVec3, DVec3) {
         return (DVec3::X, DVec3::NEG_Y);
     }
     let k = 1.0 / (1.0 + c);
-    (DVec3::new(1.0 - a * a * k, -a * b * k, -a), DVec3::new(-a * b * k, 1.0 - b * b * k, -b))
+    (
+        DVec3::new(1.0 - a * a * k, -a * b * k, -a),
+        DVec3::new(-a * b * k, 1.0 - b * b * k, -b),
+    )
 }
 
 /// Returns sine and cosine of an angle in degrees; exact at multiples of 90 degrees, so that a
@@ -172,7 +185,10 @@ mod tests {
             ([1e20, 1e20, 1e20], [1e20, 1e20, 2e20]),
             ([-1e-30; 3], [1e-30; 3]),
         ] {
-            let bounds = Bounds { min: DVec3::from_array(min), max: DVec3::from_array(max) };
+            let bounds = Bounds {
+                min: DVec3::from_array(min),
+                max: DVec3::from_array(max),
+            };
             for up in [DVec3::Y, DVec3::Z, DVec3::new(-0.8, -0.8, 0.8)] {
                 let camera = frame_camera(&bounds, up);
                 let forward = unit(camera.at - camera.eye);

@@ -142,7 +142,11 @@ struct Within<'a>(&'a str);
 
 impl fmt::Display for Within<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_empty() { Ok(()) } else { write!(f, "in `{}`: ", self.0) }
+        if self.0.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "in `{}`: ", self.0)
+        }
     }
 }
 
@@ -151,14 +155,22 @@ struct HelpSuffix(&'static str);
 
 impl fmt::Display for HelpSuffix {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_empty() { Ok(()) } else { write!(f, "; help: {}", self.0) }
+        if self.0.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "; help: {}", self.0)
+        }
     }
 }
 
 /// Quotes text from a file: between backticks, control characters escaped, at most 40 characters.
 pub(crate) fn quoted(text: &str) -> String {
     const LONGEST: usize = 40;
-    let mut shown: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    let mut shown: String = text
+        .chars()
+        .take(LONGEST)
+        .flat_map(char::escape_debug)
+        .collect();
     if text.chars().nth(LONGEST).is_some() {
         shown.push_str("...");
     }
@@ -196,6 +208,9 @@ mod tests {
     #[test]
     fn quoted_text_is_short_and_harmless() {
         assert_eq!(quoted("a\u{1b}[31m"), "`a\\u{1b}[31m`");
-        assert_eq!(quoted(&"x".repeat(1000)), format!("`{}...`", "x".repeat(40)));
+        assert_eq!(
+            quoted(&"x".repeat(1000)),
+            format!("`{}...`", "x".repeat(40))
+        );
     }
 }

@@ -47,16 +47,28 @@ impl WarningLog {
     const MOST: usize = 64;
 
     pub(crate) fn new(file: &Path) -> Self {
-        Self { file: file.to_path_buf(), entries: Vec::new(), unlisted: 0 }
+        Self {
+            file: file.to_path_buf(),
+            entries: Vec::new(),
+            unlisted: 0,
+        }
     }
 
     /// Notes a warning. Equal messages are said once, at the first place, with a count.
     pub(crate) fn add(&mut self, place: Place, message: impl AsRef<str>) {
         let message = message.as_ref();
-        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.message == message) {
+        if let Some(entry) = self
+            .entries
+            .iter_mut()
+            .find(|entry| entry.message == message)
+        {
             entry.count += 1;
         } else if self.entries.len() < Self::MOST {
-            self.entries.push(Entry { message: message.to_owned(), place, count: 1 });
+            self.entries.push(Entry {
+                message: message.to_owned(),
+                place,
+                count: 1,
+            });
         } else {
             self.unlisted += 1;
         }
@@ -64,7 +76,11 @@ impl WarningLog {
 
     /// Returns the warnings, in the order of their first places.
     pub(crate) fn finish(self) -> Vec<Warning> {
-        let Self { file, entries, unlisted } = self;
+        let Self {
+            file,
+            entries,
+            unlisted,
+        } = self;
         let rest = (unlisted > 0).then(|| Entry {
             message: format!("{unlisted} further warnings are not listed"),
             place: Place::Whole,
@@ -93,7 +109,13 @@ mod tests {
         log.add(Place::Line(4), "other");
         log.add(Place::Line(9), "radius 0");
         let texts: Vec<_> = log.finish().iter().map(Warning::to_string).collect();
-        assert_eq!(texts, ["a.nff:3: radius 0 (2 times; this is the first)", "a.nff:4: other"]);
+        assert_eq!(
+            texts,
+            [
+                "a.nff:3: radius 0 (2 times; this is the first)",
+                "a.nff:4: other"
+            ]
+        );
     }
 
     #[test]

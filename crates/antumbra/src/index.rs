@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use antumbra_geometry::{Hit, LightShape, Occluders, Ray, Start};
 
-use crate::Counters;
+use crate::grid::{Grid, Layout};
+use crate::occlusion::{DenseValues, mark, quick_check};
+use crate::{Counters, shadow};
 
 /// How shadow queries are answered. Every method gives the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,7 +88,9 @@ pub struct Answer {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuildError {
     /// A light is not finite, too large, or a zero direction.
-    #[error("light {light}: position or direction must be finite, at most 2^100 and not a zero direction")]
+    #[error(
+        "light {light}: position or direction must be finite, at most 2^100 and not a zero direction"
+    )]
     BadLight {
         /// Index of the light.
         light: usize,
@@ -95,7 +99,9 @@ pub enum BuildError {
     #[error("grid resolution {0:?}: each axis takes 1 to 2048 voxels")]
     BadResolution([u32; 3]),
     /// The grid and the values would need more memory than allowed.
-    #[error("grid and occlusion values need about {needed} bytes, more than the limit of {limit}; lower the grid resolution")]
+    #[error(
+        "grid and occlusion values need about {needed} bytes, more than the limit of {limit}; lower the grid resolution"
+    )]
     Memory {
         /// Predicted bytes.
         needed: u64,
@@ -105,101 +111,291 @@ pub enum BuildError {
 }
 
 /// Collects settings for a [`ShadowIndex`].
-#[derive(Debug)]
-pub struct Builder {}
+#[derive(Clone, Debug)]
+pub struct Builder {
+    occluders: Arc<Occluders>,
+    lights: Vec<LightShape>,
+    method: Method,
+    resolution: GridResolution,
+    quick_check: QuickCheck,
+    memory_limit: Option<u64>,
+}
 
 impl Builder {
     /// Chooses how shadow queries are answered.
     #[must_use]
-    pub fn method(self, _method: Method) -> Self {
-        todo!()
+    pub fn method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
     }
+
     /// Chooses the grid's resolution.
     #[must_use]
-    pub fn grid(self, _resolution: GridResolution) -> Self {
-        todo!()
+    pub fn grid(mut self, resolution: GridResolution) -> Self {
+        self.resolution = resolution;
+        self
     }
+
     /// Chooses what the quick check does.
     #[must_use]
-    pub fn quick_check(self, _quick_check: QuickCheck) -> Self {
-        todo!()
+    pub fn quick_check(mut self, quick_check: QuickCheck) -> Self {
+        self.quick_check = quick_check;
+        self
     }
-    /// Limits the memory of grid and values, in bytes.
+
+    /// Limits the memory of grid and values, in bytes; without it there is no limit.
     #[must_use]
-    pub fn memory_limit(self, _bytes: u64) -> Self {
-        todo!()
+    pub fn memory_limit(mut self, bytes: u64) -> Self {
+        self.memory_limit = Some(bytes);
+        self
     }
+
     /// Builds grid and occlusion values, on all threads of the current rayon pool.
     ///
     /// # Errors
     /// A light or a setting is out of range, or the memory limit is too small.
     pub fn build(self) -> Result<ShadowIndex, BuildError> {
-        todo!()
+        // What was asked for must be possible before anything is taken.
+        for (index, light) in self.lights.iter().enumerate() {
+            check_light(index, light)?;
+        }
+        if let Some(limit) = self.memory_limit {
+            let needed = ShadowIndex::predict_bytes(
+                &self.occluders,
+                self.lights.len(),
+                self.resolution,
+                self.method,
+            )?;
+            if needed > limit {
+                return Err(BuildError::Memory { needed, limit });
+            }
+        }
+        let layout = layout(&self.occluders, self.resolution)?;
+        let grid = Grid::build(&self.occluders, layout);
+
+        // Paper 7.3: perhaps the values are not worth it.
+        let verdict = match self.quick_check {
+            QuickCheck::Off => None,
+            QuickCheck::Report | QuickCheck::Obey => Some(quick_check(&self.occluders, &grid)),
+        };
+        let is_advised_against = self.quick_check == QuickCheck::Obey
+            && verdict.is_some_and(|verdict| !verdict.is_advised);
+        let method = match self.method {
+            Method::Voxel1990 if is_advised_against => Method::Grid,
+            method => method,
+        };
+        let values = match method {
+            Method::Voxel1990 => self
+                .lights
+                .iter()
+                .map(|light| mark(&self.occluders, &grid, light))
+                .collect(),
+            Method::Grid | Method::Naive => Vec::new(),
+        };
+        Ok(ShadowIndex {
+            occluders: self.occluders,
+            lights: self.lights,
+            method,
+            grid,
+            values,
+            quick_check: verdict,
+        })
+    }
+}
+
+fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
+    const LARGEST: f64 = 1.2676506002282294e30; // 2^100, as for geometry
+    let (x, weight) = light.homogeneous();
+    let is_fine = x.is_finite()
+        && x.abs().max_element() <= LARGEST
+        && (weight != 0.0 || x != antumbra_geometry::DVec3::ZERO);
+    if is_fine {
+        Ok(())
+    } else {
+        Err(BuildError::BadLight { light: index })
+    }
+}
+
+fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, BuildError> {
+    let bounds = occluders.bounds();
+    let resolution = match resolution {
+        GridResolution::Automatic => {
+            Layout::automatic_resolution(bounds, occluders.elements().len())
+        }
+        GridResolution::Fixed(resolution) => resolution,
+    };
+    // Voxels are numbered in 32 bits.
+    let voxel_count: u64 = resolution.iter().map(|&n| u64::from(n)).product();
+    let is_fine =
+        resolution.iter().all(|n| (1..=2048).contains(n)) && voxel_count < u64::from(u32::MAX);
+    if is_fine {
+        Ok(Layout::new(bounds, resolution))
+    } else {
+        Err(BuildError::BadResolution(resolution))
     }
 }
 
 /// A static scene's surfaces and lights, ready for nearest-hit and shadow queries.
+///
+/// All answers are the reference's (EXACTNESS.md in the repository), whatever the method, the grid
+/// and the number of threads.
+///
+/// ```
+/// use std::sync::Arc;
+/// use antumbra::{Counters, Shadow, ShadowIndex};
+/// use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+///
+/// // A ball over a square floor, lit from above.
+/// let mut builder = Occluders::builder();
+/// let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+/// builder.add_face(&floor.map(|(x, y)| DVec3::new(x, y, 0.0)), Opacity::Opaque)?;
+/// let ball = Sphere { center: DVec3::new(0.0, 0.0, 2.0), radius: 1.0 };
+/// builder.add_sphere(ball, Opacity::Opaque)?;
+/// let lamp = LightShape::Point(DVec3::new(0.0, 0.0, 9.0));
+/// let index = ShadowIndex::builder(Arc::new(builder.build()), vec![lamp]).build()?;
+///
+/// let mut counters = Counters::default();
+/// let mut shadow_at = |x: f64| {
+///     let start = Start { point: DVec3::new(x, 0.1, 0.0), surface: Some(SurfaceId(0)) };
+///     index.shadow(&start, 0, &mut counters).shadow
+/// };
+/// assert_eq!(shadow_at(0.0), Shadow::Shadowed);
+/// assert_eq!(shadow_at(3.0), Shadow::Lit);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
-pub struct ShadowIndex {}
+pub struct ShadowIndex {
+    occluders: Arc<Occluders>,
+    lights: Vec<LightShape>,
+    method: Method,
+    grid: Grid,
+    /// One store per light, for the methods that keep values.
+    values: Vec<DenseValues>,
+    quick_check: Option<QuickCheckVerdict>,
+}
 
 impl ShadowIndex {
     /// Starts an index over `occluders` for `lights`; queries name lights by their place here.
-    pub fn builder(_occluders: Arc<Occluders>, _lights: Vec<LightShape>) -> Builder {
-        todo!()
+    pub fn builder(occluders: Arc<Occluders>, lights: Vec<LightShape>) -> Builder {
+        Builder {
+            occluders,
+            lights,
+            method: Method::default(),
+            resolution: GridResolution::default(),
+            quick_check: QuickCheck::default(),
+            memory_limit: None,
+        }
     }
 
     /// Returns the surfaces.
     pub fn occluders(&self) -> &Occluders {
-        todo!()
+        &self.occluders
     }
 
     /// Returns the lights.
     pub fn lights(&self) -> &[LightShape] {
-        todo!()
+        &self.lights
+    }
+
+    /// Returns how shadow queries are answered; not the method asked for where the quick check
+    /// advised against that.
+    pub fn method(&self) -> Method {
+        self.method
     }
 
     /// Returns the nearest surface along `ray`; transparent ones count. Ties go to the lowest id.
-    pub fn nearest(&self, _ray: &Ray, _counters: &mut Counters) -> Option<Hit> {
-        todo!()
+    pub fn nearest(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
+        self.grid
+            .nearest(&self.occluders, &self.occluders.ray_segment(ray), counters)
     }
 
     /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of
     /// the light"): positive on the side of the normal, negative behind, zero in the tangent plane
     /// and for free starts.
-    pub fn light_side(&self, _start: &Start, _light: usize) -> i8 {
-        todo!()
+    ///
+    /// # Panics
+    /// `light` is no light's number, or the start's surface is no surface's.
+    pub fn light_side(&self, start: &Start, light: usize) -> i8 {
+        self.occluders.light_side(start, &self.lights[light])
     }
 
     /// Answers a shadow query exactly. Counts under `counters.shadow`.
-    pub fn shadow(&self, _start: &Start, _light: usize, _counters: &mut Counters) -> Answer {
-        todo!()
+    ///
+    /// The answer does not depend on the method. A start on a surface is expected to lie on it up
+    /// to rounding, 2^-40 of the scene's size.
+    ///
+    /// # Panics
+    /// `light` is no light's number, or the start's surface is no surface's.
+    pub fn shadow(&self, start: &Start, light: usize, counters: &mut Counters) -> Answer {
+        let segment = self.occluders.segment(start, &self.lights[light]);
+        let (occluders, grid) = (&*self.occluders, &self.grid);
+        let answer = match self.method {
+            Method::Voxel1990 => {
+                shadow::by_voxel_1990(occluders, grid, &self.values[light], &segment, counters)
+            }
+            Method::Grid => shadow::by_grid(occluders, grid, &segment, counters),
+            Method::Naive => shadow::by_reference(occluders, &segment, counters),
+        };
+        counters.shadow.count(answer);
+        answer
     }
 
     /// Answers a shadow query by testing every surface: the reference of EXACTNESS.md.
-    pub fn shadow_by_reference(&self, _start: &Start, _light: usize) -> Shadow {
-        todo!()
+    ///
+    /// # Panics
+    /// As [`ShadowIndex::shadow`].
+    pub fn shadow_by_reference(&self, start: &Start, light: usize) -> Shadow {
+        let segment = self.occluders.segment(start, &self.lights[light]);
+        shadow::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow
     }
 
     /// Returns the grid's voxels along x, y and z.
     pub fn grid_resolution(&self) -> [u32; 3] {
-        todo!()
+        self.grid.layout.resolution
     }
 
     /// Returns the bytes of all occlusion values: two bits per voxel and light.
     pub fn occlusion_bytes(&self) -> u64 {
-        todo!()
+        self.values.iter().map(DenseValues::bytes).sum()
     }
 
-    /// Returns the bytes the index would take, before any is taken.
+    /// Returns about how many bytes building the index takes at its height, before any is taken.
     ///
     /// # Errors
-    /// As [`Builder::build`], memory limit apart.
-    pub fn predict_bytes(_occluders: &Occluders, _light_count: usize, _resolution: GridResolution, _method: Method) -> Result<u64, BuildError> {
-        todo!()
+    /// The resolution is out of range.
+    pub fn predict_bytes(
+        occluders: &Occluders,
+        light_count: usize,
+        resolution: GridResolution,
+        method: Method,
+    ) -> Result<u64, BuildError> {
+        let layout = layout(occluders, resolution)?;
+        let grid = Grid::predict_bytes(occluders, &layout);
+        let values = match method {
+            // While they are marked, values take a byte each, and umbrae some hundred.
+            Method::Voxel1990 => {
+                DenseValues::bytes_for(layout.voxel_count()) * light_count as u64
+                    + layout.voxel_count() as u64
+                    + 600 * occluders.elements().len() as u64
+            }
+            Method::Grid | Method::Naive => 0,
+        };
+        Ok(grid + values)
+    }
+
+    /// Returns the resolution that a setting means for a scene.
+    ///
+    /// # Errors
+    /// The resolution is out of range.
+    pub fn resolve_grid(
+        occluders: &Occluders,
+        resolution: GridResolution,
+    ) -> Result<[u32; 3], BuildError> {
+        Ok(layout(occluders, resolution)?.resolution)
     }
 
     /// Returns what the quick check found, if it was asked for.
     pub fn quick_check(&self) -> Option<QuickCheckVerdict> {
-        todo!()
+        self.quick_check
     }
 }

@@ -1,7 +1,13 @@
 //! Exact shadow answers for static scenes, mostly without tracing a ray.
 
+mod grid;
 mod index;
+mod occlusion;
+mod shadow;
 mod stats;
 
-pub use index::{Answer, BuildError, Builder, Decided, GridResolution, Method, QuickCheck, QuickCheckVerdict, Shadow, ShadowIndex};
+pub use index::{
+    Answer, BuildError, Builder, Decided, GridResolution, Method, QuickCheck, QuickCheckVerdict,
+    Shadow, ShadowIndex,
+};
 pub use stats::{Counters, ShadowCounters};

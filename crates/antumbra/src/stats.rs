@@ -1,5 +1,7 @@
 //! Counters of the work done, kept by the caller so that threads do not share them.
 
+use crate::{Answer, Decided, Shadow};
+
 /// Work of rays through the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
@@ -24,6 +26,19 @@ pub struct ShadowCounters {
     pub rays: u64,
     /// Found blocked, however decided.
     pub shadowed: u64,
+}
+
+impl ShadowCounters {
+    /// Counts one answer.
+    pub(crate) fn count(&mut self, answer: Answer) {
+        match answer.decided {
+            Decided::FirstPass => self.first_pass += 1,
+            Decided::Intermediate => self.intermediate += 1,
+            Decided::BlockerList => self.blocker_list += 1,
+            Decided::Ray => self.rays += 1,
+        }
+        self.shadowed += u64::from(answer.shadow == Shadow::Shadowed);
+    }
 }
 
 impl Counters {

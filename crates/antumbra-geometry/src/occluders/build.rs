@@ -152,7 +152,7 @@ impl OccludersBuilder {
         self.add_curved(kind, shapes, opacity)
     }
 
-    /// Adds a disk. A zero normal makes a surface that is never hit.
+    /// Adds a disk. A zero normal or radius makes a surface that is never hit.
     ///
     /// # Errors
     /// A number is not finite or too large, or the radius is negative.
@@ -171,7 +171,11 @@ impl OccludersBuilder {
             normal_tail: DVec3::ZERO,
             radius,
         };
-        let axis = plane.plane().dominant_axis().unwrap_or(NO_AXIS);
+        let axis = plane
+            .plane()
+            .dominant_axis()
+            .filter(|_| radius > 0.0)
+            .unwrap_or(NO_AXIS);
         self.add_curved(
             ElementKind::Disk,
             vec![CurvedShape::Disk(plane, axis)],

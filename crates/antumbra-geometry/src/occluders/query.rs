@@ -134,7 +134,7 @@ impl Occluders {
 
     /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of
     /// the light"): 1 on the side of the normal, -1 behind, 0 in the tangent plane and for free
-    /// starts.
+    /// starts and degenerate surfaces.
     pub fn light_side(&self, start: &Start, light: &LightShape) -> i8 {
         let Some(surface) = start.surface else {
             return 0;
@@ -241,11 +241,13 @@ fn is_solid(cone: &Cone) -> bool {
 /// Returns the side of the light at a start on a curved surface or disk.
 fn side(own: &Curved, segment: &Segment) -> Sign {
     match &own.shape {
-        CurvedShape::Sphere(sphere) => sphere_side(sphere, segment),
-        CurvedShape::Tube(cone) => tube_side(cone, segment),
-        CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => {
+        CurvedShape::Sphere(sphere) if sphere.radius > 0.0 => sphere_side(sphere, segment),
+        CurvedShape::Tube(cone) if is_solid(cone) => tube_side(cone, segment),
+        CurvedShape::Cap(disk, cone) if is_solid(cone) => plane_side(&disk.plane(), segment.light),
+        CurvedShape::Disk(disk, axis) if *axis != NO_AXIS => {
             plane_side(&disk.plane(), segment.light)
         }
+        _ => Sign::Zero,
     }
 }
 

@@ -52,17 +52,30 @@ pub enum GenerateError {
 /// assert_eq!(scene.objects.len(), 64);
 /// ```
 pub fn by_name(name: &str, size: Option<u32>) -> Result<Scene, GenerateError> {
-    let default = NAMES.iter().find(|(known, _)| *known == name).map(|&(_, size)| size);
+    let default = NAMES
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|&(_, size)| size);
     match (name, size.or(default)) {
         ("tetra", Some(size)) => tetra(size),
         ("sphereflake", Some(size)) => sphereflake(size),
-        _ => Err(GenerateError::UnknownName { name: name.to_owned() }),
+        _ => Err(GenerateError::UnknownName {
+            name: name.to_owned(),
+        }),
     }
 }
 
 /// Refuses sizes out of range.
 fn check_size(name: &'static str, size: u32, largest: u32) -> Result<(), GenerateError> {
-    if (1..=largest).contains(&size) { Ok(()) } else { Err(GenerateError::Size { name, size, largest }) }
+    if (1..=largest).contains(&size) {
+        Ok(())
+    } else {
+        Err(GenerateError::Size {
+            name,
+            size,
+            largest,
+        })
+    }
 }
 
 /// Returns a scene without objects, as SPD's programs set it up: sky-blue background, a view of
@@ -99,7 +112,10 @@ mod tests {
     #[test]
     fn names_have_defaults_that_work() {
         for (name, size) in NAMES {
-            assert_eq!(by_name(name, None).unwrap(), by_name(name, Some(size)).unwrap());
+            assert_eq!(
+                by_name(name, None).unwrap(),
+                by_name(name, Some(size)).unwrap()
+            );
         }
         assert_eq!(
             by_name("gears", None).unwrap_err().to_string(),

@@ -33,17 +33,31 @@ pub fn sphereflake(size: u32) -> Result<Scene, GenerateError> {
     let mut scene = stage(DVec3::new(2.1, 1.3, 1.7), DVec3::ZERO, DVec3::Z, &lights);
 
     // The ground, beige.
-    scene.materials.push(nff_material([1.0, 0.75, 0.33, 0.8, 0.0, 100_000.0, 0.0, 1.0]));
+    scene.materials.push(nff_material([
+        1.0, 0.75, 0.33, 0.8, 0.0, 100_000.0, 0.0, 1.0,
+    ]));
     let ground = [(12.0, 12.0), (-12.0, 12.0), (-12.0, -12.0), (12.0, -12.0)];
     let vertices = ground.map(|(x, y)| DVec3::new(x, y, -0.5)).to_vec();
-    let shape = Shape::Polygon(Polygon { vertices, normals: Vec::new() });
-    scene.objects.push(Object { name: String::new(), shape, material: 0 });
+    let shape = Shape::Polygon(Polygon {
+        vertices,
+        normals: Vec::new(),
+    });
+    scene.objects.push(Object {
+        name: String::new(),
+        shape,
+        material: 0,
+    });
 
     // The flake, a mirror. Its highlight has half its strength at 37 degrees.
     let shininess = libm::log(0.5) / libm::log(libm::cos(37.0 * PI / 180.0));
-    scene.materials.push(nff_material([1.0, 0.9, 0.7, 0.5, 0.5, shininess, 0.0, 1.0]));
+    scene
+        .materials
+        .push(nff_material([1.0, 0.9, 0.7, 0.5, 0.5, shininess, 0.0, 1.0]));
     scene.objects.reserve_exact((9_usize.pow(size + 1) - 1) / 8);
-    let trunk = Sphere { center: DVec3::ZERO, radius: 0.5 };
+    let trunk = Sphere {
+        center: DVec3::ZERO,
+        radius: 0.5,
+    };
     grow(&mut scene.objects, size, trunk, DVec3::Z, &children());
     Ok(scene)
 }
@@ -56,7 +70,11 @@ fn grow(
     direction: DVec3,
     children: &[DVec3; 9],
 ) {
-    objects.push(Object { name: String::new(), shape: Shape::Sphere(sphere), material: 1 });
+    objects.push(Object {
+        name: String::new(),
+        shape: Shape::Sphere(sphere),
+        material: 1,
+    });
     if levels == 0 {
         return;
     }
@@ -65,7 +83,10 @@ fn grow(
     for &child in children {
         let center = turn.apply(child) * distance + sphere.center;
         let towards_child = (center - sphere.center) / distance;
-        let child = Sphere { center, radius: sphere.radius * SHRINK };
+        let child = Sphere {
+            center,
+            radius: sphere.radius * SHRINK,
+        };
         grow(objects, levels - 1, child, towards_child, children);
     }
 }
@@ -78,7 +99,11 @@ fn children() -> [DVec3; 9] {
         normalized(DVec3::new(1.0, -1.0, 0.0)),
         libm::asin(2.0 / 6.0_f64.sqrt()),
     );
-    let trio = [DVec3::new(d, d, 0.0), DVec3::new(d, 0.0, -d), DVec3::new(0.0, d, -d)];
+    let trio = [
+        DVec3::new(d, d, 0.0),
+        DVec3::new(d, 0.0, -d),
+        DVec3::new(0.0, d, -d),
+    ];
     let trio = trio.map(|direction| tilt.apply(direction));
     std::array::from_fn(|i| {
         let third = (i / 3) as f64 * 2.0 * PI / 3.0;
@@ -118,7 +143,11 @@ impl Rotation {
     /// rounding errors, and SPD turns by nothing or by half a turn about y.
     fn from_z_to(direction: DVec3) -> Self {
         if direction.z >= 0.9999 {
-            Self { x: DVec3::X, y: DVec3::Y, z: DVec3::Z }
+            Self {
+                x: DVec3::X,
+                y: DVec3::Y,
+                z: DVec3::Z,
+            }
         } else if direction.z <= -0.9999 {
             let (sine, cosine) = (libm::sin(PI), libm::cos(PI));
             Self {
@@ -127,7 +156,10 @@ impl Rotation {
                 z: DVec3::new(sine, 0.0, cosine),
             }
         } else {
-            Self::about(normalized(DVec3::Z.cross(direction)), libm::acos(direction.z))
+            Self::about(
+                normalized(DVec3::Z.cross(direction)),
+                libm::acos(direction.z),
+            )
         }
     }
 

@@ -38,7 +38,9 @@ pub fn tetra(size: u32) -> Result<Scene, GenerateError> {
         DVec3::new(-0.816497, -0.816497, 0.816497),
         &[DVec3::new(2.0, -18.0, -5.0)],
     );
-    scene.materials.push(nff_material([1.0, 0.2, 0.2, 1.0, 0.0, 100_000.0, 0.0, 0.0]));
+    scene
+        .materials
+        .push(nff_material([1.0, 0.2, 0.2, 1.0, 0.0, 100_000.0, 0.0, 0.0]));
     scene.objects.reserve_exact(4_usize.pow(size));
     divide(&mut scene.objects, size, DVec3::ZERO, 1.0);
     Ok(scene)
@@ -48,14 +50,26 @@ pub fn tetra(size: u32) -> Result<Scene, GenerateError> {
 fn divide(objects: &mut Vec<Object>, levels: u32, center: DVec3, reach: f64) {
     if levels > 1 {
         for corner in CORNERS {
-            divide(objects, levels - 1, center + corner * reach / 2.0, reach / 2.0);
+            divide(
+                objects,
+                levels - 1,
+                center + corner * reach / 2.0,
+                reach / 2.0,
+            );
         }
         return;
     }
     let corners = CORNERS.map(|corner| center + corner * reach);
     for face in FACES {
         let vertices = face.map(|i| corners[i]).to_vec();
-        let shape = Shape::Polygon(Polygon { vertices, normals: Vec::new() });
-        objects.push(Object { name: String::new(), shape, material: 0 });
+        let shape = Shape::Polygon(Polygon {
+            vertices,
+            normals: Vec::new(),
+        });
+        objects.push(Object {
+            name: String::new(),
+            shape,
+            material: 0,
+        });
     }
 }

@@ -10,18 +10,29 @@ use robust::{Coord, orient2d};
 /// closer than about 1e-140 of the largest coordinate may count as one.
 pub(super) fn has_area(points: impl Iterator<Item = DVec3> + Clone) -> bool {
     // Where products would underflow, scale up by a power of two, which rounds nothing.
-    let largest = points.clone().fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
-    let scale = if largest < 1e-60 { 2.0_f64.powi(500) } else { 1.0 };
+    let largest = points
+        .clone()
+        .fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
+    let scale = if largest < 1e-60 {
+        2.0_f64.powi(500)
+    } else {
+        1.0
+    };
     let mut points = points.map(|p| p * scale);
     let Some(a) = points.next() else { return false };
-    let Some(b) = points.find(|&p| p != a) else { return false };
+    let Some(b) = points.find(|&p| p != a) else {
+        return false;
+    };
     points.any(|c| !is_on_one_line(a, b, c))
 }
 
 /// Points of space are on one line iff their three projections along the axes are.
 fn is_on_one_line(a: DVec3, b: DVec3, c: DVec3) -> bool {
     let turn = |f: fn(DVec3) -> (f64, f64)| {
-        let [a, b, c] = [a, b, c].map(|p| Coord { x: f(p).0, y: f(p).1 });
+        let [a, b, c] = [a, b, c].map(|p| Coord {
+            x: f(p).0,
+            y: f(p).1,
+        });
         orient2d(a, b, c)
     };
     turn(|p| (p.x, p.y)) == 0.0 && turn(|p| (p.y, p.z)) == 0.0 && turn(|p| (p.z, p.x)) == 0.0
@@ -45,8 +56,17 @@ mod tests {
 
     #[test]
     fn slivers_and_specks_have_some() {
-        assert!(of(&[[0.0; 3], [1.0, 1.0, 1.0], [3.0, 3.0, 3.0_f64.next_up()]]));
+        assert!(of(&[
+            [0.0; 3],
+            [1.0, 1.0, 1.0],
+            [3.0, 3.0, 3.0_f64.next_up()]
+        ]));
         assert!(of(&[[0.0; 3], [1e-200, 0.0, 0.0], [0.0, 1e-200, 0.0]]));
-        assert!(of(&[[0.0; 3], [0.0; 3], [1e30, 0.0, 0.0], [0.0, 1e30, 0.0]]));
+        assert!(of(&[
+            [0.0; 3],
+            [0.0; 3],
+            [1e30, 0.0, 0.0],
+            [0.0, 1e30, 0.0]
+        ]));
     }
 }

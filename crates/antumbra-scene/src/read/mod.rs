@@ -74,7 +74,9 @@ pub enum UpAxis {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
         Some("nff") => read_nff(path, &read_bytes(path)?),
         Some("obj") => {
@@ -82,7 +84,9 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
             read_obj(path, &bytes, options, &mut |name| read_beside(path, name))
         }
         other => {
-            let found = other.map_or("a name without an ending".into(), |e| quoted(&format!(".{e}")));
+            let found = other.map_or("a name without an ending".into(), |e| {
+                quoted(&format!(".{e}"))
+            });
             Err(whole(path, ReadErrorKind::UnknownFormat { found }))
         }
     }
@@ -93,8 +97,9 @@ fn read_beside(scene: &Path, name: &str) -> io::Result<Vec<u8>> {
     // Windows paths occur in files that are read elsewhere.
     let name = name.replace('\\', "/");
     let relative = Path::new(&name);
-    let stays_inside =
-        relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let stays_inside = relative
+        .components()
+        .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     if !stays_inside || name.contains(':') {
         return Err(io::Error::new(
             io::ErrorKind::PermissionDenied,
@@ -116,15 +121,24 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     if !metadata.is_file() {
         return Err(whole(path, ReadErrorKind::NotAFile));
     }
-    let too_large =
-        |bytes| whole(path, ReadErrorKind::TooLarge { bytes, limit: MAX_FILE_BYTES });
+    let too_large = |bytes| {
+        whole(
+            path,
+            ReadErrorKind::TooLarge {
+                bytes,
+                limit: MAX_FILE_BYTES,
+            },
+        )
+    };
     if metadata.len() > MAX_FILE_BYTES {
         return Err(too_large(metadata.len()));
     }
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(fail)?;
     // The file may grow while it is read.
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    file.take(MAX_FILE_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(fail)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(too_large(bytes.len() as u64));
     }
@@ -133,7 +147,11 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
 
 /// Returns an error about a file as a whole.
 fn whole(path: &Path, kind: ReadErrorKind) -> ReadError {
-    ReadError { file: path.to_path_buf(), place: Place::Whole, kind }
+    ReadError {
+        file: path.to_path_buf(),
+        place: Place::Whole,
+        kind,
+    }
 }
 
 #[cfg(test)]
@@ -150,10 +168,18 @@ mod tests {
         assert!(read_beside(&scene, "inside.mtl").is_ok());
         assert!(read_beside(&scene, "./inside.mtl").is_ok());
         let absolute = folder.path().join("inner/inside.mtl");
-        for name in ["../outside.mtl", "..\\outside.mtl", absolute.to_str().unwrap(), "C:\\a.mtl"] {
+        for name in [
+            "../outside.mtl",
+            "..\\outside.mtl",
+            absolute.to_str().unwrap(),
+            "C:\\a.mtl",
+        ] {
             let error = read_beside(&scene, name).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::PermissionDenied, "{name}");
         }
-        assert_eq!(read_beside(&scene, "none.mtl").unwrap_err().kind(), io::ErrorKind::NotFound);
+        assert_eq!(
+            read_beside(&scene, "none.mtl").unwrap_err().kind(),
+            io::ErrorKind::NotFound
+        );
     }
 }

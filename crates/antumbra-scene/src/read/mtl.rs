@@ -80,7 +80,10 @@ impl Reader<'_> {
         let place = Place::Line(statement.line);
         if keyword == "newmtl" {
             self.close();
-            let material = Material { name: statement.name().to_owned(), ..Material::default() };
+            let material = Material {
+                name: statement.name().to_owned(),
+                ..Material::default()
+            };
             self.draft = Some(Draft {
                 material,
                 line: statement.line,
@@ -92,11 +95,14 @@ impl Reader<'_> {
             return Ok(());
         }
         let lower = keyword.to_ascii_lowercase();
-        if lower.starts_with("map_") || matches!(&*lower, "bump" | "disp" | "decal" | "refl" | "norm") {
+        if lower.starts_with("map_")
+            || matches!(&*lower, "bump" | "disp" | "decal" | "refl" | "norm")
+        {
             if self.textures.is_empty() {
                 self.first_texture = statement.line;
             }
-            self.textures.insert(statement.arguments().last().unwrap_or_default().to_owned());
+            self.textures
+                .insert(statement.arguments().last().unwrap_or_default().to_owned());
             return Ok(());
         }
         // Numbers are read before the material is looked up, so that garbage is always told.
@@ -117,13 +123,15 @@ impl Reader<'_> {
             "illum" => Some(N(self.number(statement, "illum")?)),
             "Ka" | "sharpness" => None,
             _ => {
-                self.warnings.add(place, format!("{} is not read", quoted(keyword)));
+                self.warnings
+                    .add(place, format!("{} is not read", quoted(keyword)));
                 None
             }
         };
         let Some(value) = value else { return Ok(()) };
         let Some(draft) = &mut self.draft else {
-            self.warnings.add(place, "statements before the first `newmtl` are ignored");
+            self.warnings
+                .add(place, "statements before the first `newmtl` are ignored");
             return Ok(());
         };
         match (keyword, value) {
@@ -146,15 +154,23 @@ impl Reader<'_> {
 
     /// Finishes the material that was being read.
     fn close(&mut self) {
-        let Some(mut draft) = self.draft.take() else { return };
+        let Some(mut draft) = self.draft.take() else {
+            return;
+        };
         let place = Place::Line(draft.line);
         let material = &mut draft.material;
         if matches!(draft.illumination, Some(3 | 5..=9)) {
             material.reflection = material.specular;
         }
-        let opacity = draft.dissolve.or(draft.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0);
+        let opacity = draft
+            .dissolve
+            .or(draft.transparency.map(|tr| 1.0 - tr))
+            .unwrap_or(1.0);
         if !(0.0..=1.0).contains(&opacity) {
-            self.warnings.add(place, "`d` or `Tr` is not between 0 and 1: the nearer one is used");
+            self.warnings.add(
+                place,
+                "`d` or `Tr` is not between 0 and 1: the nearer one is used",
+            );
         }
         let transparency = 1.0 - opacity.clamp(0.0, 1.0);
         let filter = draft.filter.unwrap_or(Color::ONE);
@@ -168,7 +184,8 @@ impl Reader<'_> {
         }
         let name = material.name.clone();
         if self.materials.insert(name, draft.material).is_some() {
-            self.warnings.add(place, "a material is defined twice: the last one counts");
+            self.warnings
+                .add(place, "a material is defined twice: the last one counts");
         }
     }
 
@@ -182,7 +199,10 @@ impl Reader<'_> {
         const EXPECTED: &str = "3 numbers (red, green, blue)";
         let place = Place::Line(statement.line);
         if matches!(statement.arguments().next(), Some("spectral" | "xyz")) {
-            self.warnings.add(place, format!("`{entity}` as a spectral curve or as xyz is not read"));
+            self.warnings.add(
+                place,
+                format!("`{entity}` as a spectral curve or as xyz is not read"),
+            );
             return Ok(None);
         }
         let mut channels = [0.0; 3];
@@ -197,7 +217,10 @@ impl Reader<'_> {
             _ => return Err(self.ended(statement, entity, EXPECTED)),
         }
         if channels.iter().any(|&c| c < 0.0) {
-            self.warnings.add(place, format!("`{entity}` has a negative channel: 0 is used"));
+            self.warnings.add(
+                place,
+                format!("`{entity}` has a negative channel: 0 is used"),
+            );
         }
         Ok(Some(Color::from_array(channels.map(|c| c.max(0.0)))))
     }
@@ -205,7 +228,9 @@ impl Reader<'_> {
     /// Reads one number; `-halo` before it is skipped.
     fn number(&self, statement: &Statement<'_>, entity: &'static str) -> Result<f64, ReadError> {
         let mut words = statement.arguments().filter(|&word| word != "-halo");
-        let word = words.next().ok_or_else(|| self.ended(statement, entity, "a number"))?;
+        let word = words
+            .next()
+            .ok_or_else(|| self.ended(statement, entity, "a number"))?;
         self.parse(statement, word, entity, "a number")
     }
 
@@ -241,12 +266,22 @@ impl Reader<'_> {
             found: found.into(),
             help: "correct the line in the material library",
         };
-        ReadError { file: self.file.to_path_buf(), place: Place::Line(statement.line), kind }
+        ReadError {
+            file: self.file.to_path_buf(),
+            place: Place::Line(statement.line),
+            kind,
+        }
     }
 
     fn finish(mut self) -> Library {
         self.close();
-        let Self { mut warnings, materials, textures, first_texture, .. } = self;
+        let Self {
+            mut warnings,
+            materials,
+            textures,
+            first_texture,
+            ..
+        } = self;
         if !textures.is_empty() {
             let message = match textures.len() {
                 1 => "1 texture is not read; the plain colours are used".to_owned(),
@@ -254,7 +289,10 @@ impl Reader<'_> {
             };
             warnings.add(Place::Line(first_texture), message);
         }
-        Library { materials, warnings: warnings.finish() }
+        Library {
+            materials,
+            warnings: warnings.finish(),
+        }
     }
 }
 
@@ -267,7 +305,9 @@ mod tests {
     }
 
     fn refusal(text: &str) -> String {
-        read_mtl(Path::new("a.mtl"), text.as_bytes()).unwrap_err().to_string()
+        read_mtl(Path::new("a.mtl"), text.as_bytes())
+            .unwrap_err()
+            .to_string()
     }
 
     #[test]
@@ -292,8 +332,14 @@ mod tests {
 
     #[test]
     fn illumination_models_decide_about_the_mirror() {
-        for (model, mirrors) in [(0, false), (1, false), (2, false), (3, true), (4, false), (5, true)]
-        {
+        for (model, mirrors) in [
+            (0, false),
+            (1, false),
+            (2, false),
+            (3, true),
+            (4, false),
+            (5, true),
+        ] {
             let library = read(&format!("newmtl a\nKs 1 1 1\nillum {model}"));
             let expected = if mirrors { Color::ONE } else { Color::ZERO };
             assert_eq!(library.materials["a"].reflection, expected, "illum {model}");
@@ -307,7 +353,10 @@ mod tests {
         assert_eq!(transmission("newmtl a\nTr 0.25"), Color::splat(0.25));
         assert_eq!(transmission("newmtl a\nd -halo 0.5"), Color::splat(0.5));
         assert_eq!(transmission("newmtl a\nTf 1 1 1\nillum 2"), Color::ZERO);
-        assert_eq!(transmission("newmtl a\nTf 1 1 0\nillum 7\nd 1"), Color::new(1.0, 1.0, 0.0));
+        assert_eq!(
+            transmission("newmtl a\nTf 1 1 0\nillum 7\nd 1"),
+            Color::new(1.0, 1.0, 0.0)
+        );
         assert_eq!(transmission("newmtl a\nd 7"), Color::ZERO);
     }
 

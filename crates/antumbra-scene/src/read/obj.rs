@@ -46,7 +46,17 @@ const UNSUPPORTED: [(&str, &[&str]); 3] = [
     ),
     (
         "display attributes are not read",
-        &["mg", "bevel", "c_interp", "d_interp", "lod", "usemap", "maplib", "shadow_obj", "trace_obj"],
+        &[
+            "mg",
+            "bevel",
+            "c_interp",
+            "d_interp",
+            "lod",
+            "usemap",
+            "maplib",
+            "shadow_obj",
+            "trace_obj",
+        ],
     ),
 ];
 
@@ -157,7 +167,10 @@ impl Reader<'_> {
             keyword if SILENT.contains(&keyword) => {}
             keyword => {
                 let place = Place::Line(statement.line);
-                match UNSUPPORTED.iter().find(|(_, words)| words.contains(&keyword)) {
+                match UNSUPPORTED
+                    .iter()
+                    .find(|(_, words)| words.contains(&keyword))
+                {
                     Some((message, _)) => self.warnings.add(place, message),
                     None => {
                         let message = format!("unknown keyword {}: skipped", quoted(keyword));
@@ -182,7 +195,9 @@ impl Reader<'_> {
         match surplus {
             0 | 1 => {}
             2 => return Err(self.expected(statement, "v", EXPECTED, "5 numbers".into())),
-            _ => self.warnings.add(Place::Line(statement.line), "vertex colours are not read"),
+            _ => self
+                .warnings
+                .add(Place::Line(statement.line), "vertex colours are not read"),
         }
         self.positions.push(position);
         Ok(())
@@ -243,7 +258,11 @@ impl Reader<'_> {
         list: &str,
     ) -> Result<u32, ReadError> {
         let count = count as i64;
-        let from_zero = if index < 0 { count.saturating_add(index) } else { index - 1 };
+        let from_zero = if index < 0 {
+            count.saturating_add(index)
+        } else {
+            index - 1
+        };
         let problem = if index == 0 {
             format!("index 0 names no `{list}`; indices count from 1, or backwards from -1")
         } else if from_zero < 0 {
@@ -262,7 +281,11 @@ impl Reader<'_> {
             let key = (self.name.clone(), self.material.clone());
             *self.part_of.entry(key).or_insert_with(|| {
                 let (name, material) = (self.name.clone(), self.material.clone());
-                self.parts.push(Part { name, material, ..Part::default() });
+                self.parts.push(Part {
+                    name,
+                    material,
+                    ..Part::default()
+                });
                 self.parts.len() - 1
             })
         });
@@ -309,8 +332,10 @@ impl Reader<'_> {
     }
 
     fn library_missing(&mut self, statement: &Statement<'_>, name: &str, error: &io::Error) {
-        let message =
-            format!("cannot open the material library {}: {error}; grey is used", quoted(name));
+        let message = format!(
+            "cannot open the material library {}: {error}; grey is used",
+            quoted(name)
+        );
         self.warnings.add(Place::Line(statement.line), message);
     }
 
@@ -358,7 +383,11 @@ impl Reader<'_> {
             found: found.into(),
             help: "correct the line, or export the file again",
         };
-        ReadError { file: self.file.to_path_buf(), place: Place::Line(statement.line), kind }
+        ReadError {
+            file: self.file.to_path_buf(),
+            place: Place::Line(statement.line),
+            kind,
+        }
     }
 
     fn invalid(
@@ -368,8 +397,16 @@ impl Reader<'_> {
         problem: String,
         help: &'static str,
     ) -> ReadError {
-        let kind = ReadErrorKind::Invalid { entity, problem: problem.into(), help };
-        ReadError { file: self.file.to_path_buf(), place: Place::Line(line), kind }
+        let kind = ReadErrorKind::Invalid {
+            entity,
+            problem: problem.into(),
+            help,
+        };
+        ReadError {
+            file: self.file.to_path_buf(),
+            place: Place::Line(line),
+            kind,
+        }
     }
 
     /// Checks the indices, then turns the parts into meshes.
@@ -377,12 +414,22 @@ impl Reader<'_> {
         self.check_indices()?;
         let parts = std::mem::take(&mut self.parts);
         self.part_of = HashMap::new();
-        let mut scene = Scene { facing: Facing::Viewer, ambient: AMBIENT, ..Scene::default() };
+        let mut scene = Scene {
+            facing: Facing::Viewer,
+            ambient: AMBIENT,
+            ..Scene::default()
+        };
         let mut material_of = HashMap::new();
         let mut position_slots = Slots::new(self.positions.len());
         let mut normal_slots = Slots::new(self.normals.len());
         for part in parts {
-            let Part { name, material, corners, face_ends, face_lines } = part;
+            let Part {
+                name,
+                material,
+                corners,
+                face_ends,
+                face_lines,
+            } = part;
             let first_line = face_lines[0];
             let mesh = self.mesh(
                 &corners,
@@ -398,7 +445,11 @@ impl Reader<'_> {
                 scene.materials.push(self.look(name.as_deref(), first_line));
                 scene.materials.len() - 1
             });
-            scene.objects.push(Object { name, shape: Shape::Mesh(mesh), material });
+            scene.objects.push(Object {
+                name,
+                shape: Shape::Mesh(mesh),
+                material,
+            });
         }
         if scene.objects.is_empty() {
             self.warnings.add(Place::Whole, "no faces in the file");
@@ -428,7 +479,9 @@ impl Reader<'_> {
                 start = end as usize;
             }
         }
-        let Some((line, index, (list, count))) = first else { return Ok(()) };
+        let Some((line, index, (list, count))) = first else {
+            return Ok(());
+        };
         let number = u64::from(index) + 1;
         let problem = format!("index {number} names no `{list}`: the file has {count}");
         Err(self.invalid(line, "f", problem, "export the file again"))
@@ -450,12 +503,17 @@ impl Reader<'_> {
         for (&end, &line) in face_ends.iter().zip(face_lines) {
             let face = &corners[start..end as usize];
             start = end as usize;
-            if !has_area(face.iter().map(|corner| self.positions[corner.position as usize])) {
-                self.warnings.add(Place::Line(line), "a face has no area: dropped");
+            if !has_area(
+                face.iter()
+                    .map(|corner| self.positions[corner.position as usize]),
+            ) {
+                self.warnings
+                    .add(Place::Line(line), "a face has no area: dropped");
                 continue;
             }
             for corner in face {
-                let position = position_slots.place(corner.position, &self.positions, &mut mesh.positions);
+                let position =
+                    position_slots.place(corner.position, &self.positions, &mut mesh.positions);
                 let normal = match corner.normal {
                     Corner::NONE => Corner::NONE,
                     normal => normal_slots.place(normal, &self.normals, &mut mesh.normals),
@@ -475,14 +533,19 @@ impl Reader<'_> {
         self.materials.get(name).cloned().unwrap_or_else(|| {
             let message = format!("material {} is not defined: grey is used", quoted(name));
             self.warnings.add(Place::Line(line), message);
-            Material { name: name.to_owned(), ..Material::default() }
+            Material {
+                name: name.to_owned(),
+                ..Material::default()
+            }
         })
     }
 }
 
 /// Spells a path one way, so that no library is read twice: `./a.mtl` is `a.mtl`.
 fn plain_path(name: &str) -> String {
-    let parts = name.split(['/', '\\']).filter(|part| !matches!(*part, "" | "."));
+    let parts = name
+        .split(['/', '\\'])
+        .filter(|part| !matches!(*part, "" | "."));
     parts.collect::<Vec<_>>().join("/")
 }
 
@@ -501,7 +564,10 @@ struct Slots {
 
 impl Slots {
     fn new(count: usize) -> Self {
-        Self { slots: vec![(0, 0); count], mesh: 0 }
+        Self {
+            slots: vec![(0, 0); count],
+            mesh: 0,
+        }
     }
 
     /// Starts another mesh. A file of 4 GiB has fewer than 2^32 of them.

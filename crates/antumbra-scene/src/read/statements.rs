@@ -46,7 +46,10 @@ pub(super) struct Statements<'a> {
 
 impl<'a> Statements<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { rest: text, line: 0 }
+        Self {
+            rest: text,
+            line: 0,
+        }
     }
 
     /// Takes a line without its break: `\n`, `\r\n` or a lone `\r`.
@@ -56,9 +59,16 @@ impl<'a> Statements<'a> {
         }
         self.line = self.line.saturating_add(1);
         let bytes = self.rest.as_bytes();
-        let end = bytes.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(bytes.len());
+        let end = bytes
+            .iter()
+            .position(|&b| b == b'\n' || b == b'\r')
+            .unwrap_or(bytes.len());
         let line = &self.rest[..end];
-        let break_length = if bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
+        let break_length = if bytes[end..].starts_with(b"\r\n") {
+            2
+        } else {
+            1
+        };
         self.rest = self.rest.get(end + break_length..).unwrap_or_default();
         Some(line)
     }
@@ -113,15 +123,24 @@ mod tests {
     use super::*;
 
     fn statements(text: &str) -> Vec<(u32, String)> {
-        Statements::new(text).map(|s| (s.line, s.text.into_owned())).collect()
+        Statements::new(text)
+            .map(|s| (s.line, s.text.into_owned()))
+            .collect()
     }
 
     #[test]
     fn lines_comments_and_continuations() {
         let text = "# C:\\x\\\r\n v 1 2 3 # x\r\n\r\nf 1 2 \\\r\n3 \\\n 4\nusemtl a#1 b\rg x\\";
-        let expected =
-            [(2, "v 1 2 3"), (4, "f 1 2  3  4"), (7, "usemtl a#1 b"), (8, "g x")];
-        assert_eq!(statements(text), expected.map(|(line, s)| (line, s.to_owned())));
+        let expected = [
+            (2, "v 1 2 3"),
+            (4, "f 1 2  3  4"),
+            (7, "usemtl a#1 b"),
+            (8, "g x"),
+        ];
+        assert_eq!(
+            statements(text),
+            expected.map(|(line, s)| (line, s.to_owned()))
+        );
         assert_eq!(statements(""), []);
         assert_eq!(statements("\\\n\\\n"), []);
     }

@@ -17,9 +17,18 @@ pub(super) const LARGEST_COORDINATE: f64 = (1_u128 << 100) as f64;
 /// # Errors
 /// The bytes are too many, a git-lfs pointer, binary data, or not UTF-8.
 pub(super) fn decode<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
-    let fail = |place, kind| Err(ReadError { file: file.to_path_buf(), place, kind });
+    let fail = |place, kind| {
+        Err(ReadError {
+            file: file.to_path_buf(),
+            place,
+            kind,
+        })
+    };
     if bytes.len() as u64 > MAX_FILE_BYTES {
-        let kind = ReadErrorKind::TooLarge { bytes: bytes.len() as u64, limit: MAX_FILE_BYTES };
+        let kind = ReadErrorKind::TooLarge {
+            bytes: bytes.len() as u64,
+            limit: MAX_FILE_BYTES,
+        };
         return fail(Place::Whole, kind);
     }
     if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
@@ -29,13 +38,23 @@ pub(super) fn decode<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadEr
         return fail(Place::Byte(0), ReadErrorKind::NotText { found: "UTF-16" });
     }
     if let Some(at) = bytes.iter().position(|&b| b == 0) {
-        return fail(Place::Byte(at as u64), ReadErrorKind::NotText { found: "binary data" });
+        return fail(
+            Place::Byte(at as u64),
+            ReadErrorKind::NotText {
+                found: "binary data",
+            },
+        );
     }
     match std::str::from_utf8(bytes) {
         Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
         Err(error) => {
             let line = 1 + line_breaks(&bytes[..error.valid_up_to()]);
-            fail(Place::Line(line), ReadErrorKind::NotText { found: "a byte that is not UTF-8" })
+            fail(
+                Place::Line(line),
+                ReadErrorKind::NotText {
+                    found: "a byte that is not UTF-8",
+                },
+            )
         }
     }
 }
@@ -90,8 +109,25 @@ mod tests {
         }
         assert!(parse_number("-0").unwrap().is_sign_negative());
         for word in [
-            "", "nan", "inf", "-inf", "infinity", "0x10", "1,5", "1e", "e5", ".", "-", "1e999",
-            "0.0780.3610.753", "1-2", "1_000", "1f", "--1", "NaN", "٣",
+            "",
+            "nan",
+            "inf",
+            "-inf",
+            "infinity",
+            "0x10",
+            "1,5",
+            "1e",
+            "e5",
+            ".",
+            "-",
+            "1e999",
+            "0.0780.3610.753",
+            "1-2",
+            "1_000",
+            "1f",
+            "--1",
+            "NaN",
+            "٣",
         ] {
             assert_eq!(parse_number(word), None, "{word}");
         }
@@ -100,9 +136,16 @@ mod tests {
     #[test]
     fn text_that_is_none_is_refused_by_name() {
         let refusal = |bytes: &[u8]| decode(Path::new("a.nff"), bytes).unwrap_err().to_string();
-        assert!(refusal(b"version https://git-lfs.github.com/spec/v1\noid").contains("git lfs pull"));
-        assert!(refusal(b"s 0 0\0 0").starts_with("a.nff: byte 5: expected UTF-8 text, found binary"));
-        assert!(refusal(b"s 0\r\n# caf\xe9\n").starts_with("a.nff:2: expected UTF-8 text, found a byte"));
+        assert!(
+            refusal(b"version https://git-lfs.github.com/spec/v1\noid").contains("git lfs pull")
+        );
+        assert!(
+            refusal(b"s 0 0\0 0").starts_with("a.nff: byte 5: expected UTF-8 text, found binary")
+        );
+        assert!(
+            refusal(b"s 0\r\n# caf\xe9\n")
+                .starts_with("a.nff:2: expected UTF-8 text, found a byte")
+        );
         assert!(refusal(b"\xff\xfes\0").contains("found UTF-16"));
         assert_eq!(decode(Path::new("a"), b"\xef\xbb\xbfs 0").unwrap(), "s 0");
     }

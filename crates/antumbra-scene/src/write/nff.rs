@@ -39,7 +39,11 @@ struct Called<'a>(&'a str);
 
 impl std::fmt::Display for Called<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.0.is_empty() { Ok(()) } else { write!(f, ", `{}`", self.0) }
+        if self.0.is_empty() {
+            Ok(())
+        } else {
+            write!(f, ", `{}`", self.0)
+        }
     }
 }
 
@@ -88,7 +92,11 @@ pub fn write_nff(
             writer.material(object.material, &scene.materials[object.material])?;
             material_in_force = Some(object.material);
         }
-        let unsupported = |what| WriteError::Unsupported { what, index, name: object.name.clone() };
+        let unsupported = |what| WriteError::Unsupported {
+            what,
+            index,
+            name: object.name.clone(),
+        };
         match &object.shape {
             Shape::Polygon(polygon) => writer.polygon(polygon)?,
             Shape::Mesh(mesh) => writer.mesh(mesh)?,
@@ -101,7 +109,10 @@ pub fn write_nff(
             }
             Shape::Cone(cone) => {
                 let ([bx, by, bz], [ax, ay, az]) = (cone.base.to_array(), cone.apex.to_array());
-                writer.line("c", &[bx, by, bz, cone.base_radius, ax, ay, az, cone.apex_radius])?;
+                writer.line(
+                    "c",
+                    &[bx, by, bz, cone.base_radius, ax, ay, az, cone.apex_radius],
+                )?;
             }
             Shape::Disk(_) => return Err(unsupported("a disk")),
         }
@@ -119,14 +130,22 @@ impl<W: Write> Writer<'_, W> {
     fn line(&mut self, keyword: &str, numbers: &[f64]) -> io::Result<()> {
         write!(self.out, "{keyword}")?;
         for (i, &number) in numbers.iter().enumerate() {
-            let blank = if i == 0 && keyword.is_empty() { "" } else { " " };
+            let blank = if i == 0 && keyword.is_empty() {
+                ""
+            } else {
+                " "
+            };
             write!(self.out, "{blank}{}", self.precision.text(number))?;
         }
         writeln!(self.out)
     }
 
     fn light(&mut self, index: usize, light: &Light, plain: Color) -> Result<(), WriteError> {
-        let unsupported = |what| WriteError::Unsupported { what, index, name: light.name.clone() };
+        let unsupported = |what| WriteError::Unsupported {
+            what,
+            index,
+            name: light.name.clone(),
+        };
         let position = match light.kind {
             LightKind::Point { position } => position,
             LightKind::Directional { .. } => return Err(unsupported("a directional light")),
@@ -145,8 +164,13 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn material(&mut self, index: usize, material: &Material) -> Result<(), WriteError> {
-        let unsupported =
-            |what| Err(WriteError::Unsupported { what, index, name: material.name.clone() });
+        let unsupported = |what| {
+            Err(WriteError::Unsupported {
+                what,
+                index,
+                name: material.name.clone(),
+            })
+        };
         let is_grey = |color: Color| color == Color::splat(color.x);
         if material.emission != Color::ZERO {
             return unsupported("a material that sends out light");
@@ -173,7 +197,10 @@ impl<W: Write> Writer<'_, W> {
 
     fn polygon(&mut self, polygon: &Polygon) -> io::Result<()> {
         let mut normals = polygon.normals.iter().copied();
-        let corners = polygon.vertices.iter().map(|&vertex| (vertex, normals.next()));
+        let corners = polygon
+            .vertices
+            .iter()
+            .map(|&vertex| (vertex, normals.next()));
         self.face(&corners.collect::<Vec<_>>())
     }
 
@@ -192,7 +219,12 @@ impl<W: Write> Writer<'_, W> {
     /// Writes `pp` if a corner has a normal, with zero for those that have none, else `p`.
     fn face(&mut self, corners: &[(DVec3, Option<DVec3>)]) -> io::Result<()> {
         let is_patch = corners.iter().any(|(_, normal)| normal.is_some());
-        writeln!(self.out, "{} {}", if is_patch { "pp" } else { "p" }, corners.len())?;
+        writeln!(
+            self.out,
+            "{} {}",
+            if is_patch { "pp" } else { "p" },
+            corners.len()
+        )?;
         for &(position, normal) in corners {
             let [x, y, z] = position.to_array();
             if is_patch {

@@ -36,11 +36,19 @@ fn six_digits(number: f64) -> String {
         return without_trailing_zeros(&format!("{number:.decimals$}")).to_owned();
     }
     let sign = if exponent < 0 { '-' } else { '+' };
-    format!("{}e{sign}{:02}", without_trailing_zeros(mantissa), exponent.unsigned_abs())
+    format!(
+        "{}e{sign}{:02}",
+        without_trailing_zeros(mantissa),
+        exponent.unsigned_abs()
+    )
 }
 
 fn without_trailing_zeros(text: &str) -> &str {
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        text
+    }
 }
 
 #[cfg(test)]
@@ -75,9 +83,22 @@ mod tests {
 
     #[test]
     fn exact_text_reads_back_as_the_same_bits() {
-        for number in [0.1, -0.0, 1e300, 5e-324, 1.0 / 3.0, f64::MAX, 123_456_789.0, 1e-7] {
+        for number in [
+            0.1,
+            -0.0,
+            1e300,
+            5e-324,
+            1.0 / 3.0,
+            f64::MAX,
+            123_456_789.0,
+            1e-7,
+        ] {
             let text = Precision::Exact.text(number);
-            assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits(), "{text}");
+            assert_eq!(
+                text.parse::<f64>().unwrap().to_bits(),
+                number.to_bits(),
+                "{text}"
+            );
             assert!(text.len() < 26, "{text}");
         }
         assert_eq!(Precision::Exact.text(3.0), "3");

@@ -18,7 +18,9 @@ fn text_of(scene: &Scene) -> String {
 /// and the index of refraction of what is opaque.
 #[test]
 fn the_same_words_as_spd() {
-    let Some(folder) = shared_scenes() else { return };
+    let Some(folder) = shared_scenes() else {
+        return;
+    };
     for (name, scene) in [
         ("tetra_3", tetra(3).unwrap()),
         ("tetra_6", tetra(6).unwrap()),

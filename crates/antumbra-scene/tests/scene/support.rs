@@ -14,9 +14,18 @@ pub(crate) fn nff(text: &str) -> Result<Loaded, ReadError> {
 
 /// Reads OBJ text under the name `a.obj`, with one library called `a.mtl`.
 pub(crate) fn obj(text: &str, library: &str) -> Result<Loaded, ReadError> {
-    read_obj(Path::new("a.obj"), text.as_bytes(), &ReadOptions::default(), &mut |name| {
-        if name == "a.mtl" { Ok(library.into()) } else { Err(io::ErrorKind::NotFound.into()) }
-    })
+    read_obj(
+        Path::new("a.obj"),
+        text.as_bytes(),
+        &ReadOptions::default(),
+        &mut |name| {
+            if name == "a.mtl" {
+                Ok(library.into())
+            } else {
+                Err(io::ErrorKind::NotFound.into())
+            }
+        },
+    )
 }
 
 /// Returns the folder of other people's scenes, or says loudly that its tests do not run.
@@ -29,7 +38,10 @@ pub(crate) fn shared_scenes() -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    eprintln!("SKIPPED: no scenes at {}; set ANTUMBRA_SCENES to test on them", folder.display());
+    eprintln!(
+        "SKIPPED: no scenes at {}; set ANTUMBRA_SCENES to test on them",
+        folder.display()
+    );
     None
 }
 

@@ -16,11 +16,15 @@ pub(super) enum Foreign {
 pub(super) fn foreign(keyword: &str) -> Option<Foreign> {
     const ASSIMP: [&str; 7] = ["tess", "hex", "oct", "tet", "dod", "shader", "tpp"];
     const SENSE8: (&str, &[&str]) = ("Sense8's NFF (WorldToolKit)", &["nff", "version"]);
-    const BART: (&str, &[&str]) =
-        ("BART's AFF (NFF with animation)", &["k", "t", "x", "tp", "ft", "fm", "i", "a", "{", "}"]);
+    const BART: (&str, &[&str]) = (
+        "BART's AFF (NFF with animation)",
+        &["k", "t", "x", "tp", "ft", "fm", "i", "a", "{", "}"],
+    );
     const COURSE: (&str, &[&str]) = (
         "a course's variant of NFF (P3F and similar)",
-        &["pl", "fp", "box", "camera", "eye", "fov", "aperture", "focal", "bclr", "light", "mat"],
+        &[
+            "pl", "fp", "box", "camera", "eye", "fov", "aperture", "focal", "bclr", "light", "mat",
+        ],
     );
     const OTHER: (&str, &[&str]) = ("an unknown variant of NFF", &["obj", "Q", "Z", "T"]);
 

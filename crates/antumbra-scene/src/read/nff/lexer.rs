@@ -26,7 +26,11 @@ pub(super) struct Lexer<'a> {
 
 impl<'a> Lexer<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { text, at: 0, line: 1 }
+        Self {
+            text,
+            at: 0,
+            line: 1,
+        }
     }
 
     /// Returns how many bytes are not read yet.
@@ -46,7 +50,10 @@ impl<'a> Lexer<'a> {
         let rest = &self.text[self.at..];
         let ends = |b: u8| is_blank(b) || b == b'#';
         let end = rest.bytes().position(ends).unwrap_or(rest.len());
-        (end > 0).then(|| Word { text: &rest[..end], line: self.line })
+        (end > 0).then(|| Word {
+            text: &rest[..end],
+            line: self.line,
+        })
     }
 
     /// Takes the next word.
@@ -59,7 +66,11 @@ impl<'a> Lexer<'a> {
     /// Returns the next word without taking it, up to a number glued to it: `s` for `s0`.
     pub(super) fn peek_keyword(&mut self) -> Option<Word<'a>> {
         let mut word = self.peek()?;
-        let letters = word.text.bytes().take_while(u8::is_ascii_alphabetic).count();
+        let letters = word
+            .text
+            .bytes()
+            .take_while(u8::is_ascii_alphabetic)
+            .count();
         if letters > 0 && begins_like_number(&word.text[letters..]) {
             word.text = &word.text[..letters];
         }
@@ -113,7 +124,9 @@ mod tests {
 
     fn words(text: &str) -> Vec<(String, u32)> {
         let mut lexer = Lexer::new(text);
-        std::iter::from_fn(|| lexer.next()).map(|w| (w.text.to_owned(), w.line)).collect()
+        std::iter::from_fn(|| lexer.next())
+            .map(|w| (w.text.to_owned(), w.line))
+            .collect()
     }
 
     #[test]
@@ -125,9 +138,13 @@ mod tests {
 
     #[test]
     fn keywords_may_be_glued_to_numbers() {
-        for (text, keyword) in
-            [("s0 0", "s"), ("pp3", "pp"), ("c-1", "c"), ("l.5", "l"), ("angle45", "angle")]
-        {
+        for (text, keyword) in [
+            ("s0 0", "s"),
+            ("pp3", "pp"),
+            ("c-1", "c"),
+            ("l.5", "l"),
+            ("angle45", "angle"),
+        ] {
             assert_eq!(Lexer::new(text).peek_keyword().unwrap().text, keyword);
         }
         for text in ["s", "from", "3", "a_1", "é1"] {

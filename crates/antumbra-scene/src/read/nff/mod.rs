@@ -81,7 +81,11 @@ impl<'a> Reader<'a> {
             file,
             lexer: Lexer::new(text),
             warnings: WarningLog::new(file),
-            scene: Scene { facing: Facing::Winding, up: DVec3::Z, ..Scene::default() },
+            scene: Scene {
+                facing: Facing::Winding,
+                up: DVec3::Z,
+                ..Scene::default()
+            },
             surface: (Material::default(), None),
             plain_lights: Vec::new(),
             last: "",
@@ -116,15 +120,24 @@ impl<'a> Reader<'a> {
             Some(Foreign::Skip(name)) => {
                 self.lexer.skip_line();
                 // `tpp` has its vertices on lines of their own.
-                while self.lexer.peek().is_some_and(|word| parse_number(word.text).is_some()) {
+                while self
+                    .lexer
+                    .peek()
+                    .is_some_and(|word| parse_number(word.text).is_some())
+                {
                     self.lexer.next();
                 }
                 let message = format!("`{name}` is not NFF (assimp's addition): skipped");
                 self.warnings.add(Place::Line(keyword.line), message);
                 Ok(())
             }
-            Some(Foreign::Refuse(keyword_name, dialect)) => Err(self
-                .error(keyword.line, ReadErrorKind::Dialect { keyword: keyword_name, dialect })),
+            Some(Foreign::Refuse(keyword_name, dialect)) => Err(self.error(
+                keyword.line,
+                ReadErrorKind::Dialect {
+                    keyword: keyword_name,
+                    dialect,
+                },
+            )),
             None if begins_like_number(keyword.text) => {
                 let kind = ReadErrorKind::Expected {
                     entity: "",
@@ -141,7 +154,13 @@ impl<'a> Reader<'a> {
             None => {
                 let whole_word = self.lexer.peek().unwrap_or(keyword);
                 let found = quoted(whole_word.text);
-                Err(self.error(keyword.line, ReadErrorKind::UnknownKeyword { found, known: KNOWN }))
+                Err(self.error(
+                    keyword.line,
+                    ReadErrorKind::UnknownKeyword {
+                        found,
+                        known: KNOWN,
+                    },
+                ))
             }
         }
     }
@@ -157,9 +176,15 @@ impl<'a> Reader<'a> {
             }
             self.lexer.take(record);
             let was_given = match record.text {
-                "from" => eye.replace(self.point("from", "3 numbers (the eye)")?).is_some(),
-                "at" => at.replace(self.point("at", "3 numbers (the point looked at)")?).is_some(),
-                "up" => up.replace(self.point("up", "3 numbers (a vector)")?).is_some(),
+                "from" => eye
+                    .replace(self.point("from", "3 numbers (the eye)")?)
+                    .is_some(),
+                "at" => at
+                    .replace(self.point("at", "3 numbers (the point looked at)")?)
+                    .is_some(),
+                "up" => up
+                    .replace(self.point("up", "3 numbers (a vector)")?)
+                    .is_some(),
                 "angle" => angle.replace(self.view_angle(record.line)?).is_some(),
                 "hither" => {
                     self.numbers::<1>("hither", "1 number (a distance)")?;
@@ -168,13 +193,23 @@ impl<'a> Reader<'a> {
                 _ => resolution.replace(self.resolution()?).is_some(),
             };
             if was_given {
-                let message = format!("`{}` is given twice in one view: the last counts", record.text);
+                let message = format!(
+                    "`{}` is given twice in one view: the last counts",
+                    record.text
+                );
                 self.warnings.add(Place::Line(record.line), message);
             }
         }
         let missing = |name: &str| {
             let problem = format!("`{name}` is missing").into();
-            self.error(line, ReadErrorKind::Invalid { entity: "v", problem, help: HELP })
+            self.error(
+                line,
+                ReadErrorKind::Invalid {
+                    entity: "v",
+                    problem,
+                    help: HELP,
+                },
+            )
         };
         let camera = Camera {
             eye: eye.ok_or_else(|| missing("from"))?,
@@ -187,7 +222,8 @@ impl<'a> Reader<'a> {
             return Err(self.invalid(line, "v", problem, help));
         }
         if self.scene.camera.is_some() {
-            self.warnings.add(Place::Line(line), "another view (`v`): the last one counts");
+            self.warnings
+                .add(Place::Line(line), "another view (`v`): the last one counts");
         }
         self.scene.up = camera.up;
         self.scene.camera = Some(camera);
@@ -209,9 +245,15 @@ impl<'a> Reader<'a> {
         for pixels in &mut size {
             let word = self.lexer.peek();
             let number = word.and_then(|w| w.text.parse().ok());
-            *pixels = number.filter(|n| (1..=LARGEST).contains(n)).ok_or_else(|| {
-                self.expected(word, "resolution", "2 whole numbers from 1 to 65536 (width, height)")
-            })?;
+            *pixels = number
+                .filter(|n| (1..=LARGEST).contains(n))
+                .ok_or_else(|| {
+                    self.expected(
+                        word,
+                        "resolution",
+                        "2 whole numbers from 1 to 65536 (width, height)",
+                    )
+                })?;
             self.lexer.next();
         }
         Ok(size)
@@ -220,7 +262,10 @@ impl<'a> Reader<'a> {
     /// `l`: three numbers, and three more if a number follows.
     fn read_light(&mut self) -> Result<(), ReadError> {
         let position = self.point("l", "3 numbers (position), or 6 (position and colour)")?;
-        let has_color = self.lexer.peek().is_some_and(|word| begins_like_number(word.text));
+        let has_color = self
+            .lexer
+            .peek()
+            .is_some_and(|word| begins_like_number(word.text));
         let color = if has_color {
             self.color("l", "3 numbers (position), or 6 (position and colour)")?
         } else {
@@ -244,7 +289,9 @@ impl<'a> Reader<'a> {
         let mut line = self.lexer.line();
         while numbers.len() < 8 {
             let Some(word) = self.lexer.peek() else { break };
-            let Some(number) = parse_number(word.text) else { break };
+            let Some(number) = parse_number(word.text) else {
+                break;
+            };
             numbers.push(number);
             line = word.line;
             self.lexer.next();
@@ -259,7 +306,10 @@ impl<'a> Reader<'a> {
             // Where a number is garbled, or next to nothing is there, guessing would hide it.
             let next = self.lexer.peek();
             let is_garbled = next.is_some_and(|w| begins_like_number(w.text) || w.line == line)
-                && self.lexer.peek_keyword().is_none_or(|k| !is_keyword(k.text));
+                && self
+                    .lexer
+                    .peek_keyword()
+                    .is_none_or(|k| !is_keyword(k.text));
             if numbers.len() < 3 || is_garbled {
                 return Err(self.expected(next, "f", EXPECTED));
             }
@@ -275,12 +325,18 @@ impl<'a> Reader<'a> {
         self.clamp_negative(line, "f", &mut numbers[..7]);
         let [.., transmittance, ior] = numbers;
         if transmittance > 0.0 && ior <= 0.0 {
-            let message = "`f` transmits light, but its index of refraction is not positive: 1 is used";
+            let message =
+                "`f` transmits light, but its index of refraction is not positive: 1 is used";
             self.warnings.add(Place::Line(line), message);
         }
         let material = nff_material(numbers);
         if !material.diffuse.is_finite() {
-            return Err(self.invalid(line, "f", "the colour times Kd overflows", "colours are 0 to 1"));
+            return Err(self.invalid(
+                line,
+                "f",
+                "the colour times Kd overflows",
+                "colours are 0 to 1",
+            ));
         }
         self.surface = (material, None);
         Ok(())
@@ -317,10 +373,14 @@ impl<'a> Reader<'a> {
             self.warnings.add(Place::Line(line), message);
         }
         if radius == 0.0 {
-            self.warnings.add(Place::Line(line), "`s` has radius 0: skipped");
+            self.warnings
+                .add(Place::Line(line), "`s` has radius 0: skipped");
             return Ok(());
         }
-        self.push(Shape::Sphere(Sphere { center: DVec3::new(x, y, z), radius: radius.abs() }));
+        self.push(Shape::Sphere(Sphere {
+            center: DVec3::new(x, y, z),
+            radius: radius.abs(),
+        }));
         Ok(())
     }
 
@@ -334,11 +394,13 @@ impl<'a> Reader<'a> {
             return Err(self.invalid(line, "c", problem, help));
         }
         if base == apex {
-            self.warnings.add(Place::Line(line), "`c` has its base at its apex: skipped");
+            self.warnings
+                .add(Place::Line(line), "`c` has its base at its apex: skipped");
             return Ok(());
         }
         if base_radius == 0.0 && apex_radius == 0.0 {
-            self.warnings.add(Place::Line(line), "`c` has two radii of 0: skipped");
+            self.warnings
+                .add(Place::Line(line), "`c` has two radii of 0: skipped");
             return Ok(());
         }
         self.push(Shape::Cone(Cone {
@@ -368,7 +430,10 @@ impl<'a> Reader<'a> {
             }
         }
         if !has_area(vertices.iter().copied()) {
-            self.warnings.add(Place::Line(line), format!("`{entity}` has no area: skipped"));
+            self.warnings.add(
+                Place::Line(line),
+                format!("`{entity}` has no area: skipped"),
+            );
             return Ok(());
         }
         self.push(Shape::Polygon(Polygon { vertices, normals }));
@@ -387,7 +452,11 @@ impl<'a> Reader<'a> {
         self.lexer.next();
         let line = self.lexer.line();
         // Only overflow can make this fail.
-        let count: i64 = digits.parse().unwrap_or(if digits.starts_with('-') { -1 } else { i64::MAX });
+        let count: i64 = digits.parse().unwrap_or(if digits.starts_with('-') {
+            -1
+        } else {
+            i64::MAX
+        });
         if count < 3 {
             let problem = format!("expected 3 vertices or more, found {count}");
             return Err(self.invalid(line, entity, problem, HELP));
@@ -413,7 +482,11 @@ impl<'a> Reader<'a> {
             materials.push(material.clone());
             materials.len() - 1
         });
-        self.scene.objects.push(Object { name: String::new(), shape, material });
+        self.scene.objects.push(Object {
+            name: String::new(),
+            shape,
+            material,
+        });
     }
 
     /// Reads a colour; negative channels count as 0.
@@ -446,7 +519,12 @@ impl<'a> Reader<'a> {
             [*number] = self.numbers(entity, expected)?;
             if number.abs() > LARGEST_COORDINATE {
                 let problem = format!("{number:e} exceeds 2^100 (1.27e30), the largest coordinate");
-                return Err(self.invalid(self.lexer.line(), entity, problem, "scale the scene down"));
+                return Err(self.invalid(
+                    self.lexer.line(),
+                    entity,
+                    problem,
+                    "scale the scene down",
+                ));
             }
         }
         Ok(numbers)
@@ -484,8 +562,12 @@ impl<'a> Reader<'a> {
             Some(_) => "",
         };
         let line = word.map_or(self.lexer.line(), |word| word.line);
-        let kind =
-            ReadErrorKind::Expected { entity, expected: expected.into(), found: found.into(), help };
+        let kind = ReadErrorKind::Expected {
+            entity,
+            expected: expected.into(),
+            found: found.into(),
+            help,
+        };
         self.error(line, kind)
     }
 
@@ -496,16 +578,32 @@ impl<'a> Reader<'a> {
         problem: impl Into<Box<str>>,
         help: &'static str,
     ) -> ReadError {
-        self.error(line, ReadErrorKind::Invalid { entity, problem: problem.into(), help })
+        self.error(
+            line,
+            ReadErrorKind::Invalid {
+                entity,
+                problem: problem.into(),
+                help,
+            },
+        )
     }
 
     fn error(&self, line: u32, kind: ReadErrorKind) -> ReadError {
-        ReadError { file: self.file.to_path_buf(), place: Place::Line(line), kind }
+        ReadError {
+            file: self.file.to_path_buf(),
+            place: Place::Line(line),
+            kind,
+        }
     }
 
     /// Settles what only the whole file tells.
     fn finish(self) -> Loaded {
-        let Self { mut scene, mut warnings, plain_lights, .. } = self;
+        let Self {
+            mut scene,
+            mut warnings,
+            plain_lights,
+            ..
+        } = self;
         let intensity = Color::splat(nff_intensity(scene.lights.len()));
         scene.ambient = intensity;
         for light in plain_lights {
@@ -517,7 +615,10 @@ impl<'a> Reader<'a> {
         if scene.objects.is_empty() {
             warnings.add(Place::Whole, "no objects in the file");
         }
-        Loaded { scene, warnings: warnings.finish() }
+        Loaded {
+            scene,
+            warnings: warnings.finish(),
+        }
     }
 }
 
@@ -538,6 +639,8 @@ fn camera_problem(camera: &Camera) -> Option<(&'static str, &'static str)> {
     // right would consist of rounding errors.
     let forward = forward / forward.abs().max_element();
     let up = camera.up / camera.up.abs().max_element();
-    (forward.cross(up).length() < 1e-12)
-        .then_some(("`up` is parallel to the view direction", "turn `up` sideways"))
+    (forward.cross(up).length() < 1e-12).then_some((
+        "`up` is parallel to the view direction",
+        "turn `up` sideways",
+    ))
 }

@@ -1,0 +1,16 @@
+//! Occlusion values: what a voxel knows about a light (Paper 6).
+//!
+//! In: the grid, the elements' umbrae. Out: two bits per voxel and light. Invariants, for every
+//! start in the voxel inflated by the grid's margin: see [`value::Occlusion`]. A value depends on
+//! the scene, the light's shape and the voxel only. Absent here: queries, rays, cameras, the power
+//! of lights.
+
+mod mark;
+mod quick_check;
+mod store;
+mod value;
+
+pub(crate) use mark::mark;
+pub(crate) use quick_check::quick_check;
+pub(crate) use store::DenseValues;
+pub(crate) use value::Occlusion;

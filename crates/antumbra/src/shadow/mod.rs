@@ -1,0 +1,27 @@
+//! Shadow queries: one method a file, all with the same answers.
+//!
+//! In: a prepared segment. Out: the bit, and how it was decided. Invariant: every method returns
+//! the reference's bit (EXACTNESS.md).
+
+mod grid;
+mod naive;
+mod voxel_1990;
+
+pub(crate) use grid::by_grid;
+pub(crate) use naive::by_reference;
+pub(crate) use voxel_1990::by_voxel_1990;
+
+use crate::{Answer, Decided, Shadow};
+
+impl Answer {
+    pub(crate) fn new(is_shadowed: bool, decided: Decided) -> Self {
+        Self {
+            shadow: if is_shadowed {
+                Shadow::Shadowed
+            } else {
+                Shadow::Lit
+            },
+            decided,
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Every method against the oracle: the fixtures of EXACTNESS.md and generated nasty scenes.
+//!
+//! The oracle (`antumbra-testkit`) implements the same page in rational arithmetic and shares no
+//! code with the library. A failure names the scene, so that one line repeats it.
+
+use std::sync::Arc;
+
+use antumbra::{Counters, GridResolution, Method, Shadow, ShadowIndex};
+use antumbra_geometry::{
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
+};
+use antumbra_testkit::fixtures::{self, Fixture};
+use antumbra_testkit::nasty;
+use antumbra_testkit::oracle::{Oracle, OracleLight, OracleShape, OracleSurface};
+
+/// Builds the library's surfaces with the same numbers as the oracle's.
+fn occluders(surfaces: &[OracleSurface]) -> Arc<Occluders> {
+    let v = DVec3::from_array;
+    let mut builder = Occluders::builder();
+    for (i, surface) in surfaces.iter().enumerate() {
+        let opacity = if surface.opaque {
+            Opacity::Opaque
+        } else {
+            Opacity::Transparent
+        };
+        let added = match surface.shape {
+            OracleShape::Triangle(corners) => builder.add_face(&corners.map(v), opacity),
+            OracleShape::Sphere { center, radius } => builder.add_sphere(
+                Sphere {
+                    center: v(center),
+                    radius,
+                },
+                opacity,
+            ),
+            OracleShape::Tube {
+                base,
+                base_radius,
+                apex,
+                apex_radius,
+            } => {
+                let is_closed = matches!(
+                    surfaces.get(i + 1).map(|next| next.shape),
+                    Some(OracleShape::Cap { .. })
+                );
+                let (base, apex) = (v(base), v(apex));
+                let cone = Cone {
+                    base,
+                    base_radius,
+                    apex,
+                    apex_radius,
+                    is_closed,
+                };
+                builder.add_cone(cone, opacity)
+            }
+            OracleShape::Disk {
+                center,
+                normal,
+                radius,
+            } => {
+                let disk = Disk {
+                    center: v(center),
+                    normal: v(normal),
+                    radius,
+                };
+                builder.add_disk(disk, opacity)
+            }
+            // Added with its tube.
+            OracleShape::Cap { .. } => continue,
+        };
+        added.expect("numbers are in range");
+    }
+    let occluders = builder.build();
+    assert_eq!(
+        occluders.surface_count(),
+        surfaces.len(),
+        "surfaces are numbered alike"
+    );
+    Arc::new(occluders)
+}
+
+fn light(light: OracleLight) -> LightShape {
+    match light {
+        OracleLight::Point(position) => LightShape::Point(DVec3::from_array(position)),
+        OracleLight::Direction(direction) => LightShape::Direction(DVec3::from_array(direction)),
+    }
+}
+
+fn start(point: [f64; 3], surface: Option<usize>) -> Start {
+    let surface = surface.map(|surface| SurfaceId(surface as u32));
+    Start {
+        point: DVec3::from_array(point),
+        surface,
+    }
+}
+
+/// All methods, the walking ones on several grids.
+fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, ShadowIndex)> {
+    let occluders = occluders(surfaces);
+    let lights: Vec<LightShape> = lights.iter().map(|&l| light(l)).collect();
+    let grids = [
+        GridResolution::Fixed([1; 3]),
+        GridResolution::Fixed([5, 3, 4]),
+        GridResolution::Fixed([8; 3]),
+        GridResolution::Fixed([23, 31, 17]),
+    ];
+    let mut indices = Vec::new();
+    for method in [Method::Grid, Method::Voxel1990] {
+        for grid in grids {
+            let index = ShadowIndex::builder(occluders.clone(), lights.clone())
+                .method(method)
+                .grid(grid)
+                .build()
+                .expect("settings are in range");
+            indices.push((format!("{method:?} {grid:?}"), index));
+        }
+    }
+    indices
+}
+
+fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
+    index.shadow(start, light, &mut Counters::default()).shadow == Shadow::Shadowed
+}
+
+/// Asks one question of the oracle, the reference and all methods; returns the differences.
+fn differences(
+    label: &str,
+    oracle: &Oracle,
+    indices: &[(String, ShadowIndex)],
+    lights: &[OracleLight],
+    (point, surface, light): ([f64; 3], Option<usize>, usize),
+) -> Vec<String> {
+    let truth = oracle.is_blocked(point, surface, lights[light]);
+    let start = start(point, surface);
+    let mut found = Vec::new();
+    let mut note = |name: &str, answer: String| {
+        found.push(format!(
+            "{label}: {name} says {answer}, oracle blocked = {truth} by {:?}: point {point:?} \
+             surface {surface:?} light {:?}",
+            oracle.blockers(point, surface, lights[light]),
+            lights[light],
+        ));
+    };
+    let reference = indices[0].1.shadow_by_reference(&start, light) == Shadow::Shadowed;
+    if reference != truth {
+        note("reference", reference.to_string());
+    }
+    if let Some(surface) = surface {
+        let side = oracle.light_side(point, surface, lights[light]);
+        let ours = indices[0].1.light_side(&start, light);
+        if ours != side {
+            note("light side", format!("{ours}, not {side}"));
+        }
+    }
+    for (name, index) in indices {
+        let answer = is_shadowed(index, &start, light);
+        if answer != truth {
+            note(name, answer.to_string());
+        }
+    }
+    found
+}
+
+fn check_fixture(fixture: &Fixture) {
+    let oracle = Oracle::new(fixture.surfaces.clone());
+    let indices = indices(&fixture.surfaces, &fixture.lights);
+    let mut found = Vec::new();
+    for query in &fixture.queries {
+        let question = (query.point, query.surface, query.light);
+        found.extend(differences(
+            fixture.name,
+            &oracle,
+            &indices,
+            &fixture.lights,
+            question,
+        ));
+        if let Some(expected) = query.expected {
+            let truth = oracle.is_blocked(query.point, query.surface, fixture.lights[query.light]);
+            assert_eq!(truth, expected, "{}: {query:?}", fixture.name);
+        }
+    }
+    assert!(!fixture.queries.is_empty(), "{} asks nothing", fixture.name);
+    assert!(
+        found.is_empty(),
+        "{}: {}\n{}",
+        fixture.name,
+        fixture.why,
+        found.join("\n")
+    );
+}
+
+/// One test for each fixture, so that EXACTNESS.md can name them.
+macro_rules! fixture_tests {
+    ($($name:ident),* $(,)?) => {
+        $(#[test] fn $name() { check_fixture(&fixtures::$name()); })*
+
+        #[test]
+        fn no_fixture_is_forgotten() {
+            let named = [$(stringify!($name)),*];
+            assert_eq!(fixtures::all().len(), named.len());
+        }
+    };
+}
+
+fixture_tests!(
+    valley,
+    grazing_floor,
+    grazing_tilted_floor,
+    piercing_at_shared_vertex,
+    slab_top,
+    closed_room,
+    glass_joined_to_opaque,
+    doubled_faces,
+    light_inside_sphere,
+    touching_spheres,
+    open_tube,
+    open_cone,
+    coplanar_overlap,
+    t_junction_crease,
+    light_on_surface,
+    light_in_plane,
+    start_is_light,
+    cube_edges,
+    utm_coordinates,
+    disk_rim,
+    cylinder_on_floor,
+    cone_under_light_on_axis,
+    degenerate_surfaces,
+    ends_of_the_segment,
+);
+
+/// How many nasty scenes the suite asks; `ANTUMBRA_NASTY_SEEDS=from..to` asks others.
+fn seeds() -> std::ops::Range<u64> {
+    let Ok(text) = std::env::var("ANTUMBRA_NASTY_SEEDS") else {
+        return 0..240;
+    };
+    let (from, to) = text
+        .split_once("..")
+        .expect("ANTUMBRA_NASTY_SEEDS is from..to");
+    from.parse().expect("a number")..to.parse().expect("a number")
+}
+
+#[test]
+fn nasty_scenes_agree_with_the_oracle() {
+    let mut found = Vec::new();
+    let (mut asked, mut blocked) = (0u64, 0u64);
+    for seed in seeds() {
+        let scene = nasty::scene(seed);
+        let oracle = Oracle::new(scene.surfaces.clone());
+        let indices = indices(&scene.surfaces, &scene.lights);
+        for query in &scene.queries {
+            for light in 0..scene.lights.len() {
+                let question = (query.point, query.surface, light);
+                asked += 1;
+                blocked +=
+                    u64::from(oracle.is_blocked(query.point, query.surface, scene.lights[light]));
+                found.extend(differences(
+                    &scene.label(),
+                    &oracle,
+                    &indices,
+                    &scene.lights,
+                    question,
+                ));
+            }
+        }
+        if found.len() > 20 {
+            break;
+        }
+    }
+    found.truncate(20);
+    assert!(found.is_empty(), "{}", found.join("\n"));
+    assert!(
+        blocked * 10 > asked && blocked * 10 < asked * 9,
+        "{blocked} of {asked} are blocked"
+    );
+}

@@ -1,0 +1,125 @@
+//! The check that everything looks downwards (ARCHITECTURE.md, "Floors").
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use cargo_metadata::{DependencyKind, MetadataCommand};
+
+use crate::run;
+
+/// Floors of the crates. A crate may use crates of lower floors only.
+const FLOORS: &[(&str, u32)] = &[
+    ("antumbra-geometry", 0),
+    ("antumbra-scene", 1),
+    ("antumbra", 1),
+    ("antumbra-baselines", 2),
+    ("antumbra-render", 3),
+    ("antumbra-cli", 4),
+    ("antumbra-python", 4),
+    // Test and chore crates stand beside the house: nothing ships that uses them.
+    ("antumbra-testkit", 9),
+    ("xtask", 9),
+];
+
+/// What a folder of source must not mention, tests apart.
+const FORBIDDEN: &[(&str, &str, &str)] = &[
+    (
+        "crates/antumbra/src/grid",
+        "LightShape",
+        "the grid knows no lights",
+    ),
+    (
+        "crates/antumbra/src/occlusion",
+        "crate::shadow",
+        "values know no queries",
+    ),
+    (
+        "crates/antumbra/src",
+        "std::fs",
+        "the library reads and writes no files",
+    ),
+    (
+        "crates/antumbra/src",
+        "std::io",
+        "the library reads and writes no files",
+    ),
+    (
+        "crates/antumbra-geometry/src",
+        "std::fs",
+        "geometry knows no files",
+    ),
+    (
+        "crates/antumbra-geometry/src",
+        "std::thread",
+        "geometry knows no threads",
+    ),
+    (
+        "crates/antumbra-render/src",
+        "std::env",
+        "only the program looks at its surroundings",
+    ),
+];
+
+/// Checks crates and modules.
+pub(crate) fn check() -> Result<()> {
+    check_crates()?;
+    for (folder, word, reason) in FORBIDDEN {
+        check_folder(&run::root().join(folder), word, reason)?;
+    }
+    Ok(())
+}
+
+fn check_crates() -> Result<()> {
+    let metadata = MetadataCommand::new()
+        .manifest_path(run::root().join("Cargo.toml"))
+        .no_deps()
+        .exec()
+        .context("cargo metadata")?;
+    let floor = |name: &str| {
+        FLOORS
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map(|&(_, floor)| floor)
+    };
+    for package in &metadata.packages {
+        let name = package.name.as_str();
+        let Some(own) = floor(name) else {
+            bail!("crate {name} has no floor in xtask's layers")
+        };
+        let used = package
+            .dependencies
+            .iter()
+            .filter(|dependency| dependency.kind != DependencyKind::Development)
+            .filter_map(|dependency| {
+                floor(&dependency.name).map(|floor| (&dependency.name, floor))
+            });
+        for (dependency, below) in used {
+            if below >= own {
+                bail!(
+                    "crate {name} (floor {own}) uses {dependency} (floor {below}): look downwards"
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_folder(folder: &Path, word: &str, reason: &str) -> Result<()> {
+    for entry in std::fs::read_dir(folder).with_context(|| format!("{folder:?}"))? {
+        let path = entry?.path();
+        if path.is_dir() {
+            check_folder(&path, word, reason)?;
+            continue;
+        }
+        let text = std::fs::read_to_string(&path)?;
+        // Tests stand at the end of a file.
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let line = code
+            .lines()
+            .position(|line| !line.trim_start().starts_with("//") && line.contains(word));
+        if let Some(line) = line {
+            bail!("{}:{}: `{word}`: {reason}", path.display(), line + 1);
+        }
+    }
+    Ok(())
+}
