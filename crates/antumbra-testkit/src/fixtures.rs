@@ -958,6 +958,123 @@ pub fn ends_of_the_segment() -> Fixture {
     fixture
 }
 
+/// Scenes in which the page's rules part with geometry. They are not part of [`all`].
+///
+/// Here, other than elsewhere, `expected` is geometry's answer, and the page's is the opposite;
+/// a test asserts that. When the contract closes a gap, the test fails and names the fixture,
+/// which then belongs into [`all`].
+pub fn contract_gaps() -> Vec<Fixture> {
+    let point = OracleLight::Point;
+    let solid = |base, apex| OracleSurface::closed_cone(0, base, 1.0, apex, 1.0);
+    let hat = || OracleSurface::closed_cone(0, [0.0; 3], 2.0, [0.0, 0.0, 2.0], 0.0);
+    let tube = |z: f64| OracleSurface::open_tube([0.0, 0.0, z], 1.0, [0.0, 0.0, z + 1.0], 1.0);
+    let mut gaps = Vec::new();
+
+    let mut gap = Fixture::new(
+        "gap: out through the apex",
+        "between the end planes the form is negative up to the apex, where it is 0; the caps do \
+         not help, for the start is in the plane of the only one",
+        [floor([-9.0, -9.0], [9.0, 9.0], 0.0).to_vec(), hat()].concat(),
+        [point([0.0, 0.0, 10.0]), UP, point([1.0, 0.0, 4.0])],
+    );
+    for light in 0..2 {
+        gap.blocked(light, 0, [0.0, 0.0, 0.0]);
+        gap.blocked(light, None, [0.0, 0.0, 1.0]);
+    }
+    gap.blocked(2, None, [-0.25, 0.0, 1.5]);
+    gaps.push(gap);
+
+    let mut gap = Fixture::new(
+        "gap: from the apex down through the body",
+        "at the apex the polar form is 0 for every light, and beyond it it belongs to the other \
+         nappe; so the light never counts as behind",
+        hat(),
+        [
+            point([0.0, 0.0, -10.0]),
+            OracleLight::Direction([0.1, 0.0, -1.0]),
+        ],
+    );
+    for light in 0..2 {
+        gap.blocked(light, 0, [0.0, 0.0, 2.0]);
+        gap.blocked(light, 0, [0.0, 0.0, 2f64.next_up()]);
+    }
+    gaps.push(gap);
+
+    let mut gap = Fixture::new(
+        "gap: a pipe leaks at the rim its two tubes share",
+        "neither tube has points of both signs in its own half; and in the plane of the rim \
+         neither is asked. The own rule, in contrast, counts the rim as wall",
+        [tube(0.0), tube(1.0)],
+        [point([4.0, 0.0, 2.5]), point([4.0, 0.0, 1.0])],
+    );
+    gap.blocked(0, None, [0.0, 0.0, 0.5]);
+    gap.blocked(1, None, [0.0, 0.0, 1.0]);
+    gaps.push(gap);
+
+    let mut surfaces = floor([-4.0, -4.0], [4.0, 4.0], 0.3).to_vec();
+    surfaces.extend(cuboid([-1.0, -1.0, 0.3], [1.0, 1.0, 1.7]));
+    let mut gap = Fixture::new(
+        "gap: a wall's foot, rounded under a floor that goes on behind the wall",
+        "wall and floor overlap seen from the light, because of the part of the floor that is \
+         behind the wall; that part cannot block the wall",
+        surfaces,
+        [point([9.0, 0.3, 5.0])],
+    );
+    gap.lit(0, 4, [1.0, 0.25, 0.3f64.next_down()]);
+    gap.lit(0, 5, [1.0, -0.25, 0.3f64.next_down()]);
+    gaps.push(gap);
+
+    let mut gap = Fixture::new(
+        "gap: a curved wall's foot, rounded under the floor",
+        "no rule for creases protects starts on curved surfaces or on disks",
+        [
+            floor([-9.0, -9.0], [9.0, 9.0], 0.3).to_vec(),
+            solid([0.0, 0.0, 0.3], [0.0, 0.0, 2.0]),
+        ]
+        .concat(),
+        [point([5.0, 0.0, 3.0])],
+    );
+    gap.lit(0, 2, [1.0, 0.0, 0.3f64.next_down()]);
+    gaps.push(gap);
+
+    let mut surfaces = solid([0.0; 3], [0.0, 0.0, 2.0]);
+    surfaces.push(OracleSurface::open_tube(
+        [0.0; 3],
+        1.0,
+        [0.0, 0.0, 2.0],
+        1.0,
+    ));
+    surfaces.push(OracleSurface::open_tube(
+        [0.0, 0.0, 2.0],
+        1.0,
+        [0.0; 3],
+        1.0,
+    ));
+    let mut gap = Fixture::new(
+        "gap: coincident walls that are not identical",
+        "an open tube on a closed one, or with base and apex exchanged, shades its twin's points \
+         where these are rounded inwards; the table says coincident cones count as one",
+        surfaces,
+        [point([5.0, 0.0, 1.0])],
+    );
+    for surface in [0, 3, 4] {
+        gap.lit(0, surface, [1f64.next_down(), 0.0, 1.0]);
+    }
+    gaps.push(gap);
+
+    let under_rim = [1f64.next_down(), 0.0, -1e-20];
+    let mut gap = Fixture::new(
+        "gap: start = light on a closed cone",
+        "the own rule of closed cones does not ask whether the segment has points; the table \
+         says lit",
+        solid([0.0; 3], [0.0, 0.0, 2.0]),
+        [point(under_rim)],
+    );
+    gap.lit(0, 0, under_rim);
+    gaps.push(gap);
+    gaps
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -987,6 +1104,28 @@ mod tests {
             }
         }
         assert!(failures.is_empty(), "{}", failures.join("\n"));
+    }
+
+    #[test]
+    fn the_page_parts_with_geometry_in_the_gaps() {
+        for fixture in contract_gaps() {
+            let oracle = Oracle::new(fixture.surfaces);
+            for query in fixture.queries {
+                let FixtureQuery {
+                    point,
+                    surface,
+                    light,
+                    expected,
+                } = query;
+                let blocked = oracle.is_blocked(point, surface, fixture.lights[light]);
+                assert_ne!(
+                    Some(blocked),
+                    expected,
+                    "{} is closed: {query:?}",
+                    fixture.name
+                );
+            }
+        }
     }
 
     #[test]

@@ -70,6 +70,8 @@ pub enum Frame {
     Unit,
     /// Times `2^-70`: ties stay ties.
     Tiny,
+    /// Times `2^-400`: ties stay ties, and products of three coordinates vanish in `f64`.
+    Minute,
     /// Times `2^90`: ties stay ties, and products pass `2^512`.
     Huge,
     /// Times 0.1: lattice points are rounded.
@@ -80,12 +82,20 @@ pub enum Frame {
 
 impl Frame {
     /// All frames.
-    pub const ALL: [Self; 5] = [Self::Unit, Self::Tiny, Self::Huge, Self::Tenth, Self::Map];
+    pub const ALL: [Self; 6] = [
+        Self::Unit,
+        Self::Tiny,
+        Self::Minute,
+        Self::Huge,
+        Self::Tenth,
+        Self::Map,
+    ];
 
     fn scale(self) -> f64 {
         match self {
             Self::Unit | Self::Map => 1.0,
             Self::Tiny => 2f64.powi(-70),
+            Self::Minute => 2f64.powi(-400),
             Self::Huge => 2f64.powi(90),
             Self::Tenth => 0.1,
         }
@@ -284,8 +294,9 @@ impl Nasty {
             let mut corners = [0; 3].map(|_| self.lattice_point(-2, 2));
             if !soup.is_empty() {
                 let other = soup[self.below(soup.len())];
-                for i in 0..self.below(3) {
-                    corners[i] = other[self.below(3)];
+                let shared = self.below(3);
+                for corner in corners.iter_mut().take(shared) {
+                    *corner = other[self.below(3)];
                 }
             }
             soup.push(corners);
@@ -393,7 +404,7 @@ impl Nasty {
         let rim: Vec<[f64; 3]> = (0..count)
             .map(|i| {
                 let angle = i as f64 / count as f64 * 6.3;
-                let [x, y] = [4.0 * cos(angle), 4.0 * cos(angle - 1.570_796)];
+                let [x, y] = [4.0 * cos(angle), 4.0 * cos(angle - 1.57)];
                 let z = self.real(-1.0, 1.0) * steep;
                 if on_lattice {
                     [x.round(), y.round(), z.round()]

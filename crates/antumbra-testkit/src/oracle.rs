@@ -14,6 +14,8 @@
 //! * a direction is not zero, and no radius is negative.
 
 #[cfg(test)]
+mod laws;
+#[cfg(test)]
 mod page;
 mod planar;
 mod quadric;
@@ -449,7 +451,13 @@ impl Oracle {
                 let Prepared::Tube(tube) = &self.prepared[own] else {
                     return Some(false);
                 };
-                Some(self.side(s, segment) < 0 && tube.solid_excludes_light(segment))
+                let is_behind = if s == own {
+                    tube.is_behind_wall(segment)
+                } else {
+                    self.side(s, segment) < 0
+                };
+                let is_empty = !segment.light.is_direction() && segment.delta.is_zero();
+                Some(is_behind && !is_empty && tube.solid_excludes_light(segment))
             }
             (None, None) => match &self.prepared[t] {
                 Prepared::Sphere(sphere) if self.surfaces[s].shape == self.surfaces[t].shape => {

@@ -4,6 +4,7 @@
 //! object, in full precision (SPD rounds to six digits). Invariant: the same bits on every
 //! platform; sizes are bounded, so memory is.
 
+mod sine;
 mod sphereflake;
 mod tetra;
 

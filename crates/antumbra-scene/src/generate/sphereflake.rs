@@ -15,7 +15,7 @@ use crate::{
     model::{Object, Polygon, Scene, Shape},
 };
 
-use super::{GenerateError, check_size, stage};
+use super::{GenerateError, check_size, sine::sin_cos, stage};
 
 /// The largest size: 5.4 million spheres.
 const LARGEST: u32 = 7;
@@ -107,7 +107,7 @@ fn children() -> [DVec3; 9] {
     let trio = trio.map(|direction| tilt.apply(direction));
     std::array::from_fn(|i| {
         let third = (i / 3) as f64 * 2.0 * PI / 3.0;
-        let (sine, cosine) = (libm::sin(third), libm::cos(third));
+        let (sine, cosine) = sin_cos(third);
         let turn = Rotation {
             x: DVec3::new(cosine, sine, 0.0),
             y: DVec3::new(-sine, cosine, 0.0),
@@ -127,7 +127,7 @@ struct Rotation {
 impl Rotation {
     /// Rotates by an angle in radians about a unit vector (Rodrigues' formula).
     fn about(axis: DVec3, angle: f64) -> Self {
-        let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+        let (sine, cosine) = sin_cos(angle);
         let rest = 1.0 - cosine;
         let DVec3 { x, y, z } = axis;
         let diagonal = axis * axis + (DVec3::ONE - axis * axis) * cosine;
@@ -149,7 +149,7 @@ impl Rotation {
                 z: DVec3::Z,
             }
         } else if direction.z <= -0.9999 {
-            let (sine, cosine) = (libm::sin(PI), libm::cos(PI));
+            let (sine, cosine) = sin_cos(PI);
             Self {
                 x: DVec3::new(cosine, 0.0, -sine),
                 y: DVec3::Y,

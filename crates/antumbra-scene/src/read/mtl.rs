@@ -4,9 +4,10 @@
 //! negative; textures are counted and not read.
 //!
 //! How MTL's model becomes ours: `Kd` diffuse, `Ks` highlight, `Ns` its exponent, `Ke` emission;
-//! `illum` 3 to 9 except 4 makes `Ks` the mirror's weight too. Transmission is `1 - d` (or `Tr`
-//! where there is no `d`) times `Tf`; glass that says `illum` 6 or 7, `Tf` and `d 1` transmits
-//! `Tf`. `Ni` is the index of refraction. `Ka` is not used: ambient light is the scene's.
+//! `illum` 3 and 5 to 9 make `Ks` the mirror's weight too. Transmission is `1 - d` (or `Tr` where
+//! there is no `d`) times `Tf`; under the glass models, `illum` 4, 6, 7 and 9, a `Tf` without
+//! transparency transmits by itself: that is how glass and water are written in practice. `Ni` is
+//! the index of refraction. `Ka` is not used: ambient light is the scene's.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -174,7 +175,7 @@ impl Reader<'_> {
         }
         let transparency = 1.0 - opacity.clamp(0.0, 1.0);
         let filter = draft.filter.unwrap_or(Color::ONE);
-        let is_glass = matches!(draft.illumination, Some(6 | 7));
+        let is_glass = matches!(draft.illumination, Some(4 | 6 | 7 | 9));
         material.transmission = match draft.filter {
             Some(filter) if is_glass && transparency == 0.0 => filter,
             _ => transparency * filter,
@@ -357,6 +358,8 @@ mod tests {
             transmission("newmtl a\nTf 1 1 0\nillum 7\nd 1"),
             Color::new(1.0, 1.0, 0.0)
         );
+        assert_eq!(transmission("newmtl a\nTf 1 0 0\nillum 4"), Color::X);
+        assert_eq!(transmission("newmtl a\nillum 4"), Color::ZERO);
         assert_eq!(transmission("newmtl a\nd 7"), Color::ZERO);
     }
 

@@ -66,3 +66,34 @@ fn the_exact_text_of_a_generated_scene_reads_back_equal() {
         assert_eq!(loaded.warnings, []);
     }
 }
+
+/// The same bits on every platform, also where SPD's files are not at hand: FNV-1a of the text.
+/// The values were taken when `the_same_words_as_spd` passed.
+#[test]
+fn the_text_never_changes() {
+    let digest = |scene: &Scene, precision| {
+        let mut text = Vec::new();
+        write_nff(scene, precision, &mut text).unwrap();
+        text.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    };
+    for (scene, six_digits, exact) in [
+        (
+            tetra(6).unwrap(),
+            0x6871_26f9_942f_bb1c,
+            0x72bb_539a_f63e_3835,
+        ),
+        (
+            sphereflake(3).unwrap(),
+            0x6cf9_b73a_eb24_b856,
+            0xda3b_6290_03b4_509d,
+        ),
+    ] {
+        let found = (
+            digest(&scene, Precision::SixDigits),
+            digest(&scene, Precision::Exact),
+        );
+        assert_eq!(found, (six_digits, exact), "{found:#x?}");
+    }
+}

@@ -13,6 +13,7 @@ pub(super) struct Plane {
 }
 
 /// A point with rational coordinates `scaled / scale`, `scale > 0`.
+#[derive(Clone)]
 struct Crossing {
     scaled: Vec3,
     scale: Exact,
@@ -63,6 +64,30 @@ impl Plane {
             &self.offset
         };
         (&self.normal.dot(&light.position) - offset).sign()
+    }
+
+    /// The part of a polygon in the closed half-space on the given side.
+    fn clip(&self, polygon: Vec<Crossing>, side: i8) -> Vec<Crossing> {
+        let height = |x: &Crossing| {
+            let height = &self.normal.dot(&x.scaled) - &(&self.offset * &x.scale);
+            if side < 0 { -&height } else { height }
+        };
+        let mut part = Vec::new();
+        for (i, from) in polygon.iter().enumerate() {
+            let to = &polygon[(i + 1) % polygon.len()];
+            let (start, end) = (height(from), height(to));
+            if start.sign() >= 0 {
+                part.push(from.clone());
+            }
+            if start.sign() * end.sign() < 0 {
+                let (start, end) = (start.abs(), end.abs());
+                part.push(Crossing {
+                    scaled: &from.scaled.scale(&end) + &to.scaled.scale(&start),
+                    scale: &from.scale * &end + &to.scale * &start,
+                });
+            }
+        }
+        part
     }
 
     /// Where the open segment goes through the plane from one strict side to the other.
@@ -131,24 +156,30 @@ impl Triangle {
         })
     }
 
-    /// Rule 4, for `self` the triangle of the start: whether it and `other` overlap seen from
-    /// the light. Always so when the light is in the plane of `self`.
+    /// Rule 4, for `self` the triangle of the start: whether it and the part of `other` that is on
+    /// the light's side of its plane overlap seen from the light. Always so when the light is in
+    /// the plane of `self`.
     pub(super) fn may_be_hidden_by(&self, other: &Self, segment: &Segment) -> bool {
         let light = &segment.light;
-        self.plane.side_of_light(light) == 0
-            || !(self.has_edge_separating(other, light) || other.has_edge_separating(self, light))
-    }
-
-    /// Whether the plane through the light and one of our edges has us on one side and `other`
-    /// on the opposite one, both weakly.
-    fn has_edge_separating(&self, other: &Self, light: &Light) -> bool {
-        self.edges().any(|(from, to, third)| {
-            let inner = turn_seen_from(light, from, to, third);
-            other
+        let side = self.plane.side_of_light(light);
+        if side == 0 {
+            return true;
+        }
+        let whole = |triangle: &Self| {
+            triangle
                 .corners
-                .iter()
-                .all(|x| turn_seen_from(light, from, to, x) * inner <= 0)
-        })
+                .clone()
+                .map(|scaled| Crossing {
+                    scaled,
+                    scale: Exact::ONE,
+                })
+                .to_vec()
+        };
+        let own = whole(self);
+        let part = self.plane.clip(whole(other), side);
+        part.len() >= 3
+            && !has_edge_separating(&own, &part, light)
+            && !has_edge_separating(&part, &own, light)
     }
 
     /// The edges, each with the corner opposite to it.
@@ -163,12 +194,24 @@ impl Triangle {
     }
 }
 
+/// Whether the plane through the light and an edge of `one` has it on one side and `other` on
+/// the opposite one, both weakly.
+fn has_edge_separating(one: &[Crossing], other: &[Crossing], light: &Light) -> bool {
+    (0..one.len()).any(|i| {
+        let (from, to) = (&one[i], &one[(i + 1) % one.len()]);
+        let turn = |x: &Crossing| turn_seen_from(light, from, to, x);
+        let inner = one.iter().map(turn).find(|&turn| turn != 0).unwrap_or(0);
+        other.iter().all(|x| turn(x) * inner <= 0)
+    })
+}
+
 /// Which way `a`, `b`, `c` turn seen from the light: the sign of the volume they span with it.
-fn turn_seen_from(light: &Light, a: &Vec3, b: &Vec3, c: &Vec3) -> i8 {
+fn turn_seen_from(light: &Light, a: &Crossing, b: &Crossing, c: &Crossing) -> i8 {
     if light.is_direction() {
-        (b - a).cross(&(c - a)).dot(&light.position).sign()
+        let from_a = |x: &Crossing| &x.scaled.scale(&a.scale) - &a.scaled.scale(&x.scale);
+        from_a(b).cross(&from_a(c)).dot(&light.position).sign()
     } else {
-        let [a, b, c] = [a, b, c].map(|x| x - &light.position);
+        let [a, b, c] = [a, b, c].map(|x| &x.scaled - &light.position.scale(&x.scale));
         a.dot(&b.cross(&c)).sign()
     }
 }

@@ -56,6 +56,14 @@ impl Interval {
         }
     }
 
+    fn holds_inside(&self, v: &Fraction) -> bool {
+        v.compare(&self.low).is_gt()
+            && self
+                .high
+                .as_ref()
+                .is_none_or(|high| v.compare(high).is_lt())
+    }
+
     fn raise_low(&mut self, low: Fraction) {
         if low.compare(&self.low).is_gt() {
             self.low = low;
@@ -104,6 +112,11 @@ impl Quadratic {
         } = v;
         let linear = &self.c0 * denominator + &self.c1 * numerator;
         (linear * denominator + &self.c2 * &numerator.square()).sign()
+    }
+
+    /// Sign of the derivative.
+    fn slope_at(&self, v: &Fraction) -> i8 {
+        (&self.c1 * &v.denominator + self.c2.double() * &v.numerator).sign()
     }
 
     fn sign_at_infinity(&self) -> i8 {
@@ -202,6 +215,7 @@ pub(super) struct Tube {
     axis: Vec3,
     axis_squared: Exact,
     base_radius: Exact,
+    apex_radius: Exact,
     /// Apex radius less base radius.
     growth: Exact,
 }
@@ -250,6 +264,7 @@ impl Tube {
             axis,
             axis_squared,
             base_radius,
+            apex_radius,
             growth,
         })
     }
@@ -287,9 +302,6 @@ impl Tube {
         // The height over the base is `start.along + v change.along`, over 0 and under `top`.
         let top = &self.axis_squared * &segment.start.scale;
         let under_top = &top - &start.along;
-        if change.along.is_zero() && (start.along.is_zero() || under_top.is_zero()) {
-            return false;
-        }
         let Some(between) = Interval::of(segment)
             .keep_where_not_negative(&start.along, &change.along)
             .and_then(|part| part.keep_where_not_negative(&under_top, &-&change.along))
@@ -301,7 +313,32 @@ impl Tube {
             c1: polar(&start, &change).double(),
             c2: polar(&change, &change),
         };
-        excess.takes_both_signs(&between)
+        if excess.takes_both_signs(&between) {
+            return true;
+        }
+        // A crossing exactly in a rim: the other sign is beyond the end plane. And one exactly in
+        // an apex: inside before it, outside behind it, where only the other nappe is.
+        let whole = Interval::of(segment);
+        let ends = [
+            (&start.along, &self.base_radius),
+            (&under_top, &self.apex_radius),
+        ];
+        !change.along.is_zero()
+            && ends.into_iter().any(|(room, radius)| {
+                let rate = if std::ptr::eq(room, &under_top) {
+                    -&change.along
+                } else {
+                    change.along.clone()
+                };
+                let v = Fraction::new(-room, rate);
+                whole.holds_inside(&v)
+                    && excess.sign_at(&v) == 0
+                    && if radius.is_zero() {
+                        excess.c2.sign() < 0
+                    } else {
+                        excess.slope_at(&v) != 0
+                    }
+            })
     }
 
     /// Whether a segment that starts on this open tube goes in and out again through its wall.
@@ -321,6 +358,17 @@ impl Tube {
         let along = at_crossing(&start.along, &light.along);
         let scale = at_crossing(&start.scale, &light.scale);
         along.sign() >= 0 && along.compare(&(&self.axis_squared * &scale)).is_le()
+    }
+
+    /// Whether the light is behind the wall at the start, for a wall that is part of a solid. At an
+    /// apex, and beyond it, that is: inside the infinite nappe.
+    pub(super) fn is_behind_wall(&self, segment: &Segment) -> bool {
+        let (start, light) = (self.start(segment), self.light(segment));
+        if start.reach.sign() > 0 {
+            polar(&start, &light).sign() < 0
+        } else {
+            polar(&light, &light).sign() < 0 && light.reach.sign() > 0
+        }
     }
 
     /// Whether the light is strictly outside the closed solid of this tube.

@@ -13,15 +13,17 @@
 
 mod dialect;
 mod lexer;
+mod surface;
+mod view;
 
 use std::path::Path;
 
 use antumbra_geometry::{Cone, DVec3, Sphere};
 
 use crate::{
-    defaults::{nff_intensity, nff_material},
+    defaults::nff_intensity,
     error::{Place, ReadError, ReadErrorKind, quoted},
-    model::{Camera, Color, Facing, Light, LightKind, Material, Object, Polygon, Scene, Shape},
+    model::{Color, Facing, Light, LightKind, Material, Object, Polygon, Scene, Shape},
     warning::WarningLog,
 };
 
@@ -165,100 +167,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `v` and its six records, in any order.
-    fn read_view(&mut self, line: u32) -> Result<(), ReadError> {
-        const HELP: &str = "a view is `v from x y z at x y z up x y z angle a`";
-        let (mut eye, mut at, mut up, mut angle, mut resolution) = (None, None, None, None, None);
-        while let Some(record) = self.lexer.peek_keyword() {
-            let is_known = ["from", "at", "up", "angle", "hither", "resolution"];
-            if !is_known.contains(&record.text) {
-                break;
-            }
-            self.lexer.take(record);
-            let was_given = match record.text {
-                "from" => eye
-                    .replace(self.point("from", "3 numbers (the eye)")?)
-                    .is_some(),
-                "at" => at
-                    .replace(self.point("at", "3 numbers (the point looked at)")?)
-                    .is_some(),
-                "up" => up
-                    .replace(self.point("up", "3 numbers (a vector)")?)
-                    .is_some(),
-                "angle" => angle.replace(self.view_angle(record.line)?).is_some(),
-                "hither" => {
-                    self.numbers::<1>("hither", "1 number (a distance)")?;
-                    false
-                }
-                _ => resolution.replace(self.resolution()?).is_some(),
-            };
-            if was_given {
-                let message = format!(
-                    "`{}` is given twice in one view: the last counts",
-                    record.text
-                );
-                self.warnings.add(Place::Line(record.line), message);
-            }
-        }
-        let missing = |name: &str| {
-            let problem = format!("`{name}` is missing").into();
-            self.error(
-                line,
-                ReadErrorKind::Invalid {
-                    entity: "v",
-                    problem,
-                    help: HELP,
-                },
-            )
-        };
-        let camera = Camera {
-            eye: eye.ok_or_else(|| missing("from"))?,
-            at: at.ok_or_else(|| missing("at"))?,
-            up: up.ok_or_else(|| missing("up"))?,
-            vertical_fov_degrees: angle.ok_or_else(|| missing("angle"))?,
-            resolution,
-        };
-        if let Some((problem, help)) = camera_problem(&camera) {
-            return Err(self.invalid(line, "v", problem, help));
-        }
-        if self.scene.camera.is_some() {
-            self.warnings
-                .add(Place::Line(line), "another view (`v`): the last one counts");
-        }
-        self.scene.up = camera.up;
-        self.scene.camera = Some(camera);
-        Ok(())
-    }
-
-    fn view_angle(&mut self, line: u32) -> Result<f64, ReadError> {
-        let [angle] = self.numbers::<1>("angle", "1 number (degrees)")?;
-        if angle > 0.0 && angle < 180.0 {
-            return Ok(angle);
-        }
-        let problem = format!("expected more than 0 and less than 180 degrees, found {angle}");
-        Err(self.invalid(line, "angle", problem, "45 is usual"))
-    }
-
-    fn resolution(&mut self) -> Result<[u32; 2], ReadError> {
-        const LARGEST: u32 = 1 << 16;
-        let mut size = [0; 2];
-        for pixels in &mut size {
-            let word = self.lexer.peek();
-            let number = word.and_then(|w| w.text.parse().ok());
-            *pixels = number
-                .filter(|n| (1..=LARGEST).contains(n))
-                .ok_or_else(|| {
-                    self.expected(
-                        word,
-                        "resolution",
-                        "2 whole numbers from 1 to 65536 (width, height)",
-                    )
-                })?;
-            self.lexer.next();
-        }
-        Ok(size)
-    }
-
     /// `l`: three numbers, and three more if a number follows.
     fn read_light(&mut self) -> Result<(), ReadError> {
         let position = self.point("l", "3 numbers (position), or 6 (position and colour)")?;
@@ -280,80 +188,6 @@ impl<'a> Reader<'a> {
             falls_off: false,
         });
         Ok(())
-    }
-
-    /// `f`: eight numbers; dialects leave some out or add the name of a texture.
-    fn read_surface(&mut self) -> Result<(), ReadError> {
-        const EXPECTED: &str = "8 numbers (red green blue Kd Ks shine T ior)";
-        let mut numbers = Vec::with_capacity(8);
-        let mut line = self.lexer.line();
-        while numbers.len() < 8 {
-            let Some(word) = self.lexer.peek() else { break };
-            let Some(number) = parse_number(word.text) else {
-                break;
-            };
-            numbers.push(number);
-            line = word.line;
-            self.lexer.next();
-        }
-        // Whatever follows on the same line and begins no entity is the name of a texture.
-        if let Some(name) = self.texture_name(line, numbers.len()) {
-            self.lexer.take(name);
-            let message = "the texture named after `f` is not read";
-            self.warnings.add(Place::Line(name.line), message);
-        }
-        if numbers.len() < 8 {
-            // Where a number is garbled, or next to nothing is there, guessing would hide it.
-            let next = self.lexer.peek();
-            let is_garbled = next.is_some_and(|w| begins_like_number(w.text) || w.line == line)
-                && self
-                    .lexer
-                    .peek_keyword()
-                    .is_none_or(|k| !is_keyword(k.text));
-            if numbers.len() < 3 || is_garbled {
-                return Err(self.expected(next, "f", EXPECTED));
-            }
-            let message = format!(
-                "`f` with {} numbers instead of 8: the rest is taken from Kd 1, Ks 0, shine 1, T 0, ior 1",
-                numbers.len()
-            );
-            self.warnings.add(Place::Line(line), message);
-            const DEFAULTS: [f64; 8] = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
-            numbers.extend_from_slice(&DEFAULTS[numbers.len()..]);
-        }
-        let mut numbers: [f64; 8] = std::array::from_fn(|i| numbers[i]);
-        self.clamp_negative(line, "f", &mut numbers[..7]);
-        let [.., transmittance, ior] = numbers;
-        if transmittance > 0.0 && ior <= 0.0 {
-            let message =
-                "`f` transmits light, but its index of refraction is not positive: 1 is used";
-            self.warnings.add(Place::Line(line), message);
-        }
-        let material = nff_material(numbers);
-        if !material.diffuse.is_finite() {
-            return Err(self.invalid(
-                line,
-                "f",
-                "the colour times Kd overflows",
-                "colours are 0 to 1",
-            ));
-        }
-        self.surface = (material, None);
-        Ok(())
-    }
-
-    /// Returns the word that must be a texture's name after `count` numbers of `f`, if one is.
-    fn texture_name(&mut self, line: u32, count: usize) -> Option<Word<'a>> {
-        let word = self.lexer.peek().filter(|word| word.line == line)?;
-        let keyword = self.lexer.peek_keyword()?;
-        if is_keyword(keyword.text) || parse_number(word.text).is_some() {
-            return None;
-        }
-        // After fewer numbers a garbled one is more likely, unless it ends the line.
-        let mut after = self.lexer.clone();
-        after.take(word);
-        let ends_line = after.peek().is_none_or(|next| next.line != line);
-        (count == 8 || (count >= 3 && !begins_like_number(word.text) && ends_line)).then_some(word)
     }
 
     fn read_sphere(&mut self, line: u32) -> Result<(), ReadError> {
@@ -424,7 +258,7 @@ impl<'a> Reader<'a> {
             if is_patch {
                 const EXPECTED: &str = "6 numbers for each vertex (position and normal)";
                 vertices.push(self.point(entity, EXPECTED)?);
-                normals.push(DVec3::from_array(self.numbers(entity, EXPECTED)?));
+                normals.push(self.point(entity, EXPECTED)?);
             } else {
                 vertices.push(self.point(entity, "3 numbers for each vertex")?);
             }
@@ -624,23 +458,4 @@ impl<'a> Reader<'a> {
 
 fn is_keyword(word: &str) -> bool {
     KEYWORDS.contains(&word)
-}
-
-/// Returns what makes a view meaningless and what to do about it.
-fn camera_problem(camera: &Camera) -> Option<(&'static str, &'static str)> {
-    let forward = camera.at - camera.eye;
-    if forward == DVec3::ZERO {
-        return Some(("`from` and `at` are the same point", "move one of them"));
-    }
-    if camera.up == DVec3::ZERO {
-        return Some(("`up` is zero", "`up 0 0 1` or `up 0 1 0` is usual"));
-    }
-    // Scaled to length about 1, so that nothing under- or overflows. Below 1e-12 the picture's
-    // right would consist of rounding errors.
-    let forward = forward / forward.abs().max_element();
-    let up = camera.up / camera.up.abs().max_element();
-    (forward.cross(up).length() < 1e-12).then_some((
-        "`up` is parallel to the view direction",
-        "turn `up` sideways",
-    ))
 }
