@@ -271,15 +271,12 @@ fn shading_normals_move_no_shadow_and_no_query() {
 #[test]
 fn a_mesh_looks_like_its_polygons() {
     let floor = square(10.0, 0.0);
-    let corners = [0, 1, 2, 3].map(|position| Corner {
-        position,
-        normal: Corner::NONE,
-    });
+    let corners = [0, 1, 2, 3].map(Corner::at);
     let mesh = Mesh {
         positions: floor.vertices,
-        normals: Vec::new(),
         corners: corners.to_vec(),
         face_ends: vec![4],
+        ..Mesh::default()
     };
     let mut scene = ball_on_floor();
     scene.objects[0].shape = Shape::Mesh(mesh.clone());
