@@ -4,6 +4,7 @@
 //! Absent here: files, threads, logs, materials, grids.
 
 mod bounds;
+mod coverage;
 mod intersect;
 mod light;
 mod number;
@@ -15,6 +16,7 @@ mod shape;
 mod umbra;
 
 pub use bounds::Bounds;
+pub use coverage::{Coverage, CoverageId};
 pub use glam::DVec3;
 pub use light::LightShape;
 pub use occluders::{

@@ -224,13 +224,17 @@ impl StartPlane {
         if slope_at_least.is_nan() || slope_at_least <= 0.0 {
             return (point, f64::INFINITY);
         }
-        // height / slope, with the errors of both carried through the quotient.
+        // height / slope, with the errors of both carried through the quotient; a quotient that
+        // underflows is off by less than the smallest normal number.
         let shift = height.value() / slope.value();
         let shift_error = (height.error() + shift.abs() * slope.error()) / slope_at_least
             + shift.abs() * f64::EPSILON;
         let mut moved = point;
         moved[axis] -= shift;
         let rounding = moved[axis].abs() * UNIT_ROUNDOFF;
-        (moved, (shift_error + rounding) * (1.0 + 8.0 * f64::EPSILON))
+        (
+            moved,
+            (shift_error + rounding + f64::MIN_POSITIVE) * (1.0 + 8.0 * f64::EPSILON),
+        )
     }
 }

@@ -1,6 +1,9 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
-use super::{Curved, CurvedShape, ElementKind, NO_AXIS, Occluders, Surface, SurfaceId};
+use super::{
+    AlphaTest, Curved, CurvedShape, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders, Surface,
+    SurfaceId, Triangle,
+};
 use crate::intersect::{
     cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
     own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks,
@@ -59,9 +62,29 @@ impl Occluders {
                     && own
                         .and_then(|own| self.triangle_positions(own))
                         .is_none_or(|own| triangle_overlaps_from_light(own, corners, segment))
+                    && self.is_solid_where_crossed(triangle, corners, segment)
             }
             Surface::Curved(curved) => self.curved_crosses(surface, curved, segment),
         }
+    }
+
+    /// Returns whether a triangle is there where a segment crosses it: always, unless it is
+    /// alpha-tested.
+    fn is_solid_where_crossed(
+        &self,
+        triangle: &Triangle,
+        corners: [DVec3; 3],
+        segment: &Segment,
+    ) -> bool {
+        if triangle.alpha_test == NO_ALPHA_TEST {
+            return true;
+        }
+        let AlphaTest { coverage, uvs } = self.alpha_tests[triangle.alpha_test as usize];
+        let (_, [b, c]) = triangle_distance(corners, segment);
+        let uv = std::array::from_fn(|i| {
+            uvs[0][i] + (uvs[1][i] - uvs[0][i]) * b + (uvs[2][i] - uvs[0][i]) * c
+        });
+        self.coverages[coverage.0 as usize].is_solid_at(uv)
     }
 
     fn curved_crosses(&self, surface: SurfaceId, curved: &Curved, segment: &Segment) -> bool {
@@ -153,9 +176,11 @@ impl Occluders {
     pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
         let record = &self.elements[element.0 as usize];
         let is_self_clear = record.kind != ElementKind::OpenCone;
+        let has_holes = matches!(record.opacity, Opacity::AlphaTested(_));
         let nothing = Umbra {
             shape: UmbraShape::Nothing,
             is_self_clear: true,
+            has_holes,
         };
         if record.opacity == Opacity::Transparent {
             return nothing;
@@ -182,6 +207,7 @@ impl Occluders {
         Umbra {
             shape,
             is_self_clear,
+            has_holes,
         }
     }
 
@@ -209,9 +235,11 @@ impl Occluders {
         let shape = FaceUmbra::new(corners.clone(), &boundary, is_one_sided, light);
         let is_self_clear =
             triangles.len() == 1 || (is_one_sided && !overlaps_itself(&corners, light));
+        let opacity = self.elements[element.0 as usize].opacity;
         Some(Umbra {
             shape: UmbraShape::Face(shape),
             is_self_clear,
+            has_holes: matches!(opacity, Opacity::AlphaTested(_)),
         })
     }
 
