@@ -23,6 +23,21 @@ impl LightShape {
         }
     }
 
+    /// Returns the same light, a direction's largest component made at least 1 by a power of two, which
+    /// rounds nothing: products with tiny directions lose bits, and their reciprocals overflow.
+    pub(crate) fn without_underflow(self) -> Self {
+        match self {
+            Self::Direction(mut direction) if direction != DVec3::ZERO => {
+                while direction.abs().max_element() < 1.0 {
+                    let missing = -direction.abs().max_element().log2().floor();
+                    direction *= missing.min(1000.0).exp2();
+                }
+                Self::Direction(direction)
+            }
+            light => light,
+        }
+    }
+
     /// Returns a vector from `point_in_world` towards the light (not unit length).
     pub fn towards(&self, point_in_world: DVec3) -> DVec3 {
         match *self {

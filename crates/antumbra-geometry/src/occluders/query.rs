@@ -1,6 +1,8 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
-use super::{Curved, CurvedShape, ElementKind, NO_AXIS, Occluders, Surface, SurfaceId};
+use super::{
+    Curved, CurvedShape, Element, ElementKind, NO_AXIS, Occluders, Surface, SurfaceId, is_too_small,
+};
 use crate::intersect::{
     cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
     own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks,
@@ -9,11 +11,15 @@ use crate::intersect::{
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartPlane};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
-use crate::{Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
+use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
 
 impl Occluders {
     /// Prepares the segment from a start to a light.
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
+        self.segment_as_given(start, &light.without_underflow())
+    }
+
+    fn segment_as_given(&self, start: &Start, light: &LightShape) -> Segment {
         let plane = start.surface.and_then(|surface| self.start_plane(surface));
         Segment::new(*start, light, plane)
     }
@@ -24,7 +30,8 @@ impl Occluders {
             point: ray.origin,
             surface: ray.leaves,
         };
-        self.segment(&start, &LightShape::Direction(ray.direction))
+        // Distances are in lengths of the direction.
+        self.segment_as_given(&start, &LightShape::Direction(ray.direction))
     }
 
     /// Returns whether an opaque surface blocks the segment (EXACTNESS.md, "Which surfaces block").
@@ -151,6 +158,7 @@ impl Occluders {
 
     /// Prepares an element's umbra behind a light.
     pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
+        let light = &light.without_underflow();
         let record = &self.elements[element.0 as usize];
         let is_self_clear = record.kind != ElementKind::OpenCone;
         let nothing = Umbra {
@@ -162,6 +170,12 @@ impl Occluders {
         }
         if record.kind == ElementKind::Face {
             return self.face_umbra(element, light).unwrap_or(nothing);
+        }
+        if is_too_small(&self.element_bounds(record)) {
+            return Umbra {
+                shape: UmbraShape::Unknown,
+                is_self_clear,
+            };
         }
         let first = SurfaceId(record.surfaces.start);
         let Surface::Curved(curved) = self.surface(first) else {
@@ -206,13 +220,30 @@ impl Occluders {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&(_, corners)| corners).collect();
         let is_one_sided = sides[1] == 0 && (sides[0] == 0 || sides[2] == 0);
         let boundary = boundary_edges(&triangles);
-        let shape = FaceUmbra::new(corners.clone(), &boundary, is_one_sided, light);
+        let shape = if is_too_small(&Bounds::of_points(corners.iter().copied().flatten())) {
+            UmbraShape::Unknown
+        } else {
+            UmbraShape::Face(FaceUmbra::new(
+                corners.clone(),
+                &boundary,
+                is_one_sided,
+                light,
+            ))
+        };
         let is_self_clear =
             triangles.len() == 1 || (is_one_sided && !overlaps_itself(&corners, light));
         Some(Umbra {
-            shape: UmbraShape::Face(shape),
+            shape,
             is_self_clear,
         })
+    }
+
+    fn element_bounds(&self, element: &Element) -> Bounds {
+        element
+            .surfaces
+            .clone()
+            .map(|surface| self.surface_bounds(SurfaceId(surface)))
+            .fold(Bounds::EMPTY, Bounds::union)
     }
 
     fn start_plane(&self, surface: SurfaceId) -> Option<StartPlane> {
