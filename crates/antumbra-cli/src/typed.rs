@@ -232,6 +232,14 @@ impl Shadows {
         }
     }
 
+    pub(crate) fn of(method: Method) -> Self {
+        match method {
+            Method::Voxel1990 => Self::Voxel1990,
+            Method::Grid => Self::Grid,
+            Method::Naive => Self::Naive,
+        }
+    }
+
     /// Returns the name as it is typed.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -302,6 +310,7 @@ mod tests {
     fn names_are_what_is_typed() {
         for shadows in Shadows::ALL {
             assert_eq!(Shadows::from_str(shadows.name(), false), Ok(shadows));
+            assert_eq!(Shadows::of(shadows.method()), shadows);
         }
     }
 }

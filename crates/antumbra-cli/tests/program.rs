@@ -429,7 +429,7 @@ fn typed_lights_replace_the_files_and_that_is_said() {
         + count(&figures, "/rays/refraction");
     let queries = count(&figures, "/shadow/queries");
     assert!(
-        queries % 3 == 0 && queries <= 3 * hits,
+        queries.is_multiple_of(3) && queries <= 3 * hits,
         "{queries} queries, {hits} hits at most"
     );
 }

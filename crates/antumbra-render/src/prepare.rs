@@ -181,6 +181,14 @@ impl Gathered {
         )?)
     }
 
+    /// Returns the voxels along x, y and z that the grid will have.
+    ///
+    /// # Errors
+    /// A setting is out of range.
+    pub fn resolve_grid(&self, options: &PrepareOptions) -> Result<[u32; 3], PrepareError> {
+        Ok(ShadowIndex::resolve_grid(&self.occluders, options.grid)?)
+    }
+
     /// Builds an index over the surfaces for `lights`.
     ///
     /// # Errors

@@ -49,6 +49,8 @@ pub struct Statistics {
 pub struct Settings {
     /// `voxel-1990`, `grid` or `naive`.
     pub shadows: String,
+    /// The method in use: another one where the quick check was to be obeyed.
+    pub shadows_used: String,
     /// Voxels along x, y, z.
     pub grid: [u32; 3],
     /// Width and height in pixels.
@@ -205,6 +207,7 @@ mod tests {
             is_complete: true,
             settings: Settings {
                 shadows: "grid".into(),
+                shadows_used: "grid".into(),
                 grid: [1, 2, 3],
                 size: [4, 5],
                 spp: 1,

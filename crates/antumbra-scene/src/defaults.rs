@@ -39,6 +39,7 @@ pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
             1.0
         },
         emission: Color::ZERO,
+        ..Material::default()
     }
 }
 

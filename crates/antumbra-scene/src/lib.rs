@@ -12,6 +12,7 @@ mod error;
 pub mod generate;
 pub mod model;
 pub mod read;
+mod texture;
 mod warning;
 pub mod write;
 

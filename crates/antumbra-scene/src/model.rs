@@ -6,6 +6,8 @@
 
 use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
 
+pub use crate::texture::{Filter, Texture, Wrap};
+
 /// A linear RGB value; not limited to 1.
 pub type Color = DVec3;
 
@@ -14,6 +16,8 @@ pub type Color = DVec3;
 pub struct Scene {
     /// Surfaces' looks; objects name them by index.
     pub materials: Vec<Material>,
+    /// Pictures; materials name them by index.
+    pub textures: Vec<Texture>,
     /// What is there.
     pub objects: Vec<Object>,
     /// What shines.
@@ -29,6 +33,10 @@ pub struct Scene {
     /// Which way is up, world space, any length but zero: for a camera or a sun that the file
     /// does not give.
     pub up: DVec3,
+    /// Whether the lights' colours are photometric: candela for points and spots, lux for
+    /// directional lights, so that a picture needs an exposure. Otherwise they are meant to be
+    /// shown as they are.
+    pub is_photometric: bool,
 }
 
 impl Default for Scene {
@@ -36,6 +44,7 @@ impl Default for Scene {
     fn default() -> Self {
         Self {
             materials: Vec::new(),
+            textures: Vec::new(),
             objects: Vec::new(),
             lights: Vec::new(),
             camera: None,
@@ -43,6 +52,7 @@ impl Default for Scene {
             ambient: Color::ZERO,
             facing: Facing::default(),
             up: DVec3::Z,
+            is_photometric: false,
         }
     }
 }
@@ -99,6 +109,10 @@ pub struct Mesh {
     pub positions: Vec<DVec3>,
     /// Shading normals; corners name them by index. May be empty.
     pub normals: Vec<DVec3>,
+    /// Places in the material's texture, as [`Texture::sample`] takes them; corners name them by
+    /// index. May be empty. A corner has one: where a file has several sets, or moves them by a
+    /// transform, its reader has chosen the set of the material's texture and moved it.
+    pub uvs: Vec<[f64; 2]>,
     /// All corners of all faces, face after face.
     pub corners: Vec<Corner>,
     /// Where each face ends in `corners`; face `i` is `ends[i - 1]..ends[i]`. At least 3 corners each.
@@ -112,11 +126,22 @@ pub struct Corner {
     pub position: u32,
     /// Index into [`Mesh::normals`], or [`Corner::NONE`].
     pub normal: u32,
+    /// Index into [`Mesh::uvs`], or [`Corner::NONE`]: then the texture counts as white.
+    pub uv: u32,
 }
 
 impl Corner {
-    /// Says that a corner has no shading normal.
+    /// Says that a corner has no shading normal, or no place in the texture.
     pub const NONE: u32 = u32::MAX;
+
+    /// Returns a corner with neither shading normal nor place in a texture.
+    pub const fn at(position: u32) -> Self {
+        Self {
+            position,
+            normal: Self::NONE,
+            uv: Self::NONE,
+        }
+    }
 }
 
 impl Mesh {
@@ -138,6 +163,15 @@ pub struct Material {
     pub name: String,
     /// Lambertian weight per channel.
     pub diffuse: Color,
+    /// Index into [`Scene::textures`]: a picture whose colour multiplies `diffuse` and whose alpha
+    /// multiplies `opacity`.
+    pub diffuse_texture: Option<usize>,
+    /// What the alpha value (`opacity` times the texture's) means.
+    pub alpha: Alpha,
+    /// The alpha value without a texture, 0 to 1.
+    pub opacity: f64,
+    /// Whether the back is seen too. Shadow rays are blocked from either side in any case.
+    pub is_double_sided: bool,
     /// Weight of the highlight of each light.
     pub specular: Color,
     /// Phong exponent of the highlight, not negative.
@@ -152,10 +186,69 @@ pub struct Material {
     pub emission: Color,
 }
 
+/// What a material's alpha value means.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing: the surface is whole.
+    #[default]
+    Opaque,
+    /// The surface is there where alpha is at least the cutoff, elsewhere it is a hole.
+    Mask {
+        /// The least alpha that is there, not negative. Above 1 there is no surface at all.
+        cutoff: f64,
+    },
+    /// The share of what is behind that the surface covers.
+    Blend,
+}
+
+/// What a surface does to shadow rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShadowKind {
+    /// Blocks all of them.
+    Opaque,
+    /// Blocks those that meet it where its texture's alpha is not below the cutoff.
+    AlphaTested,
+    /// Blocks none.
+    Transparent,
+}
+
 impl Material {
-    /// Returns whether surfaces of this material block shadow rays.
+    /// Returns what surfaces of this material do to shadow rays.
+    ///
+    /// Whoever blends or transmits blocks none. A mask is decided here wherever no texture can
+    /// change the outcome: without one, at a cutoff of 0, and where `opacity`, the largest alpha
+    /// that can result, is below the cutoff.
+    pub fn shadow_kind(&self) -> ShadowKind {
+        if self.transmission != Color::ZERO {
+            return ShadowKind::Transparent;
+        }
+        match self.alpha {
+            Alpha::Opaque => ShadowKind::Opaque,
+            Alpha::Blend => ShadowKind::Transparent,
+            Alpha::Mask { cutoff } if self.opacity < cutoff => ShadowKind::Transparent,
+            Alpha::Mask { cutoff } if self.diffuse_texture.is_none() || cutoff <= 0.0 => {
+                ShadowKind::Opaque
+            }
+            Alpha::Mask { .. } => ShadowKind::AlphaTested,
+        }
+    }
+
+    /// Returns whether surfaces of this material block shadow rays everywhere.
     pub fn is_opaque(&self) -> bool {
-        self.transmission == Color::ZERO
+        self.shadow_kind() == ShadowKind::Opaque
+    }
+
+    /// Returns how much the surface covers where its texture's alpha is `texture_alpha` (1 without
+    /// a texture): 0, it is not there, to 1, it is whole. Only [`Alpha::Blend`] gives values in
+    /// between. Transmission plays no part.
+    pub fn coverage(&self, texture_alpha: f64) -> f64 {
+        let alpha = self.opacity * texture_alpha;
+        match self.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Mask { cutoff } if alpha >= cutoff => 1.0,
+            Alpha::Mask { .. } => 0.0,
+            Alpha::Blend => alpha.clamp(0.0, 1.0),
+        }
     }
 }
 
@@ -165,6 +258,10 @@ impl Default for Material {
         Self {
             name: String::new(),
             diffuse: Color::splat(0.8),
+            diffuse_texture: None,
+            alpha: Alpha::Opaque,
+            opacity: 1.0,
+            is_double_sided: true,
             specular: Color::ZERO,
             shininess: 1.0,
             reflection: Color::ZERO,
@@ -182,7 +279,8 @@ pub struct Light {
     pub name: String,
     /// Where the light comes from.
     pub kind: LightKind,
-    /// Radiant intensity or irradiance, linear RGB, in the scene's own unit.
+    /// Intensity (where it falls off) or irradiance, linear RGB; [`Scene::is_photometric`] says
+    /// in which unit.
     pub color: Color,
     /// Whether the light weakens with the square of the distance.
     pub falls_off: bool,
@@ -227,4 +325,40 @@ pub struct Camera {
     pub vertical_fov_degrees: f64,
     /// Picture size in pixels that the file asks for.
     pub resolution: Option<[u32; 2]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alpha_decides_about_shadows() {
+        let kind = |alpha, opacity, diffuse_texture| {
+            let material = Material {
+                alpha,
+                opacity,
+                diffuse_texture,
+                ..Material::default()
+            };
+            (material.shadow_kind(), material.coverage(1.0))
+        };
+        let half = Alpha::Mask { cutoff: 0.5 };
+        let all = Alpha::Mask { cutoff: 0.0 };
+        let none = Alpha::Mask { cutoff: 1.5 };
+        use ShadowKind::{AlphaTested, Opaque, Transparent};
+        assert_eq!(kind(Alpha::Opaque, 0.1, Some(0)), (Opaque, 1.0));
+        assert_eq!(kind(Alpha::Blend, 0.25, None), (Transparent, 0.25));
+        assert_eq!(kind(half, 0.5, None), (Opaque, 1.0));
+        assert_eq!(kind(half, 0.4, None), (Transparent, 0.0));
+        assert_eq!(kind(half, 1.0, Some(0)), (AlphaTested, 1.0));
+        assert_eq!(kind(half, 0.4, Some(0)), (Transparent, 0.0));
+        assert_eq!(kind(all, 0.0, Some(0)), (Opaque, 1.0));
+        assert_eq!(kind(none, 1.0, Some(0)), (Transparent, 0.0));
+        let glass = Material {
+            transmission: Color::ONE,
+            ..Material::default()
+        };
+        assert_eq!(glass.shadow_kind(), Transparent);
+        assert!(Material::default().is_opaque() && !glass.is_opaque());
+    }
 }

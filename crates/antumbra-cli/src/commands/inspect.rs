@@ -11,7 +11,7 @@ use crate::typed::{Inspect, Shadows};
 use crate::values::format_bytes;
 use crate::{load, memory};
 
-/// Reads, counts, predicts; then builds the grid alone to tell its resolution.
+/// Reads, counts, predicts; builds nothing.
 pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     let scene = load::lit_scene(&typed.file, screen)?.scene;
     let gathered = Gathered::of(&scene)?;
@@ -36,14 +36,8 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     }
     row(screen, "memory limit", format_bytes(limit));
 
-    // Values apart, only the grid itself knows how fine it is.
-    match gathered.index(&[], &options(Method::Grid)) {
-        Ok(index) => {
-            let [x, y, z] = index.grid_resolution();
-            row(screen, "grid", format!("{x} x {y} x {z}"));
-        }
-        Err(error) => row(screen, "grid", format!("cannot be built: {error}")),
-    }
+    let [x, y, z] = gathered.resolve_grid(&options(Method::default()))?;
+    row(screen, "grid", format!("{x} x {y} x {z}"));
     Ok(Outcome::Done)
 }
 

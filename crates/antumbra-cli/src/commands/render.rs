@@ -18,7 +18,7 @@ use antumbra_render::statistics::{
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::screen::Screen;
-use crate::typed::{QuickCheckAction, Render};
+use crate::typed::{QuickCheckAction, Render, Shadows};
 use crate::values::format_bytes;
 use crate::{load, machine, memory};
 
@@ -219,6 +219,7 @@ fn say_prepared(prepared: &Prepared, time: Duration, screen: &Screen) {
 fn settings(typed: &Render, meant: &Meant, prepared: &Prepared) -> Settings {
     Settings {
         shadows: typed.shadows.name().to_owned(),
+        shadows_used: Shadows::of(prepared.index().method()).name().to_owned(),
         grid: prepared.index().grid_resolution(),
         size: meant.size,
         spp: typed.spp,

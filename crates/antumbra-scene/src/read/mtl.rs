@@ -326,6 +326,7 @@ mod tests {
             transmission: Color::new(0.75, 0.375, 0.0),
             ior: 1.5,
             emission: Color::new(1.0, 2.0, 3.0),
+            ..Material::default()
         };
         assert_eq!(library.materials["glass of water"], expected);
         assert_eq!(library.warnings, []);

@@ -33,17 +33,16 @@ fn refusal(text: &str) -> String {
 }
 
 fn corner(position: u32) -> Corner {
-    Corner {
-        position,
-        normal: Corner::NONE,
-    }
+    Corner::at(position)
 }
 
 #[test]
 fn corners_in_all_four_forms() {
     let normals = "vn 0 0 1\nvn 0 0 2\nvt 0 0\n";
-    let with_normals =
-        [(0, 0), (1, 1), (2, 0)].map(|(position, normal)| Corner { position, normal });
+    let with_normals = [(0, 0), (1, 1), (2, 0)].map(|(position, normal)| Corner {
+        normal,
+        ..Corner::at(position)
+    });
     for (face, expected) in [
         ("f 1 2 3", [corner(0), corner(1), corner(2)]),
         ("f 1/1 2/1 3/1", [corner(0), corner(1), corner(2)]),

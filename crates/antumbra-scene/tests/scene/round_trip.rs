@@ -71,10 +71,14 @@ fn other_peoples_files_survive_too() {
 
 #[test]
 fn meshes_become_polygons_and_patches() {
-    let corner = |position, normal| Corner { position, normal };
+    let corner = |position, normal| Corner {
+        normal,
+        ..Corner::at(position)
+    };
     let mesh = Mesh {
         positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         normals: vec![DVec3::Z],
+        uvs: Vec::new(),
         corners: vec![
             corner(0, Corner::NONE),
             corner(1, Corner::NONE),

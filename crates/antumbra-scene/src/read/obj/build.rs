@@ -128,7 +128,10 @@ impl Reader<'_> {
                     Corner::NONE => Corner::NONE,
                     normal => normal_slots.place(normal, &self.normals, &mut mesh.normals),
                 };
-                mesh.corners.push(Corner { position, normal });
+                mesh.corners.push(Corner {
+                    normal,
+                    ..Corner::at(position)
+                });
             }
             mesh.face_ends.push(mesh.corners.len() as u32);
         }

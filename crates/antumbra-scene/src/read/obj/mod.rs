@@ -242,7 +242,10 @@ impl Reader<'_> {
                 self.resolve(statement, index, self.normals.len(), "vn")?
             }
         };
-        Ok(Corner { position, normal })
+        Ok(Corner {
+            normal,
+            ..Corner::at(position)
+        })
     }
 
     /// Returns the index from 0 of a vertex that a face names: from 1, or backwards from -1.

@@ -1,0 +1,299 @@
+//! Pictures on surfaces.
+//!
+//! In: texels and a place in the picture. Out: linear colour and alpha. Invariant: the same bits
+//! on every platform: sRGB is decoded by a table that `libm` fills, and filtering uses additions
+//! and multiplications only.
+
+use std::sync::LazyLock;
+
+/// A picture that is laid on surfaces.
+///
+/// `width * height` is the number of texels and not zero; what [`sample`](Self::sample) returns
+/// for a picture that breaks this is white.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// A name for messages; may be empty.
+    pub name: String,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue (sRGB-encoded) and alpha (linear); rows from the top down, each from left
+    /// to right.
+    pub texels: Vec<[u8; 4]>,
+    /// What is beyond the left and right edge, and beyond the upper and lower one.
+    pub wrap: [Wrap; 2],
+    /// What is between texels.
+    pub filter: Filter,
+}
+
+/// What is beyond the edge of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The picture again.
+    #[default]
+    Repeat,
+    /// The picture again, every other time mirrored.
+    MirroredRepeat,
+    /// The texels of the edge.
+    ClampToEdge,
+}
+
+/// What is between texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// The nearest texel.
+    Nearest,
+    /// The four nearest texels, weighted by distance along each axis.
+    #[default]
+    Linear,
+}
+
+/// The linear value of each sRGB byte, 0 to 1 (IEC 61966-2-1).
+static LINEAR_OF_SRGB: LazyLock<[f64; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f64 / 255.0;
+        if encoded <= 0.040_45 {
+            encoded / 12.92
+        } else {
+            libm::pow((encoded + 0.055) / 1.055, 2.4)
+        }
+    })
+});
+
+impl Texture {
+    /// Returns linear red, green, blue and alpha, each 0 to 1, at a place in the picture.
+    ///
+    /// `uv` is (0, 0) at the upper left corner of the upper left texel and (1, 1) at the lower
+    /// right corner of the lower right one, as in glTF; beyond that, `wrap` decides. Texels are
+    /// decoded first and filtered then. There are no smaller copies for distant views. A
+    /// coordinate that is not finite counts as 0. Constant time.
+    ///
+    /// # Example
+    /// ```
+    /// use antumbra_scene::model::{Filter, Texture, Wrap};
+    /// let texture = Texture {
+    ///     name: "left black, right white".into(),
+    ///     width: 2,
+    ///     height: 1,
+    ///     texels: vec![[0, 0, 0, 255], [255; 4]],
+    ///     wrap: [Wrap::ClampToEdge; 2],
+    ///     filter: Filter::Linear,
+    /// };
+    /// assert_eq!(texture.sample([0.5, 0.5]), [0.5, 0.5, 0.5, 1.0]);
+    /// ```
+    pub fn sample(&self, uv: [f64; 2]) -> [f64; 4] {
+        let [x, y] = [(uv[0], self.width), (uv[1], self.height)]
+            .map(|(coordinate, size)| finite(coordinate) * f64::from(size));
+        let [wrap_x, wrap_y] = self.wrap;
+        match self.filter {
+            Filter::Nearest => self.texel(
+                wrapped(x.floor(), self.width, wrap_x),
+                wrapped(y.floor(), self.height, wrap_y),
+            ),
+            Filter::Linear => {
+                // Texels are points in their middles.
+                let (left, right_share) = split(x - 0.5);
+                let (top, bottom_share) = split(y - 0.5);
+                let columns = [left, left + 1.0].map(|x| wrapped(x, self.width, wrap_x));
+                let rows = [top, top + 1.0].map(|y| wrapped(y, self.height, wrap_y));
+                let [upper, lower] = rows.map(|row| {
+                    let [a, b] = columns.map(|column| self.texel(column, row));
+                    mix(a, b, right_share)
+                });
+                mix(upper, lower, bottom_share)
+            }
+        }
+    }
+
+    /// Returns the linear mean of all texels: red, green, blue and alpha.
+    pub fn mean(&self) -> [f64; 4] {
+        if self.texels.is_empty() {
+            return [1.0; 4];
+        }
+        let mut counts = [[0_u64; 256]; 4];
+        for texel in &self.texels {
+            for (count, &byte) in counts.iter_mut().zip(texel) {
+                count[usize::from(byte)] += 1;
+            }
+        }
+        let all = self.texels.len() as f64;
+        std::array::from_fn(|channel| {
+            let value = |byte: usize| {
+                if channel == 3 {
+                    byte as f64 / 255.0
+                } else {
+                    LINEAR_OF_SRGB[byte]
+                }
+            };
+            let sum: f64 = (0..256).map(|b| counts[channel][b] as f64 * value(b)).sum();
+            sum / all
+        })
+    }
+
+    /// Returns a decoded texel; white where there is none.
+    fn texel(&self, column: usize, row: usize) -> [f64; 4] {
+        let index = row * self.width as usize + column;
+        let Some(&[red, green, blue, alpha]) = self.texels.get(index) else {
+            return [1.0; 4];
+        };
+        let linear = |byte: u8| LINEAR_OF_SRGB[usize::from(byte)];
+        [
+            linear(red),
+            linear(green),
+            linear(blue),
+            f64::from(alpha) / 255.0,
+        ]
+    }
+}
+
+/// Returns 0 for what is no number or too large to scale.
+fn finite(coordinate: f64) -> f64 {
+    if coordinate.abs() < 1e300 {
+        coordinate
+    } else {
+        0.0
+    }
+}
+
+/// Splits a number into the whole one below and the rest, 0 to 1.
+fn split(number: f64) -> (f64, f64) {
+    let whole = number.floor();
+    (whole, number - whole)
+}
+
+/// Mixes so that equal ends give that value, whatever the share.
+fn mix(a: [f64; 4], b: [f64; 4], share_of_b: f64) -> [f64; 4] {
+    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share_of_b)
+}
+
+/// Returns the texel that stands at a whole number, possibly beyond the edge. Remainders of whole
+/// numbers are exact.
+fn wrapped(place: f64, size: u32, wrap: Wrap) -> usize {
+    let size = f64::from(size.max(1));
+    let inside = match wrap {
+        Wrap::Repeat => place.rem_euclid(size),
+        Wrap::MirroredRepeat => {
+            let turned = place.rem_euclid(2.0 * size);
+            turned.min(2.0 * size - 1.0 - turned)
+        }
+        Wrap::ClampToEdge => place,
+    };
+    inside.clamp(0.0, size - 1.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four texels in a row, told apart by alpha.
+    fn row(wrap: Wrap, filter: Filter) -> Texture {
+        Texture {
+            name: String::new(),
+            width: 4,
+            height: 1,
+            texels: [0, 51, 102, 255].map(|alpha| [0, 0, 0, alpha]).to_vec(),
+            wrap: [wrap; 2],
+            filter,
+        }
+    }
+
+    fn alphas(texture: &Texture, places: &[f64]) -> Vec<f64> {
+        places
+            .iter()
+            .map(|&u| texture.sample([u, 0.5])[3])
+            .collect()
+    }
+
+    #[test]
+    fn edges() {
+        let places = [-0.3, -0.1, 0.0, 0.3, 0.999, 1.0, 1.1, 1.9, 2.1, -1.1];
+        for (wrap, expected) in [
+            (
+                Wrap::Repeat,
+                [0.4, 1.0, 0.0, 0.2, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0],
+            ),
+            (
+                Wrap::MirroredRepeat,
+                [0.2, 0.0, 0.0, 0.2, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0],
+            ),
+            (
+                Wrap::ClampToEdge,
+                [0.0, 0.0, 0.0, 0.2, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0],
+            ),
+        ] {
+            let found = alphas(&row(wrap, Filter::Nearest), &places);
+            assert_eq!(found, expected, "{wrap:?}");
+        }
+    }
+
+    #[test]
+    fn between_texels() {
+        let clamped = row(Wrap::ClampToEdge, Filter::Linear);
+        assert_eq!(
+            alphas(&clamped, &[0.0, 0.125, 0.25, 1.0]),
+            [0.0, 0.0, 0.1, 1.0]
+        );
+        assert_eq!(
+            alphas(&row(Wrap::Repeat, Filter::Linear), &[0.0, 1.0]),
+            [0.5, 0.5]
+        );
+    }
+
+    #[test]
+    fn rows_go_down() {
+        let texture = Texture {
+            width: 1,
+            height: 4,
+            ..row(Wrap::Repeat, Filter::Nearest)
+        };
+        assert_eq!(texture.sample([0.5, 0.1])[3], 0.0);
+        assert_eq!(texture.sample([0.5, 0.9])[3], 1.0);
+    }
+
+    #[test]
+    fn no_coordinate_is_too_odd() {
+        for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge] {
+            for filter in [Filter::Nearest, Filter::Linear] {
+                let texture = row(wrap, filter);
+                for odd in [f64::NAN, f64::INFINITY, f64::MAX, -1e299, 1e18, -1e-320] {
+                    let sample = texture.sample([odd, odd]);
+                    assert!(sample.iter().all(|c| (0.0..=1.0).contains(c)), "{odd}");
+                }
+            }
+        }
+        let empty = Texture {
+            width: 0,
+            texels: Vec::new(),
+            ..row(Wrap::Repeat, Filter::Linear)
+        };
+        assert_eq!(empty.sample([0.3, 0.3]), [1.0; 4]);
+    }
+
+    #[test]
+    fn colours_are_decoded_before_they_are_mixed() {
+        let texture = Texture {
+            name: String::new(),
+            width: 3,
+            height: 1,
+            texels: vec![[0, 0, 0, 255], [10, 128, 255, 255], [10, 128, 255, 255]],
+            wrap: [Wrap::ClampToEdge; 2],
+            filter: Filter::Linear,
+        };
+        let [red, green, blue, _] = texture.sample([0.9, 0.5]);
+        assert_eq!(red, 10.0 / 255.0 / 12.92);
+        assert!((green - 0.215_860_500_113_899_26).abs() < 1e-15);
+        assert_eq!(blue, 1.0);
+        assert_eq!(texture.sample([1.0 / 3.0, 0.5])[2], 0.5);
+        assert!((texture.mean()[2] - 2.0 / 3.0).abs() < 1e-15);
+    }
+
+    /// The table's bits, summed: another platform's would differ here first.
+    #[test]
+    fn the_table_is_the_same_everywhere() {
+        let sum = LINEAR_OF_SRGB
+            .iter()
+            .fold(0_u64, |sum, v| sum.rotate_left(1) ^ v.to_bits());
+        assert_eq!(sum, 0xf404_1998_e777_2449, "{sum:#x}");
+    }
+}
