@@ -67,7 +67,10 @@ impl Faces {
                     }
                     _ => Corner::NONE,
                 };
-                mesh.corners.push(Corner { position, normal });
+                mesh.corners.push(Corner {
+                    normal,
+                    ..Corner::at(position)
+                });
             }
             mesh.face_ends.push(mesh.corners.len() as u32);
         }

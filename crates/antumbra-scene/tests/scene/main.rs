@@ -4,6 +4,8 @@ mod generated;
 mod malformed;
 mod nff;
 mod obj;
+mod ply;
 mod round_trip;
 mod shared;
+mod stl;
 mod support;
