@@ -9,3 +9,5 @@ mod round_trip;
 mod shared;
 mod stl;
 mod support;
+mod twins;
+mod writers;
