@@ -5,6 +5,7 @@
 //! promises of [`crate::model`]; coordinates are at most 2^100 in magnitude, as the geometry wants.
 
 mod area;
+mod gltf;
 mod mtl;
 mod nff;
 mod obj;
@@ -23,6 +24,7 @@ use crate::{
     warning::Warning,
 };
 
+pub use gltf::read_gltf;
 pub use nff::read_nff;
 pub use obj::read_obj;
 
@@ -55,9 +57,11 @@ pub enum UpAxis {
     Z,
 }
 
-/// Reads a scene file; its ending chooses the reader: `.nff` or `.obj`, in any case.
+/// Reads a scene file; its ending chooses the reader: `.nff`, `.obj`, `.gltf` or
+/// `.glb`, in any case.
 ///
-/// An OBJ's material libraries are looked for in the folder of the file and below it only.
+/// Files that a scene names (an OBJ's material libraries, a glTF's buffers and pictures) are looked
+/// for in its folder and below it only.
 ///
 /// # Errors
 /// The file cannot be read, is in no format that is read, is not text, or is refused by its
@@ -82,6 +86,10 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
         Some("obj") => {
             let bytes = read_bytes(path)?;
             read_obj(path, &bytes, options, &mut |name| read_beside(path, name))
+        }
+        Some("gltf" | "glb") => {
+            let bytes = read_bytes(path)?;
+            read_gltf(path, &bytes, &mut |name| read_beside(path, name))
         }
         other => {
             let found = other.map_or("a name without an ending".into(), |e| {
