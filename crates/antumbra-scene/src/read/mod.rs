@@ -5,6 +5,7 @@
 //! promises of [`crate::model`]; coordinates are at most 2^100 in magnitude, as the geometry wants.
 
 mod area;
+mod gltf;
 mod indexed;
 mod mtl;
 mod nff;
@@ -28,6 +29,7 @@ use crate::{
     warning::Warning,
 };
 
+pub use gltf::read_gltf;
 pub use nff::read_nff;
 pub use obj::read_obj;
 pub use ply::read_ply;
@@ -72,10 +74,11 @@ impl UpAxis {
     }
 }
 
-/// Reads a scene file; its ending chooses the reader: `.nff`, `.obj`, `.ply` or
+/// Reads a scene file; its ending chooses the reader: `.nff`, `.obj`, `.gltf`, `.glb`, `.ply` or
 /// `.stl`, in any case.
 ///
-/// An OBJ's material libraries are looked for in the folder of the file and below it only.
+/// Files that a scene names (an OBJ's material libraries, a glTF's buffers and pictures) are looked
+/// for in its folder and below it only.
 ///
 /// # Errors
 /// The file cannot be read, is in no format that is read, or is refused by its reader; the
@@ -100,6 +103,10 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
         Some("obj") => {
             let bytes = read_bytes(path)?;
             read_obj(path, &bytes, options, &mut |name| read_beside(path, name))
+        }
+        Some("gltf" | "glb") => {
+            let bytes = read_bytes(path)?;
+            read_gltf(path, &bytes, &mut |name| read_beside(path, name))
         }
         Some("ply") => read_ply(path, &read_bytes(path)?, options),
         Some("stl") => read_stl(path, &read_bytes(path)?, options),
