@@ -21,7 +21,7 @@ mod planar;
 mod quadric;
 
 use crate::exact::{Exact, Vec3};
-use planar::{Disk, Plane, Triangle};
+use planar::{Disk, Triangle};
 use quadric::{Sphere, Tube};
 
 /// The shape of one surface, as exact values of the given numbers.
@@ -276,14 +276,6 @@ impl Prepared {
         }
         .unwrap_or(Self::Nothing)
     }
-
-    fn plane(&self) -> Option<&Plane> {
-        match self {
-            Self::Triangle(triangle) => Some(&triangle.plane),
-            Self::Disk(disk) => Some(&disk.plane),
-            _ => None,
-        }
-    }
 }
 
 /// Answers queries against a list of surfaces by the letter of `EXACTNESS.md`.
@@ -393,9 +385,10 @@ impl Oracle {
 
     fn segment(&self, point: [f64; 3], surface: Option<usize>, light: OracleLight) -> Segment {
         let point = Vec3::new(point);
-        let start = match surface.and_then(|s| self.prepared[s].plane()) {
-            Some(plane) => plane.start(point),
-            None => Start {
+        let start = match surface.map(|s| &self.prepared[s]) {
+            Some(Prepared::Triangle(triangle)) => triangle.start(point),
+            Some(Prepared::Disk(disk)) => disk.plane.start(point),
+            _ => Start {
                 scaled: point,
                 scale: Exact::ONE,
             },
@@ -424,13 +417,7 @@ impl Oracle {
         }
         match &self.prepared[t] {
             Prepared::Nothing => false,
-            Prepared::Triangle(triangle) => {
-                triangle.is_crossed(segment)
-                    && match surface.map(|s| &self.prepared[s]) {
-                        Some(Prepared::Triangle(own)) => own.may_be_hidden_by(triangle, segment),
-                        _ => true,
-                    }
-            }
+            Prepared::Triangle(triangle) => triangle.is_crossed(segment),
             Prepared::Disk(disk) => disk.is_crossed(segment),
             Prepared::Sphere(sphere) => sphere.is_crossed(segment),
             Prepared::Tube(tube) => tube.is_crossed(segment),
