@@ -388,13 +388,27 @@ impl<'a> Page<'a> {
 
     fn triangle(&self, corners: [[f64; 3]; 3]) -> bool {
         let (start, light) = (&self.start, &self.light);
+        // Signs at the start, or where they are zero at the middle of its own triangle.
+        let own = self.s.map(|s| self.oracle.surfaces[s].shape);
+        let middle = match own.filter(|&shape| !is_degenerate(shape)) {
+            Some(OracleShape::Triangle([a, b, c])) => Some(Point {
+                x: &(&Vec3::new(a) + &Vec3::new(b)) + &Vec3::new(c),
+                w: Exact::new(3.0),
+            }),
+            _ => None,
+        };
+        let sign = |form: &dyn Fn(&Point) -> i8| match (form(start), &middle) {
+            (0, Some(middle)) => form(middle),
+            (sign, _) => sign,
+        };
         let normal = normal_of(corners);
         let anchor = Vec3::new(corners[0]);
-        if height(&normal, &anchor, start).sign() * height(&normal, &anchor, light).sign() >= 0 {
+        let start_side = sign(&|x| height(&normal, &anchor, x).sign());
+        if start_side * height(&normal, &anchor, light).sign() >= 0 {
             return false;
         }
         let t = corners.map(Point::new);
-        let turns = [0, 1, 2].map(|i| det([start, light, &t[i], &t[(i + 1) % 3]]));
+        let turns = [0, 1, 2].map(|i| sign(&|x| det([x, light, &t[i], &t[(i + 1) % 3]])));
         turns.iter().all(|&x| x >= 0) || turns.iter().all(|&x| x <= 0)
     }
 

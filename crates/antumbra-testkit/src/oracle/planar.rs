@@ -65,6 +65,12 @@ impl Plane {
         (&self.normal.dot(&light.position) - offset).sign()
     }
 
+    /// Whether the start lies in the plane.
+    fn holds_start(&self, segment: &Segment) -> bool {
+        let start = &segment.start;
+        (&self.normal.dot(&start.scaled) - &(&self.offset * &start.scale)).is_zero()
+    }
+
     /// Where the open segment goes through the plane from one strict side to the other.
     fn crossing(&self, segment: &Segment) -> Option<Crossing> {
         // The height over the plane, times scale and |normal|, is `height + v rate`.
@@ -72,6 +78,7 @@ impl Plane {
             start,
             delta,
             light,
+            ..
         } = segment;
         let height = &self.normal.dot(&start.scaled) - &(&self.offset * &start.scale);
         if height.is_zero() {
@@ -114,17 +121,38 @@ impl Triangle {
         Some(Self { corners, plane })
     }
 
-    /// Rules 2 and 3: the segment goes through the plane, at a point of the closed triangle.
+    /// Rules 2 and 3: the segment goes through the plane, at a point of the closed triangle; where
+    /// the start itself lies in the plane, or the line meets an edge, a start a little further
+    /// inside its own triangle decides.
     pub(super) fn is_crossed(&self, segment: &Segment) -> bool {
-        let Some(crossing) = self.plane.crossing(segment) else {
-            return false;
+        let turns = self.turns_at_crossing(segment);
+        let is_tied = match &turns {
+            Some(turns) => turns.contains(&0) && !turns.contains(&-1),
+            None => self.plane.holds_start(segment),
         };
-        // In the coordinate plane where the triangle looks largest, the point must lie to the
-        // left of every edge of the triangle (to its right if the projection turns it over).
-        self.edges().all(|(from, to)| {
+        match segment.nudged() {
+            Some(nudged) if is_tied => self
+                .turns_at_crossing(&nudged)
+                .is_some_and(|turns| !turns.contains(&-1)),
+            _ => turns.is_some_and(|turns| !turns.contains(&-1)),
+        }
+    }
+
+    /// Where the segment goes through the plane: to which side of each edge, seen in the coordinate
+    /// plane where the triangle looks largest.
+    fn turns_at_crossing(&self, segment: &Segment) -> Option<Vec<i8>> {
+        let crossing = self.plane.crossing(segment)?;
+        let turn = |(from, to): (&Vec3, &Vec3)| {
             let to_point = &crossing.scaled - &from.scale(&crossing.scale);
-            self.turn(&(to - from), &to_point) >= 0
-        })
+            self.turn(&(to - from), &to_point)
+        };
+        Some(self.edges().map(turn).collect())
+    }
+
+    /// Three times the middle of the corners.
+    pub(super) fn three_centroids(&self) -> Vec3 {
+        let [a, b, c] = &self.corners;
+        &(a + b) + c
     }
 
     /// The point of the closed triangle nearest to `point`, seen along the plane's own axis.
