@@ -1,6 +1,10 @@
 //! Tests of the readers, the writer and the generators through the crate's public face.
 
 mod generated;
+mod gltf;
+mod gltf_looks;
+mod gltf_nodes;
+mod gltf_shared;
 mod malformed;
 mod nff;
 mod obj;
