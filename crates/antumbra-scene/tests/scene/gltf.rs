@@ -202,6 +202,43 @@ fn a_document_in_one_piece() {
     );
 }
 
+/// The same scene as JSON with a file and as GLB.
+#[test]
+fn binary_files_say_the_same() {
+    let bytes = floats(&SQUARE);
+    let json = square(r#", "mode": 5"#, NODE);
+    let expected = gltf(&json, &bytes).unwrap();
+    let mut json = json.replace(r#""uri": "a.bin", "#, "");
+    while json.len() % 4 != 0 {
+        json.push(' ');
+    }
+    let total = 12 + 8 + json.len() + 8 + bytes.len();
+    let mut glb = b"glTF".to_vec();
+    for number in [2, total, json.len()] {
+        glb.extend((number as u32).to_le_bytes());
+    }
+    glb.extend(b"JSON");
+    glb.extend(json.as_bytes());
+    glb.extend((bytes.len() as u32).to_le_bytes());
+    glb.extend(b"BIN\0");
+    glb.extend(&bytes);
+    let read = |glb: &[u8]| {
+        let no_files = &mut |_: &str| Err(io::ErrorKind::NotFound.into());
+        read_gltf(Path::new("a.gltf"), glb, no_files)
+    };
+    assert_eq!(read(&glb).unwrap(), expected);
+    // A wrong type in the JSON chunk is told by byte and path.
+    let at = glb.windows(6).position(|w| w == b"\"mode\"").unwrap();
+    let mut odd = glb.clone();
+    odd[at + 8] = b'x';
+    let error = read(&odd).unwrap_err().to_string();
+    assert!(error.starts_with("a.gltf"), "{error}");
+    assert!(error.contains("meshes[0].primitives[0].mode"), "{error}");
+    for end in 0..glb.len() {
+        assert!(read(&glb[..end]).is_err(), "{end}");
+    }
+}
+
 #[test]
 fn what_lies_outside_is_refused() {
     let bytes = floats(&SQUARE);

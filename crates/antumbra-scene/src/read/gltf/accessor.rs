@@ -16,6 +16,8 @@ use super::{
 
 /// Elements that an accessor without bytes may have; glTF says they are zero.
 const MAX_ZEROS: u64 = 1 << 22;
+/// Replaced elements of all sparse accessors together; many accessors can share the same bytes.
+const MAX_REPLACED: u64 = 1 << 28;
 
 /// Elements of one type.
 #[derive(Clone, Copy, Debug)]
@@ -120,8 +122,8 @@ impl Sparse<'_> {
 /// The accessors of a document.
 pub(super) struct Accessors<'a> {
     buffers: &'a Buffers<'a>,
-    /// Those whose replacements are known to ascend.
-    checked: RefCell<HashSet<usize>>,
+    /// Those whose replacements are known to ascend, and how many of these there are.
+    checked: RefCell<(HashSet<usize>, u64)>,
 }
 
 impl<'a> Accessors<'a> {
@@ -328,7 +330,13 @@ impl<'a> Accessors<'a> {
                 ".values",
             )?,
         };
-        if self.checked.borrow_mut().insert(index) {
+        let (checked, replaced) = &mut *self.checked.borrow_mut();
+        if checked.insert(index) {
+            *replaced = replaced.saturating_add(entry.count);
+            if *replaced > MAX_REPLACED {
+                let problem = format!("sparse accessors replace more than {MAX_REPLACED} elements");
+                return Err(Fault::at(here(".count"), problem, "split the scene"));
+            }
             let mut last = None;
             for at in 0..sparse.len() {
                 let element = sparse.index(at);

@@ -81,6 +81,10 @@ impl Stage<'_, '_> {
         no_material: usize,
         objects: &mut Vec<Object>,
     ) -> Result<(), Fault> {
+        // A million copies of nothing would still take their time.
+        if parts.is_empty() {
+            return Ok(());
+        }
         let document = self.accessors.buffers().document();
         let node = &document.nodes[node_index];
         let mesh = node.mesh.and_then(|mesh| document.meshes.get(mesh));
