@@ -58,7 +58,9 @@ pub enum ReadErrorKind {
     #[error("this is not a regular file")]
     NotAFile,
     /// The name does not end like a format that is read.
-    #[error("no reader for {found}; expected a name that ends in .nff, .obj, .gltf or .glb")]
+    #[error(
+        "no reader for {found}; expected a name that ends in .nff, .obj, .gltf, .glb, .ply or .stl"
+    )]
     UnknownFormat {
         /// The ending, described.
         found: String,
@@ -136,7 +138,7 @@ impl ReadErrorKind {
         match self {
             Self::Io(_) => "check that the file exists and may be read",
             Self::NotAFile => "name the scene file itself",
-            Self::UnknownFormat { .. } => "convert the scene to NFF, OBJ or glTF",
+            Self::UnknownFormat { .. } => "convert the scene to NFF, OBJ, glTF, PLY or STL",
             Self::TooLarge { .. } => "split the scene into smaller files",
             Self::LfsPointer => "run `git lfs pull` in the checkout the file comes from",
             Self::NotText { .. } => "check that this is the scene file, saved as plain UTF-8 text",

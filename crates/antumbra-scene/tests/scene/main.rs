@@ -1,6 +1,7 @@
 //! Tests of the readers, the writer and the generators through the crate's public face.
 
 mod generated;
+mod glb;
 mod gltf;
 mod gltf_looks;
 mod gltf_nodes;
@@ -8,6 +9,10 @@ mod gltf_shared;
 mod malformed;
 mod nff;
 mod obj;
+mod ply;
 mod round_trip;
 mod shared;
+mod stl;
 mod support;
+mod twins;
+mod writers;
