@@ -4,6 +4,8 @@
 //! Absent here: files, threads, logs, materials, grids.
 
 mod bounds;
+mod coverage;
+mod flat;
 mod intersect;
 mod light;
 mod number;
@@ -15,6 +17,7 @@ mod shape;
 mod umbra;
 
 pub use bounds::Bounds;
+pub use coverage::{Coverage, CoverageId};
 pub use glam::DVec3;
 pub use light::LightShape;
 pub use occluders::{

@@ -7,7 +7,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`oracle`] | answers in exact rational arithmetic, by testing every surface |
-//! | [`fixtures`] | named scenes with the answers geometry gives, and the known gaps of the page |
+//! | [`fixtures`] | named scenes with the answers geometry gives, and the page's known limits |
 //! | [`nasty`] | seeded random scenes full of ties and rounding |
 //!
 //! Everything is plain data of `f64`s; the test that compares converts it. Surfaces are named by

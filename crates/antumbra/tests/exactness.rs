@@ -226,6 +226,11 @@ fixture_tests!(
     cone_under_light_on_axis,
     degenerate_surfaces,
     ends_of_the_segment,
+    foot_of_wall,
+    out_through_apex,
+    down_from_apex,
+    pipe_of_two_tubes,
+    start_is_light_on_solid,
 );
 
 /// How many nasty scenes the suite asks; `ANTUMBRA_NASTY_SEEDS=from..to` asks others.

@@ -21,11 +21,10 @@ pub(crate) use segment_cone::{
     tube_blocks, tube_side,
 };
 pub(crate) use segment_disk::{DiskPlane, disk_blocks, disk_distance};
-pub(crate) use segment_sphere::{own_sphere_blocks, sphere_blocks, sphere_distance, sphere_side};
-pub(crate) use segment_triangle::{
-    plane_side, triangle_blocks, triangle_distance, triangle_overlaps_from_light,
-    triangles_overlap_from,
+pub(crate) use segment_sphere::{
+    line_surely_misses_ball, own_sphere_blocks, sphere_blocks, sphere_distance, sphere_side,
 };
+pub(crate) use segment_triangle::{plane_side, triangle_blocks, triangle_distance};
 
 use crate::number::{Number, Sign};
 

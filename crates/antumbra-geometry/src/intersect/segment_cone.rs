@@ -169,8 +169,21 @@ impl<N: Number> Forms<N> {
     }
 }
 
+/// Returns whether the segment's line surely misses the ball around the cone.
+fn is_surely_missed(cone: &Cone, segment: &Segment) -> bool {
+    let half = 0.5 * (cone.apex - cone.base);
+    let widest = cone.base_radius.max(cone.apex_radius);
+    // Rounding of the middle and of the radius, far from the origin too.
+    let room = 1e-9 * (half.length() + widest) + 1e-14 * cone.base.abs().max_element();
+    let radius = (half.length_squared() + widest * widest).sqrt() + room;
+    super::line_surely_misses_ball(cone.base + half, radius, segment)
+}
+
 /// Returns whether the segment crosses the wall properly between the closed end planes.
 pub(crate) fn tube_blocks(cone: &Cone, segment: &Segment) -> bool {
+    if is_surely_missed(cone, segment) {
+        return false;
+    }
     fn rule<N: Number>(cone: &Cone, ends: &Ends<N>) -> Option<bool> {
         let forms = Forms::new(cone);
         let signs = forms.signs_between_planes(ends)?;

@@ -1,8 +1,10 @@
 //! Segment and sphere (EXACTNESS.md, "Sphere").
 
+use glam::DVec3;
+
 use super::signs_in_quadrant;
 use crate::Sphere;
-use crate::number::{Number, Point4, Sign, Vector, decide};
+use crate::number::{Number, Point4, Sign, UNIT_ROUNDOFF, Vector, decide};
 use crate::segment::{Ends, Segment};
 
 /// `Q(X, Y)`: the sphere's quadratic form in its polar form.
@@ -25,9 +27,79 @@ pub(crate) fn sphere_blocks(sphere: &Sphere, segment: &Segment) -> bool {
         let is_end_outside = a.sign()?.is_positive() || c.sign()?.is_positive();
         Some(is_end_outside && signs_in_quadrant(&a, &b, &c)?.negative)
     }
-    decide(rule(sphere, &segment.approximate()), || {
-        rule(sphere, &segment.exact())
+    decide(filter(sphere, segment), || {
+        rule(sphere, &segment.approximate()).or_else(|| rule(sphere, &segment.exact()))
     })
+}
+
+/// The rule in plain `f64` with one error bound per form, for the many clear cases.
+///
+/// With `u` the unit roundoff: the components seen from the centre have relative error `u`, each
+/// product of two of them `3 u`, and the three-term sums add at most `3 u` more, so `8 u` times the
+/// sum of magnitudes bounds each form to first order and `16 u` outright. An origin off by `e` in
+/// each coordinate moves `A` by at most `2 e |q|_1 + 3 e^2` and `B` by `e |l|_1`.
+fn filter(sphere: &Sphere, segment: &Segment) -> Option<bool> {
+    const BOUND: f64 = 16.0 * UNIT_ROUNDOFF;
+    let from_center = segment.origin - sphere.center;
+    let (light, weight) = segment.light;
+    let power = sphere.radius * sphere.radius;
+    let (to_light, light_power) = if weight == 0.0 {
+        (light, 0.0)
+    } else {
+        (light - sphere.center, power)
+    };
+    let e = segment.origin_error;
+    let from_sum = from_center.abs().element_sum();
+    let light_sum = to_light.abs().element_sum();
+
+    let a_square = from_center.length_squared();
+    let a = a_square - power;
+    let a_error = BOUND * (a_square + power) + e * (2.0 * from_sum + 3.0 * e) * 1.01;
+    let b = from_center.dot(to_light) - light_power;
+    let b_error = BOUND * (from_sum * light_sum + light_power) + e * light_sum * 1.01;
+    let c_square = to_light.length_squared();
+    let c = c_square - light_power;
+    let c_error = BOUND * (c_square + light_power);
+
+    let tiny = f64::MIN_POSITIVE;
+    let sure = |value: f64, error: f64| {
+        if value > error + tiny {
+            Some(Sign::Positive)
+        } else if -value > error + tiny {
+            Some(Sign::Negative)
+        } else {
+            None
+        }
+    };
+    let (sign_a, sign_c) = (sure(a, a_error)?, sure(c, c_error)?);
+    if sign_a.is_opposite(sign_c) {
+        return Some(true);
+    }
+    if sign_a.is_negative() {
+        return Some(false);
+    }
+    // Both ends outside: the middle dips in if B is negative and B^2 > A C.
+    if sure(b, b_error)?.is_positive() {
+        return Some(false);
+    }
+    let discriminant = b * b - a * c;
+    let error = (2.0 * b.abs() * b_error + b_error * b_error)
+        + (a * c_error + c * a_error + a_error * c_error)
+        + BOUND * (b * b + a * c);
+    Some(sure(discriminant, error * 1.01)?.is_positive())
+}
+
+/// Returns whether the segment's line surely misses a ball; `false` says nothing.
+pub(crate) fn line_surely_misses_ball(center: DVec3, radius: f64, segment: &Segment) -> bool {
+    let from_center = segment.origin - center;
+    let direction = segment.direction();
+    let along = from_center.dot(direction);
+    let length_squared = direction.length_squared();
+    // |q|^2 |d|^2 - (q.d)^2 > r^2 |d|^2, with room for every rounding and the origin's error.
+    let square = from_center.length_squared();
+    let room = radius + 4.0 * segment.origin_error;
+    let slack = 64.0 * UNIT_ROUNDOFF * (square + room * room) * length_squared;
+    (square - room * room) * length_squared - along * along > slack + f64::MIN_POSITIVE
 }
 
 /// Returns on which side of the tangent plane at the start the light is; positive is outside.

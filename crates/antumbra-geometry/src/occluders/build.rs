@@ -1,17 +1,18 @@
 //! Collecting elements and numbering their surfaces.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::{
-    Curved, CurvedShape, Element, ElementId, ElementKind, NO_AXIS, NO_CORNER, Occluders, Opacity,
-    Triangle,
+    AlphaTest, Curved, CurvedShape, Element, ElementId, ElementKind, NO_ALPHA_TEST, NO_AXIS,
+    NO_CORNER, Occluders, Opacity, Triangle,
 };
 use crate::intersect::DiskPlane;
-use crate::polygon::triangulate;
+use crate::polygon::{PolygonCorner, triangulate};
 use crate::segment::Plane;
-use crate::{Cone, Disk, Sphere};
+use crate::{Cone, Coverage, CoverageId, Disk, Sphere};
 
 /// Largest magnitude of a coordinate: leaves room for every product a filter forms.
 const LARGEST: f64 = 1.2676506002282294e30; // 2^100
@@ -35,6 +36,16 @@ pub enum OccludersError {
         /// The radius.
         value: f64,
     },
+    /// A face with holes needs texture coordinates at each vertex.
+    #[error("element {element}: {found} pairs of texture coordinates for {expected} vertices")]
+    TextureCoordinates {
+        /// The element's number, in the order of adding.
+        element: usize,
+        /// Vertices given.
+        expected: usize,
+        /// Pairs of texture coordinates given.
+        found: usize,
+    },
     /// More than `u32::MAX` vertices or surfaces.
     #[error(
         "element {element}: more than {} vertices or surfaces in all",
@@ -47,6 +58,8 @@ pub enum OccludersError {
 }
 
 /// Collects elements.
+///
+/// Analytic shapes cannot have holes: an alpha-tested sphere, cone or disk counts as whole.
 #[derive(Debug, Default)]
 pub struct OccludersBuilder {
     occluders: Occluders,
@@ -68,6 +81,46 @@ impl OccludersBuilder {
         outline: &[DVec3],
         opacity: Opacity,
     ) -> Result<ElementId, OccludersError> {
+        self.add_face_with(outline, &[], opacity)
+    }
+
+    /// Takes up a coverage for faces with holes.
+    pub fn add_coverage(&mut self, coverage: Arc<dyn Coverage>) -> CoverageId {
+        self.occluders.coverages.push(coverage);
+        CoverageId(self.occluders.coverages.len() as u32 - 1)
+    }
+
+    /// Adds a face with holes: as [`OccludersBuilder::add_face`], with texture coordinates for each
+    /// vertex. Where the outline crosses itself, triangles at the crossing are whole.
+    ///
+    /// # Errors
+    /// A coordinate is not finite or too large, or there is not one pair of texture coordinates for
+    /// each vertex.
+    pub fn add_alpha_tested_face(
+        &mut self,
+        outline: &[DVec3],
+        uvs: &[[f64; 2]],
+        coverage: CoverageId,
+    ) -> Result<ElementId, OccludersError> {
+        if uvs.len() != outline.len() {
+            let element = self.next_element();
+            let (expected, found) = (outline.len(), uvs.len());
+            return Err(OccludersError::TextureCoordinates {
+                element,
+                expected,
+                found,
+            });
+        }
+        self.check_numbers(uvs.iter().flatten().copied())?;
+        self.add_face_with(outline, uvs, Opacity::AlphaTested(coverage))
+    }
+
+    fn add_face_with(
+        &mut self,
+        outline: &[DVec3],
+        uvs: &[[f64; 2]],
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
         self.check_numbers(outline.iter().flat_map(|vertex| vertex.to_array()))?;
         self.check_room(outline.len())?;
         let first = self.occluders.triangles.len() as u32;
@@ -75,12 +128,14 @@ impl OccludersBuilder {
         for corners in triangulate(outline) {
             let positions = corners.map(|corner| corner.position);
             let axis = Plane::Points(positions).dominant_axis().unwrap_or(NO_AXIS);
+            let alpha_test = self.alpha_test(opacity, uvs, &corners);
             let triangle = Triangle {
                 vertices: positions.map(|position| self.vertex(position)),
                 corners: corners.map(|corner| corner.outline_index.unwrap_or(NO_CORNER)),
                 element,
                 axis,
-                is_opaque: opacity == Opacity::Opaque,
+                is_opaque: opacity != Opacity::Transparent,
+                alpha_test,
             };
             self.occluders.triangles.push(triangle);
         }
@@ -213,7 +268,7 @@ impl OccludersBuilder {
             .solid_of
             .entry(solid_key(&shapes[0]))
             .or_insert(next_solid);
-        let is_opaque = opacity == Opacity::Opaque;
+        let is_opaque = opacity != Opacity::Transparent;
         if solid == next_solid {
             self.occluders.is_solid_opaque.push(is_opaque);
         } else {
@@ -236,6 +291,27 @@ impl OccludersBuilder {
         });
         self.curved_elements.push(element);
         Ok(ElementId(element as u32))
+    }
+
+    /// Notes the texture coordinates of a triangle of a face with holes.
+    fn alpha_test(
+        &mut self,
+        opacity: Opacity,
+        uvs: &[[f64; 2]],
+        corners: &[PolygonCorner; 3],
+    ) -> u32 {
+        let Opacity::AlphaTested(coverage) = opacity else {
+            return NO_ALPHA_TEST;
+        };
+        let uv_of = |corner: &PolygonCorner| uvs.get(corner.outline_index? as usize).copied();
+        let [Some(a), Some(b), Some(c)] = corners.each_ref().map(uv_of) else {
+            return NO_ALPHA_TEST;
+        };
+        self.occluders.alpha_tests.push(AlphaTest {
+            coverage,
+            uvs: [a, b, c],
+        });
+        self.occluders.alpha_tests.len() as u32 - 1
     }
 
     fn vertex(&mut self, position: DVec3) -> u32 {

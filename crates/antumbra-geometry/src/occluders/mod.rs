@@ -9,13 +9,14 @@ mod build;
 mod query;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::intersect::{
     DiskPlane, box_meets_cone, box_meets_disk, box_meets_sphere, box_meets_triangle,
 };
-use crate::{Bounds, Cone, Sphere};
+use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
 
 pub use build::{OccludersBuilder, OccludersError};
 
@@ -34,6 +35,9 @@ pub enum Opacity {
     Opaque,
     /// Receives shadows and blocks none.
     Transparent,
+    /// A face with holes: blocks where its coverage says it is solid; rays of all kinds pass
+    /// elsewhere.
+    AlphaTested(CoverageId),
 }
 
 /// What an element is.
@@ -73,9 +77,21 @@ struct Triangle {
     element: u32,
     /// Axis of the largest normal component; [`NO_AXIS`] if the area is zero.
     axis: u8,
+    /// Whether it blocks anywhere.
     is_opaque: bool,
+    /// Index into the alpha tests; [`NO_ALPHA_TEST`] for whole triangles.
+    alpha_test: u32,
 }
 
+/// Where a triangle of an alpha-tested face looks up whether it is there.
+#[derive(Clone, Copy, Debug)]
+struct AlphaTest {
+    coverage: CoverageId,
+    /// Texture coordinates of the triangle's corners.
+    uvs: [[f64; 2]; 3],
+}
+
+const NO_ALPHA_TEST: u32 = u32::MAX;
 const NO_CORNER: u32 = u32::MAX;
 const NO_AXIS: u8 = 3;
 
@@ -106,6 +122,8 @@ enum CurvedShape {
 pub struct Occluders {
     positions: Vec<DVec3>,
     triangles: Vec<Triangle>,
+    alpha_tests: Vec<AlphaTest>,
+    coverages: Vec<Arc<dyn Coverage>>,
     curved: Vec<Curved>,
     /// For each `solid` number of `curved` whether any of its surfaces is opaque.
     is_solid_opaque: Vec<bool>,
@@ -146,7 +164,7 @@ impl Occluders {
         })
     }
 
-    /// Returns whether a surface blocks shadow rays.
+    /// Returns whether a surface blocks shadow rays, at least in places.
     pub fn is_opaque(&self, surface: SurfaceId) -> bool {
         match self.surface(surface) {
             Surface::Triangle(triangle) => triangle.is_opaque,
@@ -234,6 +252,7 @@ impl Occluders {
         }
         bytes(&self.positions)
             + bytes(&self.triangles)
+            + bytes(&self.alpha_tests)
             + bytes(&self.curved)
             + bytes(&self.elements)
     }

@@ -1,21 +1,26 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
-use super::{Curved, CurvedShape, ElementKind, NO_AXIS, Occluders, Surface, SurfaceId};
+use super::{
+    AlphaTest, Curved, CurvedShape, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders, Surface,
+    SurfaceId, Triangle,
+};
 use crate::intersect::{
     cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
     own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks,
-    triangle_distance, triangle_overlaps_from_light, tube_blocks, tube_side,
+    triangle_distance, tube_blocks, tube_side,
 };
 use crate::number::Sign;
-use crate::segment::{Plane, Segment, StartPlane};
+use crate::segment::{Plane, Segment, StartSurface};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
 use crate::{Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
 
 impl Occluders {
     /// Prepares the segment from a start to a light.
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
-        let plane = start.surface.and_then(|surface| self.start_plane(surface));
-        Segment::new(*start, light, plane)
+        let surface = start
+            .surface
+            .and_then(|surface| self.start_surface(surface));
+        Segment::new(*start, light, surface)
     }
 
     /// Prepares a ray as a segment towards a direction.
@@ -50,18 +55,34 @@ impl Occluders {
     pub fn crosses(&self, surface: SurfaceId, segment: &Segment) -> bool {
         match self.surface(surface) {
             Surface::Triangle(triangle) => {
-                let own = segment.start().surface;
-                if own == Some(surface) || triangle.axis == NO_AXIS {
+                if segment.start().surface == Some(surface) || triangle.axis == NO_AXIS {
                     return false;
                 }
                 let corners = self.positions_of(triangle);
                 triangle_blocks(corners, segment)
-                    && own
-                        .and_then(|own| self.triangle_positions(own))
-                        .is_none_or(|own| triangle_overlaps_from_light(own, corners, segment))
+                    && self.is_solid_where_crossed(triangle, corners, segment)
             }
             Surface::Curved(curved) => self.curved_crosses(surface, curved, segment),
         }
+    }
+
+    /// Returns whether a triangle is there where a segment crosses it: always, unless it is
+    /// alpha-tested.
+    fn is_solid_where_crossed(
+        &self,
+        triangle: &Triangle,
+        corners: [DVec3; 3],
+        segment: &Segment,
+    ) -> bool {
+        if triangle.alpha_test == NO_ALPHA_TEST {
+            return true;
+        }
+        let AlphaTest { coverage, uvs } = self.alpha_tests[triangle.alpha_test as usize];
+        let (_, [b, c]) = triangle_distance(corners, segment);
+        let uv = std::array::from_fn(|i| {
+            uvs[0][i] + (uvs[1][i] - uvs[0][i]) * b + (uvs[2][i] - uvs[0][i]) * c
+        });
+        self.coverages[coverage.0 as usize].is_solid_at(uv)
     }
 
     fn curved_crosses(&self, surface: SurfaceId, curved: &Curved, segment: &Segment) -> bool {
@@ -153,9 +174,11 @@ impl Occluders {
     pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
         let record = &self.elements[element.0 as usize];
         let is_self_clear = record.kind != ElementKind::OpenCone;
+        let has_holes = matches!(record.opacity, Opacity::AlphaTested(_));
         let nothing = Umbra {
             shape: UmbraShape::Nothing,
             is_self_clear: true,
+            has_holes,
         };
         if record.opacity == Opacity::Transparent {
             return nothing;
@@ -182,6 +205,7 @@ impl Occluders {
         Umbra {
             shape,
             is_self_clear,
+            has_holes,
         }
     }
 
@@ -207,29 +231,37 @@ impl Occluders {
         let is_one_sided = sides[1] == 0 && (sides[0] == 0 || sides[2] == 0);
         let boundary = boundary_edges(&triangles);
         let shape = FaceUmbra::new(corners.clone(), &boundary, is_one_sided, light);
-        let is_self_clear =
-            triangles.len() == 1 || (is_one_sided && !overlaps_itself(&corners, light));
+        // Triangles of one plane never block each other; nor do two that share an edge and turn the
+        // same way seen from the light, for they meet only in that edge then.
+        let is_self_clear = triangles.len() <= 2 && is_one_sided || is_flat(&corners);
+        let opacity = self.elements[element.0 as usize].opacity;
         Some(Umbra {
             shape: UmbraShape::Face(shape),
             is_self_clear,
+            has_holes: matches!(opacity, Opacity::AlphaTested(_)),
         })
     }
 
-    fn start_plane(&self, surface: SurfaceId) -> Option<StartPlane> {
-        let (plane, axis) = match self.surface(surface) {
+    fn start_surface(&self, surface: SurfaceId) -> Option<StartSurface> {
+        let (start, axis) = match self.surface(surface) {
             Surface::Triangle(triangle) => {
-                (Plane::Points(self.positions_of(triangle)), triangle.axis)
+                let (corners, axis) = (self.positions_of(triangle), triangle.axis);
+                (StartSurface::Triangle { corners, axis }, axis)
             }
             Surface::Curved(curved) => match &curved.shape {
-                CurvedShape::Disk(disk, axis) => (disk.plane(), *axis),
+                CurvedShape::Disk(disk, axis) => {
+                    let (plane, axis) = (disk.plane(), *axis);
+                    (StartSurface::Plane { plane, axis }, axis)
+                }
                 CurvedShape::Cap(disk, _) => {
                     let plane = disk.plane();
-                    (plane, plane.dominant_axis().unwrap_or(NO_AXIS))
+                    let axis = plane.dominant_axis().unwrap_or(NO_AXIS);
+                    (StartSurface::Plane { plane, axis }, axis)
                 }
                 CurvedShape::Sphere(_) | CurvedShape::Tube(_) => return None,
             },
         };
-        (axis != NO_AXIS).then_some(StartPlane { plane, axis })
+        (axis != NO_AXIS).then_some(start)
     }
 }
 
@@ -292,16 +324,11 @@ fn boundary_edges(triangles: &[([u32; 3], [DVec3; 3])]) -> Vec<[DVec3; 2]> {
         .collect()
 }
 
-/// Returns whether two of a face's triangles may overlap seen from the light while not in one
-/// plane, so that one could shadow the other.
-fn overlaps_itself(triangles: &[[DVec3; 3]], light: &LightShape) -> bool {
+/// Returns whether triangles lie exactly in one plane.
+fn is_flat(triangles: &[[DVec3; 3]]) -> bool {
     let plane = Plane::Points(triangles[0]);
-    let is_flat = triangles
+    triangles
         .iter()
         .flatten()
-        .all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero);
-    let overlap = |i: usize, j: usize| {
-        crate::intersect::triangles_overlap_from(light, triangles[i], triangles[j])
-    };
-    !is_flat && (0..triangles.len()).any(|i| (0..i).any(|j| overlap(i, j)))
+        .all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero)
 }

@@ -35,6 +35,8 @@ pub enum Relation {
 pub struct Umbra {
     pub(crate) shape: UmbraShape,
     pub(crate) is_self_clear: bool,
+    /// Light may come through it, so it covers nothing.
+    pub(crate) has_holes: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -50,12 +52,17 @@ pub(crate) enum UmbraShape {
 impl Umbra {
     /// Returns how the umbra lies to the box of `shaft`.
     pub fn relation(&self, shaft: &Shaft) -> Relation {
-        match &self.shape {
+        let relation = match &self.shape {
             UmbraShape::Nothing => Relation::Misses,
             UmbraShape::Face(face) => face.relation(shaft),
             UmbraShape::Sphere(sphere) => sphere.relation(shaft),
             UmbraShape::Cone(cone) => cone.relation(shaft),
             UmbraShape::Disk(disk) => disk.relation(shaft),
+        };
+        if self.has_holes && relation == Relation::Covers {
+            Relation::Crosses
+        } else {
+            relation
         }
     }
 

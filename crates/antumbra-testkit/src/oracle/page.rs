@@ -29,6 +29,16 @@ impl Point {
     }
 }
 
+/// The direction from `s` to `l`: `w_S l - w_L s`.
+fn direction(s: &Point, l: &Point) -> Point {
+    Point::combine(&s.w, l, &-&l.w, s)
+}
+
+/// Where the line through two points on strictly opposite sides of a plane meets it.
+fn crossing(s: &Point, height_s: &Exact, l: &Point, height_l: &Exact) -> Point {
+    Point::combine(&height_l.abs(), s, &height_s.abs(), l)
+}
+
 fn det3(rows: [[&Exact; 3]; 3]) -> Exact {
     let [[a, b, c], [d, e, f], [g, h, i]] = rows;
     a * &(e * i - f * h) - b * &(d * i - f * g) + c * &(d * h - e * g)
@@ -123,12 +133,18 @@ impl TubeForm {
         self.q(x).dot(&self.a)
     }
 
-    fn top(&self, x: &Point) -> Exact {
-        &self.m * &x.w
+    /// The heights over the base's plane and under the apex's.
+    fn rooms(&self, x: &Point) -> [Exact; 2] {
+        let z = self.z(x);
+        [z.clone(), &self.m * &x.w - z]
+    }
+
+    fn is_between_ends(&self, x: &Point) -> bool {
+        self.rooms(x).iter().all(|room| room.sign() >= 0)
     }
 
     fn g(&self, x: &Point) -> Exact {
-        &self.r0 * &self.top(x) + (&self.r1 - &self.r0) * self.z(x)
+        &self.r0 * &(&self.m * &x.w) + (&self.r1 - &self.r0) * self.z(x)
     }
 
     fn f(&self, x: &Point, y: &Point) -> Exact {
@@ -243,6 +259,18 @@ impl<'a> Page<'a> {
         }
     }
 
+    /// Whether the light is behind part `s` of the closed cone with the given wall.
+    fn is_behind(&self, s: usize, wall: &TubeForm) -> bool {
+        let (start, light) = (&self.start, &self.light);
+        if !matches!(self.oracle.surfaces[s].shape, OracleShape::Tube { .. }) {
+            self.side(s) < 0
+        } else if wall.g(start).sign() > 0 {
+            wall.f(start, light).sign() < 0
+        } else {
+            wall.f(light, light).sign() < 0 && wall.g(light).sign() > 0
+        }
+    }
+
     fn blocks(&self, t: usize) -> bool {
         let surface = self.oracle.surfaces[t];
         if !surface.opaque || is_degenerate(surface.shape) {
@@ -258,11 +286,10 @@ impl<'a> Page<'a> {
                 && own == other
             {
                 let form = TubeForm::of(own).unwrap();
-                let z = form.z(light);
-                return self.side(s) < 0
-                    && (form.f(light, light).sign() > 0
-                        || z.sign() < 0
-                        || z.compare(&form.top(light)).is_gt());
+                let is_outside = form.f(light, light).sign() > 0
+                    || form.rooms(light).iter().any(|room| room.sign() < 0);
+                let has_points = !direction(start, light).x.is_zero();
+                return self.is_behind(s, &form) && is_outside && has_points;
             }
             if closed(s).is_none() && closed(t).is_none() && own_shape == Some(surface.shape) {
                 match surface.shape {
@@ -274,11 +301,7 @@ impl<'a> Page<'a> {
                         let form = TubeForm::of(surface.shape).unwrap();
                         let (b, c) = (form.f(start, light), form.f(light, light));
                         let y = Point::combine(&c, start, &-&b.double(), light);
-                        let z = form.z(&y);
-                        return b.sign() < 0
-                            && c.sign() > 0
-                            && z.sign() >= 0
-                            && z.compare(&form.top(&y)).is_le();
+                        return b.sign() < 0 && c.sign() > 0 && form.is_between_ends(&y);
                     }
                     _ => {}
                 }
@@ -301,7 +324,7 @@ impl<'a> Page<'a> {
             OracleShape::Disk { .. } | OracleShape::Cap { .. } => {
                 let (c, n, r) = disk_data(surface.shape).unwrap();
                 let (hs, hl) = (height(&n, &c, start), height(&n, &c, light));
-                let y = Point::combine(&hl.abs(), start, &hs.abs(), light);
+                let y = crossing(start, &hs, light, &hl);
                 let off = &y.x - &c.scale(&y.w);
                 hs.sign() * hl.sign() < 0
                     && off
@@ -327,39 +350,51 @@ impl<'a> Page<'a> {
         let Some(OracleShape::Triangle(own)) = own else {
             return true;
         };
-        if height(&normal_of(own), &Vec3::new(own[0]), light).sign() == 0 {
+        let own_height = |x: &Point| height(&normal_of(own), &Vec3::new(own[0]), x);
+        let side = own_height(light).sign();
+        if side == 0 {
             return true;
         }
-        let s = own.map(Point::new);
-        let separates = |one: &[Point; 3], other: &[Point; 3]| {
-            (0..3).any(|i| {
-                let (e, f, g) = (&one[i], &one[(i + 1) % 3], &one[(i + 2) % 3]);
-                other
-                    .iter()
-                    .all(|x| det([e, f, x, light]) * det([e, f, g, light]) <= 0)
+        // The part of t in the closed half-space that holds the light.
+        let mut part = Vec::new();
+        for i in 0..3 {
+            let (e, f) = (&t[i], &t[(i + 1) % 3]);
+            let (he, hf) = (own_height(e), own_height(f));
+            if he.sign() * side >= 0 {
+                part.push(e.clone());
+            }
+            if he.sign() * hf.sign() < 0 {
+                part.push(crossing(e, &he, f, &hf));
+            }
+        }
+        // The segment is in the open half-space, and crosses t there.
+        assert!(part.len() >= 3, "rules 2 and 3 leave a part with an area");
+        let separates = |one: &[Point], other: &[Point]| {
+            (0..one.len()).any(|i| {
+                let (e, f) = (&one[i], &one[(i + 1) % one.len()]);
+                let turn = |x: &Point| det([e, f, x, light]);
+                one.iter()
+                    .all(|g| other.iter().all(|x| turn(x) * turn(g) <= 0))
             })
         };
-        !separates(&s, &t) && !separates(&t, &s)
+        let s = own.map(Point::new);
+        !separates(&s, &part) && !separates(&part, &s)
+    }
+
+    fn tube(&self, form: &TubeForm) -> bool {
+        self.has_both_signs_between_ends(form)
+            || (0..2).any(|end| self.crosses_end_of_wall(form, end))
     }
 
     /// All candidates for extreme values of the form: both ends of the part between the end
     /// planes, and where `F` is stationary along the segment.
-    fn tube(&self, form: &TubeForm) -> bool {
+    fn has_both_signs_between_ends(&self, form: &TubeForm) -> bool {
         let (start, light) = (&self.start, &self.light);
-        let rooms = |x: &Point| {
-            let z = form.z(x);
-            [z.clone(), form.top(x) - z]
-        };
-        let is_between = |x: &Point| rooms(x).iter().all(|room| room.sign() >= 0);
-        let (room_s, room_l) = (rooms(start), rooms(light));
+        let (room_s, room_l) = (form.rooms(start), form.rooms(light));
         let mut candidates = vec![start.clone(), light.clone()];
         for i in 0..2 {
-            if room_s[i].is_zero() && room_l[i].is_zero() {
-                return false;
-            }
             if room_s[i].sign() * room_l[i].sign() < 0 {
-                let (u, v) = (room_l[i].abs(), room_s[i].abs());
-                candidates.push(Point::combine(&u, start, &v, light));
+                candidates.push(crossing(start, &room_s[i], light, &room_l[i]));
             }
         }
         // In homogeneous coordinates the sign of F changes at roots only; between two roots
@@ -378,10 +413,29 @@ impl<'a> Page<'a> {
         }
         let signs: Vec<i8> = candidates
             .iter()
-            .filter(|x| is_between(x))
+            .filter(|x| form.is_between_ends(x))
             .map(|x| form.f(x, x).sign())
             .collect();
         signs.contains(&1) && signs.contains(&-1)
+    }
+
+    /// Whether the segment goes through an end plane exactly in its rim or apex, from inside to
+    /// outside or the other way round.
+    fn crosses_end_of_wall(&self, form: &TubeForm, end: usize) -> bool {
+        let (start, light) = (&self.start, &self.light);
+        let radius = [&form.r0, &form.r1][end];
+        let [hs, hl] = [start, light].map(|x| form.rooms(x)[end].clone());
+        if hs.sign() * hl.sign() >= 0 {
+            return false;
+        }
+        let y = crossing(start, &hs, light, &hl);
+        let d = direction(start, light);
+        form.f(&y, &y).is_zero()
+            && if radius.is_zero() {
+                form.f(&d, &d).sign() < 0
+            } else {
+                !form.f(&y, &d).is_zero()
+            }
     }
 }
 

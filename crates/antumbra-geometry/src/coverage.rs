@@ -1,0 +1,17 @@
+//! Holes in surfaces: where an alpha-tested face is there and where it is not.
+
+use std::fmt::Debug;
+
+/// Says where an alpha-tested face is solid.
+///
+/// Must be a pure function: the same coordinates always give the same answer, for any thread and
+/// any time, because answers built on it are kept. Implemented by whoever owns the textures.
+pub trait Coverage: Debug + Send + Sync {
+    /// Returns whether the face is there, at texture coordinates interpolated between those given
+    /// with the face's corners.
+    fn is_solid_at(&self, uv: [f64; 2]) -> bool;
+}
+
+/// Names a [`Coverage`] of a collection of surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CoverageId(pub(crate) u32);
