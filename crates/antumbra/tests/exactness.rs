@@ -226,6 +226,13 @@ fixture_tests!(
     cone_under_light_on_axis,
     degenerate_surfaces,
     ends_of_the_segment,
+    foot_of_wall,
+    out_through_apex,
+    down_from_apex,
+    pipe_of_two_tubes,
+    start_is_light_on_solid,
+    aligned_tiles,
+    start_off_its_triangle,
 );
 
 /// How many nasty scenes the suite asks; `ANTUMBRA_NASTY_SEEDS=from..to` asks others.

@@ -7,10 +7,10 @@ use std::{fs, path::Path};
 
 use crate::{error::Place, model::Scene, warning::Warning};
 
-use super::{Precision, WriteError, write_nff, write_obj, write_ply};
+use super::{Precision, WriteError, write_glb, write_nff, write_obj, write_ply};
 
 /// Writes a scene; the ending of the name chooses the format: `.nff`, `.obj` (with a material
-/// library of the same name and the ending `.mtl` beside it) or `.ply`, in any case.
+/// library of the same name and the ending `.mtl` beside it), `.ply` or `.glb`, in any case.
 ///
 /// Returns what the format has no place for. Numbers are written exactly where the format allows.
 /// The text is made in memory first, so that a refused scene leaves an existing file alone; a
@@ -53,6 +53,7 @@ pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError
             notes
         }
         Some("ply") => write_ply(scene, &mut bytes)?,
+        Some("glb") => write_glb(scene, &mut bytes)?,
         _ => {
             let path = path.to_path_buf();
             return Err(WriteError::UnknownFormat { path });

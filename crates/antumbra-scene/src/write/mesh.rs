@@ -58,17 +58,33 @@ fn mesh_of(polygon: &Polygon) -> Mesh {
 }
 
 /// What a format keeps of a scene besides its faces.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct Keeps {
     pub(super) objects: bool,
     pub(super) materials: bool,
     pub(super) textures: bool,
     pub(super) lights: bool,
     pub(super) camera: bool,
+    /// What readers take for up and for ambient light.
+    pub(super) up: DVec3,
+    pub(super) ambient: Color,
+}
+
+impl Keeps {
+    /// Nothing, and +z is up.
+    pub(super) const NOTHING: Self = Self {
+        objects: false,
+        materials: false,
+        textures: false,
+        lights: false,
+        camera: false,
+        up: DVec3::Z,
+        ambient: AMBIENT,
+    };
 }
 
 /// Names what a format leaves out of this scene.
-pub(super) fn left_out(scene: &Scene, keeps: Keeps, default_up: DVec3) -> Vec<String> {
+pub(super) fn left_out(scene: &Scene, keeps: Keeps) -> Vec<String> {
     let mut notes = Vec::new();
     let mut note = |text: String| notes.push(text);
     let count = scene.objects.len();
@@ -111,13 +127,16 @@ pub(super) fn left_out(scene: &Scene, keeps: Keeps, default_up: DVec3) -> Vec<St
     if scene.background != Color::ZERO {
         note("the background is not written".into());
     }
-    if scene.ambient != AMBIENT {
-        note("the ambient light is not written: readers take 0.2".into());
+    if scene.ambient != keeps.ambient {
+        let [r, _, _] = keeps.ambient.to_array();
+        note(format!(
+            "the ambient light is not written: readers take {r}"
+        ));
     }
     if scene.facing == Facing::Winding {
         note("that faces are lit only from the front is not written".into());
     }
-    if scene.up != default_up {
+    if scene.up != keeps.up {
         let [x, y, z] = scene.up.to_array();
         note(format!("which way is up, ({x}, {y}, {z}), is not written"));
     }

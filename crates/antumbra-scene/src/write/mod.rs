@@ -4,6 +4,7 @@
 
 mod error;
 mod file;
+mod glb;
 mod mesh;
 mod nff;
 mod number;
@@ -12,6 +13,7 @@ mod ply;
 
 pub use error::WriteError;
 pub use file::write_file;
+pub use glb::write_glb;
 pub use nff::write_nff;
 pub use number::Precision;
 pub use obj::write_obj;

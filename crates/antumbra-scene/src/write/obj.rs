@@ -51,9 +51,10 @@ pub fn write_obj(
     let keeps = Keeps {
         objects: true,
         materials: true,
-        ..Keeps::default()
+        up: DVec3::Y,
+        ..Keeps::NOTHING
     };
-    let mut notes = left_out(scene, keeps, DVec3::Y);
+    let mut notes = left_out(scene, keeps);
     let meshes = meshes(scene, "OBJ")?;
     let names = material_names(scene, &mut notes);
     for (material, name) in scene.materials.iter().zip(&names) {

@@ -35,7 +35,7 @@ use super::{
 /// assert_eq!(loaded.scene.objects.len(), 1);
 /// ```
 pub fn write_ply(scene: &Scene, out: &mut impl Write) -> Result<Vec<String>, WriteError> {
-    let notes = left_out(scene, Keeps::default(), DVec3::Z);
+    let notes = left_out(scene, Keeps::NOTHING);
     let meshes = meshes(scene, "PLY")?;
     let has_normals = meshes
         .iter()

@@ -1,6 +1,7 @@
 //! Tests of the readers, the writer and the generators through the crate's public face.
 
 mod generated;
+mod glb;
 mod malformed;
 mod nff;
 mod obj;
