@@ -227,10 +227,9 @@ fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, B
         }
         GridResolution::Fixed(resolution) => resolution,
     };
-    // Voxels are numbered in 32 bits.
-    let voxel_count: u64 = resolution.iter().map(|&n| u64::from(n)).product();
-    let is_fine =
-        resolution.iter().all(|n| (1..=2048).contains(n)) && voxel_count < u64::from(u32::MAX);
+    // Voxels are numbered in 32 bits. Axes within their range cannot overflow the product.
+    let is_fine = resolution.iter().all(|n| (1..=2048).contains(n))
+        && resolution.iter().map(|&n| u64::from(n)).product::<u64>() < u64::from(u32::MAX);
     if is_fine {
         Ok(Layout::new(bounds, resolution))
     } else {
