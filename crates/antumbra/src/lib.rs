@@ -7,7 +7,7 @@ mod shadow;
 mod stats;
 
 pub use index::{
-    Answer, BuildError, Builder, Decided, GridResolution, Method, QuickCheck, QuickCheckVerdict,
-    Shadow, ShadowIndex,
+    Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
+    QuickCheckVerdict, Shadow, ShadowIndex,
 };
 pub use stats::{Counters, ShadowCounters};

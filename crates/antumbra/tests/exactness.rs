@@ -118,7 +118,8 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
 }
 
 fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
-    index.shadow(start, light, &mut Counters::default()).shadow == Shadow::Shadowed
+    let answer = index.shadow(start, light, &mut Counters::default());
+    answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
 /// Asks one question of the oracle, the reference and all methods; returns the differences.
@@ -140,13 +141,16 @@ fn differences(
             lights[light],
         ));
     };
-    let reference = indices[0].1.shadow_by_reference(&start, light) == Shadow::Shadowed;
+    let reference = indices[0].1.shadow_by_reference(&start, light) == Ok(Shadow::Shadowed);
     if reference != truth {
         note("reference", reference.to_string());
     }
     if let Some(surface) = surface {
         let side = oracle.light_side(point, surface, lights[light]);
-        let ours = indices[0].1.light_side(&start, light);
+        let ours = indices[0]
+            .1
+            .light_side(&start, light)
+            .expect("a fine query");
         if ours != side {
             note("light side", format!("{ours}, not {side}"));
         }

@@ -144,10 +144,12 @@ impl World {
         let ask = |start: &Start| {
             let start = *start;
             (0..self.lights.len()).map(move |light| {
-                let answer = index.shadow(&start, light, &mut Counters::default());
+                let answer = index
+                    .shadow(&start, light, &mut Counters::default())
+                    .expect("a fine query");
                 (
                     answer.shadow == Shadow::Shadowed,
-                    index.light_side(&start, light),
+                    index.light_side(&start, light).expect("a fine query"),
                 )
             })
         };
@@ -393,8 +395,10 @@ fn the_number_of_threads_does_not_matter() {
                     .par_iter()
                     .flat_map_iter(|start| {
                         let index = &index;
-                        (0..world.lights.len())
-                            .map(move |light| index.shadow(start, light, &mut Counters::default()))
+                        (0..world.lights.len()).map(move |light| {
+                            let answer = index.shadow(start, light, &mut Counters::default());
+                            answer.expect("a fine query")
+                        })
                     })
                     .collect();
                 answers
@@ -1013,7 +1017,9 @@ fn occlusion_values_speak_the_truth() {
                 if !start.point.is_finite() {
                     continue;
                 }
-                let answer = index.shadow(&start, light, &mut Counters::default());
+                let answer = index
+                    .shadow(&start, light, &mut Counters::default())
+                    .expect("a fine query");
                 asked += 1;
                 let kind = (
                     answer.decided == Decided::FirstPass,
@@ -1023,7 +1029,9 @@ fn occlusion_values_speak_the_truth() {
                     let key = (kind, answer.shadow == Shadow::Shadowed);
                     *decided.entry(key).or_insert(0u64) += 1;
                 }
-                let expected = index.shadow_by_reference(&start, light);
+                let expected = index
+                    .shadow_by_reference(&start, light)
+                    .expect("a fine query");
                 if answer.shadow != expected {
                     found.push(format!(
                         "{}: grid {grid:?}: {answer:?}, reference {expected:?}: {start:?} light \
