@@ -16,7 +16,7 @@ fuzz_target!(|bytes: &[u8]| {
     };
     if let Ok(first) = read_obj(file, bytes, &Default::default(), open) {
         antumbra_fuzz::check(&first);
-        antumbra_fuzz::check_obj(&first.scene, true);
+        antumbra_fuzz::check_obj(&first.scene);
         antumbra_fuzz::check_ply(&first.scene);
         antumbra_fuzz::check_glb(&first.scene);
     }

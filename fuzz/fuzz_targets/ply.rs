@@ -11,6 +11,6 @@ fuzz_target!(|bytes: &[u8]| {
     if let Ok(first) = read_ply(Path::new("a.ply"), bytes, &Default::default()) {
         antumbra_fuzz::check(&first);
         antumbra_fuzz::check_ply(&first.scene);
-        antumbra_fuzz::check_obj(&first.scene, false);
+        antumbra_fuzz::check_obj(&first.scene);
     }
 });
