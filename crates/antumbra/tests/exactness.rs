@@ -231,6 +231,8 @@ fixture_tests!(
     down_from_apex,
     pipe_of_two_tubes,
     start_is_light_on_solid,
+    aligned_tiles,
+    start_off_its_triangle,
 );
 
 /// How many nasty scenes the suite asks; `ANTUMBRA_NASTY_SEEDS=from..to` asks others.

@@ -13,7 +13,7 @@ mod segment_sphere;
 mod segment_triangle;
 
 pub(crate) use box_shapes::{
-    box_meets_cone, box_meets_disk, box_meets_sphere, cone_bounds, disk_bounds,
+    box_meets_cone, box_meets_disk, box_meets_sphere, cone_bounds, disk_bounds, unit_of,
 };
 pub(crate) use box_triangle::box_meets_triangle;
 pub(crate) use segment_cone::{

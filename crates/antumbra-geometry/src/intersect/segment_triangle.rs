@@ -24,10 +24,35 @@ fn edge_side<N: Number>(ends: &Ends<N>, a: DVec3, b: DVec3) -> N {
     light.dot(&seen(a).cross(&seen(b)))
 }
 
-fn exact_edge_side(segment: &Segment, a: DVec3, b: DVec3) -> Sign {
-    decide(edge_side(&segment.approximate(), a, b).sign(), || {
-        edge_side(&segment.exact(), a, b).sign()
+/// Returns the sign of a form at the start, and where that is zero at the middle of the start's own
+/// triangle: the form's sign at starts a little further inside.
+fn sign_at_start(
+    segment: &Segment,
+    approximate: impl Fn(&Ends<Approximate>) -> Approximate,
+    exact: impl Fn(&Ends<Exact>) -> Exact,
+) -> Sign {
+    let ends = segment.approximate();
+    let sign = decide(approximate(&ends).sign(), || exact(&segment.exact()).sign());
+    if sign != Sign::Zero {
+        return sign;
+    }
+    let Some(start) = segment.inner() else {
+        return Sign::Zero;
+    };
+    let light = ends.light;
+    decide(approximate(&Ends { start, light }).sign(), || {
+        let start = segment.inner()?;
+        let light = Point4::from_f64(segment.light);
+        exact(&Ends { start, light }).sign()
     })
+}
+
+fn exact_edge_side(segment: &Segment, a: DVec3, b: DVec3) -> Sign {
+    sign_at_start(
+        segment,
+        |ends| edge_side(ends, a, b),
+        |ends| edge_side(ends, a, b),
+    )
 }
 
 /// Returns on which side of a plane the light is.
@@ -42,9 +67,11 @@ pub(crate) fn plane_side(plane: &Plane, light: (DVec3, f64)) -> Sign {
 
 /// Returns on which side of a plane the start is.
 fn start_side(plane: &Plane, segment: &Segment) -> Sign {
-    decide(plane.height(&segment.approximate().start).sign(), || {
-        plane.height(&segment.exact().start).sign()
-    })
+    sign_at_start(
+        segment,
+        |ends| plane.height(&ends.start),
+        |ends| plane.height(&ends.start),
+    )
 }
 
 fn certain(value: f64, bound: f64) -> Option<Sign> {

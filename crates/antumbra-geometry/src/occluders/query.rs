@@ -1,8 +1,8 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
 use super::{
-    AlphaTest, Curved, CurvedShape, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders, Surface,
-    SurfaceId, Triangle,
+    AlphaTest, Curved, CurvedShape, Element, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders,
+    Surface, SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
     cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
@@ -12,11 +12,15 @@ use crate::intersect::{
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartSurface};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
-use crate::{Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
+use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
 
 impl Occluders {
     /// Prepares the segment from a start to a light.
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
+        self.segment_as_given(start, &light.without_underflow())
+    }
+
+    fn segment_as_given(&self, start: &Start, light: &LightShape) -> Segment {
         let surface = start
             .surface
             .and_then(|surface| self.start_surface(surface));
@@ -29,7 +33,8 @@ impl Occluders {
             point: ray.origin,
             surface: ray.leaves,
         };
-        self.segment(&start, &LightShape::Direction(ray.direction))
+        // Distances are in lengths of the direction.
+        self.segment_as_given(&start, &LightShape::Direction(ray.direction))
     }
 
     /// Returns whether an opaque surface blocks the segment (EXACTNESS.md, "Which surfaces block").
@@ -172,6 +177,7 @@ impl Occluders {
 
     /// Prepares an element's umbra behind a light.
     pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
+        let light = &light.without_underflow();
         let record = &self.elements[element.0 as usize];
         let is_self_clear = record.kind != ElementKind::OpenCone;
         let has_holes = matches!(record.opacity, Opacity::AlphaTested(_));
@@ -185,6 +191,13 @@ impl Occluders {
         }
         if record.kind == ElementKind::Face {
             return self.face_umbra(element, light).unwrap_or(nothing);
+        }
+        if is_too_small(&self.element_bounds(record)) {
+            return Umbra {
+                shape: UmbraShape::Unknown,
+                is_self_clear,
+                has_holes,
+            };
         }
         let first = SurfaceId(record.surfaces.start);
         let Surface::Curved(curved) = self.surface(first) else {
@@ -230,16 +243,33 @@ impl Occluders {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&(_, corners)| corners).collect();
         let is_one_sided = sides[1] == 0 && (sides[0] == 0 || sides[2] == 0);
         let boundary = boundary_edges(&triangles);
-        let shape = FaceUmbra::new(corners.clone(), &boundary, is_one_sided, light);
+        let shape = if is_too_small(&Bounds::of_points(corners.iter().copied().flatten())) {
+            UmbraShape::Unknown
+        } else {
+            UmbraShape::Face(FaceUmbra::new(
+                corners.clone(),
+                &boundary,
+                is_one_sided,
+                light,
+            ))
+        };
         // Triangles of one plane never block each other; nor do two that share an edge and turn the
         // same way seen from the light, for they meet only in that edge then.
         let is_self_clear = triangles.len() <= 2 && is_one_sided || is_flat(&corners);
         let opacity = self.elements[element.0 as usize].opacity;
         Some(Umbra {
-            shape: UmbraShape::Face(shape),
+            shape,
             is_self_clear,
             has_holes: matches!(opacity, Opacity::AlphaTested(_)),
         })
+    }
+
+    fn element_bounds(&self, element: &Element) -> Bounds {
+        element
+            .surfaces
+            .clone()
+            .map(|surface| self.surface_bounds(SurfaceId(surface)))
+            .fold(Bounds::EMPTY, Bounds::union)
     }
 
     fn start_surface(&self, surface: SurfaceId) -> Option<StartSurface> {

@@ -122,8 +122,8 @@ fn plain_name(name: &str) -> String {
     let mut plain = String::with_capacity(name.len());
     let mut begins_word = true;
     for c in name.trim_ascii().chars() {
-        let is_fine = !matches!(c, '\n' | '\r') && !(c == '#' && begins_word);
-        plain.push(if is_fine { c } else { '_' });
+        let is_bad = matches!(c, '\n' | '\r') || (c == '#' && begins_word);
+        plain.push(if is_bad { '_' } else { c });
         begins_word = c.is_ascii_whitespace();
     }
     if plain.ends_with('\\') {

@@ -209,7 +209,7 @@ fn binary_files_say_the_same() {
     let json = square(r#", "mode": 5"#, NODE);
     let expected = gltf(&json, &bytes).unwrap();
     let mut json = json.replace(r#""uri": "a.bin", "#, "");
-    while json.len() % 4 != 0 {
+    while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
     let total = 12 + 8 + json.len() + 8 + bytes.len();
