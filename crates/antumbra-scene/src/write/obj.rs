@@ -122,9 +122,8 @@ fn plain_name(name: &str) -> String {
     let mut plain = String::with_capacity(name.len());
     let mut begins_word = true;
     for c in name.trim_ascii().chars() {
-        let begins_comment = c == '#' && begins_word;
-        let is_special = matches!(c, '\n' | '\r') || begins_comment;
-        plain.push(if is_special { '_' } else { c });
+        let is_bad = matches!(c, '\n' | '\r') || (c == '#' && begins_word);
+        plain.push(if is_bad { '_' } else { c });
         begins_word = c.is_ascii_whitespace();
     }
     if plain.ends_with('\\') {
