@@ -30,7 +30,7 @@ impl LightShape {
             Self::Direction(mut direction) if direction != DVec3::ZERO => {
                 while direction.abs().max_element() < 1.0 {
                     let missing = -direction.abs().max_element().log2().floor();
-                    direction *= missing.min(1000.0).exp2();
+                    direction *= 2f64.powi(missing.clamp(1.0, 1000.0) as i32);
                 }
                 Self::Direction(direction)
             }
