@@ -28,6 +28,16 @@ pub(crate) use segment_triangle::{plane_side, triangle_blocks, triangle_distance
 
 use crate::number::{Number, Sign};
 
+/// Returns a power of two that brings a length near 1, so that its fourth power keeps its bits: to
+/// scale lengths by it rounds nothing.
+fn near_one(largest: f64) -> f64 {
+    if largest > 0.0 && largest.is_finite() {
+        2f64.powi(-largest.log2().floor().clamp(-1000.0, 1000.0) as i32)
+    } else {
+        1.0
+    }
+}
+
 /// The signs that a quadratic form `A s^2 + 2 B s t + C t^2` takes for `s, t > 0`.
 #[derive(Clone, Copy, Debug)]
 struct SignsTaken {
