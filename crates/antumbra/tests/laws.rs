@@ -1090,18 +1090,22 @@ fn starts_very_far_away_are_walked_rightly_or_not_at_all() {
                 let element = random.below(world.elements.len());
                 let through = point_of(&world.elements[element].0, shape, random);
                 let away = through - shape.towards(through) * 10f64.powf(random.real(0.0, 17.0));
-                if !away.is_finite() || away.abs().max_element() > 2f64.powi(200) {
+                if !away.is_finite() || away.abs().max_element() > 2f64.powi(100) {
                     continue;
                 }
                 let start = Start {
                     point: away,
                     surface: None,
                 };
-                let expected = indices[0][0].shadow_by_reference(&start, light);
+                let expected = indices[0][0]
+                    .shadow_by_reference(&start, light)
+                    .expect("a fine query");
                 asked += 1;
                 blocked += usize::from(expected == Shadow::Shadowed);
                 for index in indices.iter().flatten() {
-                    let answer = index.shadow(&start, light, &mut Counters::default());
+                    let answer = index
+                        .shadow(&start, light, &mut Counters::default())
+                        .expect("a fine query");
                     assert_eq!(
                         answer.shadow,
                         expected,

@@ -31,8 +31,10 @@ use crate::number::{Number, Sign};
 /// Returns a power of two that brings a length near 1, so that its fourth power keeps its bits: to
 /// scale lengths by it rounds nothing.
 fn near_one(largest: f64) -> f64 {
-    if largest > 0.0 && largest.is_finite() {
-        2f64.powi(-largest.log2().floor().clamp(-1000.0, 1000.0) as i32)
+    // The exponent's bits, so that no logarithm is needed for each hit.
+    let exponent = (largest.to_bits() >> 52) as i32 - 1023;
+    if largest.is_finite() && (-1022..=1022).contains(&exponent) {
+        2f64.powi(-exponent)
     } else {
         1.0
     }
