@@ -11,7 +11,7 @@ use crate::values::{self, CameraParts, PointLight, Sun};
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    verify found answers that differ
+  1    verify or bench found answers that differ
   2    the command line or a scene cannot be used
   3    the system refused something, such as writing a file
   130  stopped by Ctrl-C; render leaves the partial picture";
@@ -42,6 +42,8 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Write one of the built-in scenes
     Scene(Scene),
+    /// Measure antumbra against Embree
+    Bench(crate::commands::bench::typed::Bench),
 }
 
 /// The scene and its lights.
