@@ -42,11 +42,12 @@ pub fn city(size: u32) -> Result<Scene, GenerateError> {
     let lots = lots as i32;
     let extent = lot_at(lots);
     let half = f64::from(extent) / (2.0 * EIGHTHS);
+    // From above the roofs, the sun to the left.
     let mut scene = stage(
-        DVec3::new(-0.75 * half, -half, 0.5 * half + 16.0),
-        DVec3::new(0.0, 0.125 * half, 0.0),
+        DVec3::new(-0.25 * half, -0.5 * half, 0.0625 * half + 56.0),
+        DVec3::new(0.0625 * half, 0.0, 0.0),
         DVec3::Z,
-        &[DVec3::new(-6.0, -8.0, 9.0) * (half + 100.0).round()],
+        &[DVec3::new(-8.0, 3.0, 7.0) * (half + 100.0).round()],
     );
     scene
         .materials
