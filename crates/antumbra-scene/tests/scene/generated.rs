@@ -173,8 +173,8 @@ fn the_text_never_changes() {
         ),
         (
             city(200).unwrap(),
-            0x7588_58e7_7f46_7acf,
-            0x20ac_ac65_21aa_0c34,
+            0xe898_13f3_1644_1e6d,
+            0x7751_00fb_c6e9_b0fe,
         ),
         (
             forest(1200).unwrap(),
