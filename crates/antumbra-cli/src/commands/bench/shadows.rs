@@ -102,7 +102,7 @@ fn scene(
         ));
     }
     scene.lights = vec![scene.lights.swap_remove(typed.light_number)];
-    let camera = load::camera(&scene, &file, None, screen)?;
+    let camera = load::camera(&scene, &file, typed.camera.as_ref(), screen)?;
 
     // Recorded by the plain grid, which stays as the one whose answers are expected.
     let options = PrepareOptions {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::typed::{IndexCost, SceneFile, Shadows as Method, Threads, Up};
-use crate::values::{self, PointLight, Sun};
+use crate::values::{self, CameraParts, PointLight, Sun};
 
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
@@ -56,7 +56,7 @@ impl LightOfScenes {
 
 #[derive(Args, Debug)]
 pub(crate) struct Shadows {
-    /// Scene files; the camera is the file's, or one that frames the scene
+    /// Scene files
     #[arg(required = true, value_name = "SCENE")]
     pub(crate) scenes: Vec<PathBuf>,
 
@@ -66,6 +66,11 @@ pub(crate) struct Shadows {
     /// Which of a scene's lights to ask about, from 0
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) light_number: usize,
+
+    /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES [default: the file's, else one that frames
+    /// the scene]
+    #[arg(long, value_name = "PARTS", value_parser = values::camera)]
+    pub(crate) camera: Option<CameraParts>,
 
     /// Frame whose eye rays hit what is asked about
     #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
