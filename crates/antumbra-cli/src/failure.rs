@@ -14,7 +14,7 @@ use miette::MietteDiagnostic;
 pub(crate) enum Outcome {
     /// As asked.
     Done,
-    /// `verify` found answers that differ.
+    /// `verify` or `bench` found answers that differ.
     Differences,
     /// Ctrl-C.
     Interrupted,

@@ -50,5 +50,6 @@ fn run(
         Command::Verify(typed) => commands::verify::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),
         Command::Convert(typed) => commands::convert::run(typed, screen),
+        Command::Bench(typed) => commands::bench::run(typed, screen),
     }
 }

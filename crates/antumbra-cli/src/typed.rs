@@ -12,7 +12,7 @@ use crate::values::{self, CameraParts, Exposure, PointLight, Sun};
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    verify found answers that differ
+  1    verify or bench found answers that differ
   2    the command line or a scene cannot be used
   3    the system refused something, such as writing a file
   130  stopped by Ctrl-C; render leaves the partial picture";
@@ -45,6 +45,8 @@ pub(crate) enum Command {
     Scene(Scene),
     /// Write a scene in another format
     Convert(Convert),
+    /// Measure antumbra against Embree
+    Bench(crate::commands::bench::typed::Bench),
 }
 
 /// The scene and its lights.

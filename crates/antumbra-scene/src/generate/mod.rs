@@ -1,42 +1,61 @@
-//! Scenes made by rule: those of the Standard Procedural Databases that the paper tests on.
+//! Scenes made by rule: those of the Standard Procedural Databases that the paper tests on, and
+//! larger ones for measurements.
 //!
-//! In: a name and a size. Out: the scene that SPD's program of that size writes, object by
-//! object, in full precision (SPD rounds to six digits). Invariant: the same bits on every
-//! platform; sizes are bounded, so memory is.
+//! In: a name and a size. Out: for SPD's names the scene that SPD's program of that size writes,
+//! object by object, in full precision (SPD rounds to six digits). Invariant: the same bits on
+//! every platform; sizes are bounded, so memory is.
 
+mod city;
+mod forest;
+mod heightfield;
+mod random;
 mod sine;
 mod sphereflake;
 mod tetra;
+
+use std::ops::RangeInclusive;
 
 use antumbra_geometry::DVec3;
 
 use crate::{
     defaults::nff_intensity,
-    model::{Camera, Color, Facing, Light, LightKind, Scene},
+    model::{Camera, Color, Facing, Light, LightKind, Object, Polygon, Scene, Shape},
 };
 
+pub use city::city;
+pub use forest::forest;
+pub use heightfield::heightfield;
 pub use sphereflake::sphereflake;
 pub use tetra::tetra;
 
-/// The generators' names, each with the size that SPD takes by default.
-pub const NAMES: [(&str, u32); 2] = [("tetra", 6), ("sphereflake", 4)];
+/// The generators' names, each with its default size: SPD's own, then boxes, leaves, and vertices
+/// along a side.
+pub const NAMES: [(&str, u32); 5] = [
+    ("tetra", 6),
+    ("sphereflake", 4),
+    ("city", 10_000),
+    ("forest", 400_000),
+    ("heightfield", 256),
+];
 
 /// Why a scene was not made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GenerateError {
     /// No generator has that name.
-    #[error("no generator is called `{name}`; there are tetra and sphereflake")]
+    #[error("no generator is called `{name}`; there are {}", NAMES.map(|(name, _)| name).join(", "))]
     UnknownName {
         /// The name asked for.
         name: String,
     },
     /// The scene would be empty or too large for memory.
-    #[error("{name} of size {size}; expected a size from 1 to {largest}")]
+    #[error("{name} of size {size}; expected a size from {smallest} to {largest}")]
     Size {
         /// The generator.
         name: &'static str,
         /// The size asked for.
         size: u32,
+        /// The smallest size.
+        smallest: u32,
         /// The largest size.
         largest: u32,
     },
@@ -60,6 +79,9 @@ pub fn by_name(name: &str, size: Option<u32>) -> Result<Scene, GenerateError> {
     match (name, size.or(default)) {
         ("tetra", Some(size)) => tetra(size),
         ("sphereflake", Some(size)) => sphereflake(size),
+        ("city", Some(size)) => city(size),
+        ("forest", Some(size)) => forest(size),
+        ("heightfield", Some(size)) => heightfield(size),
         _ => Err(GenerateError::UnknownName {
             name: name.to_owned(),
         }),
@@ -67,15 +89,33 @@ pub fn by_name(name: &str, size: Option<u32>) -> Result<Scene, GenerateError> {
 }
 
 /// Refuses sizes out of range.
-fn check_size(name: &'static str, size: u32, largest: u32) -> Result<(), GenerateError> {
-    if (1..=largest).contains(&size) {
+fn check_size(
+    name: &'static str,
+    size: u32,
+    allowed: RangeInclusive<u32>,
+) -> Result<(), GenerateError> {
+    if allowed.contains(&size) {
         Ok(())
     } else {
+        let (smallest, largest) = allowed.into_inner();
         Err(GenerateError::Size {
             name,
             size,
+            smallest,
             largest,
         })
+    }
+}
+
+/// Returns a flat polygon without a name.
+fn polygon(vertices: Vec<DVec3>, material: usize) -> Object {
+    Object {
+        name: String::new(),
+        shape: Shape::Polygon(Polygon {
+            vertices,
+            normals: Vec::new(),
+        }),
+        material,
     }
 }
 
@@ -120,17 +160,23 @@ mod tests {
         }
         assert_eq!(
             by_name("gears", None).unwrap_err().to_string(),
-            "no generator is called `gears`; there are tetra and sphereflake"
+            "no generator is called `gears`; there are tetra, sphereflake, city, forest, heightfield"
         );
     }
 
     #[test]
     fn sizes_are_bounded() {
-        for (name, largest) in [("tetra", 11), ("sphereflake", 7)] {
-            for size in [0, largest + 1, u32::MAX] {
+        for (name, smallest, largest) in [
+            ("tetra", 1, 11),
+            ("sphereflake", 1, 7),
+            ("city", 1, 1_000_000),
+            ("forest", 1, 4_000_000),
+            ("heightfield", 2, 2048),
+        ] {
+            for size in [0, smallest - 1, largest + 1, u32::MAX] {
                 assert_eq!(
                     by_name(name, Some(size)).unwrap_err().to_string(),
-                    format!("{name} of size {size}; expected a size from 1 to {largest}")
+                    format!("{name} of size {size}; expected a size from {smallest} to {largest}")
                 );
             }
         }

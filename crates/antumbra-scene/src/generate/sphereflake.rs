@@ -28,7 +28,7 @@ const SHRINK: f64 = 1.0 / 3.0;
 /// # Errors
 /// The size is not from 1 to 7.
 pub fn sphereflake(size: u32) -> Result<Scene, GenerateError> {
-    check_size("sphereflake", size, LARGEST)?;
+    check_size("sphereflake", size, 1..=LARGEST)?;
     let lights = [[4.0, 3.0, 2.0], [1.0, -4.0, 4.0], [-3.0, 1.0, 5.0]].map(DVec3::from_array);
     let mut scene = stage(DVec3::new(2.1, 1.3, 1.7), DVec3::ZERO, DVec3::Z, &lights);
 

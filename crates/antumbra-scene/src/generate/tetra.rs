@@ -31,7 +31,7 @@ const FACES: [[usize; 3]; 4] = [[0, 1, 2], [3, 2, 1], [2, 3, 0], [1, 0, 3]];
 /// # Errors
 /// The size is not from 1 to 11.
 pub fn tetra(size: u32) -> Result<Scene, GenerateError> {
-    check_size("tetra", size, LARGEST)?;
+    check_size("tetra", size, 1..=LARGEST)?;
     let mut scene = stage(
         DVec3::new(1.022846, -3.177154, -2.174512),
         DVec3::new(-0.004103, -0.004103, 0.216539),

@@ -1,8 +1,8 @@
 //! The generators against SPD's own files, word by word.
 
 use antumbra_scene::{
-    generate::{sphereflake, tetra},
-    model::Scene,
+    generate::{city, forest, heightfield, sphereflake, tetra},
+    model::{Scene, Shape},
     write::{Precision, write_nff},
 };
 
@@ -53,12 +53,94 @@ fn counts_follow_the_formula() {
     assert_eq!(sphereflake(1).unwrap().objects.len(), 11);
     assert_eq!(sphereflake(2).unwrap().objects.len(), 92);
     assert_eq!(sphereflake(3).unwrap().objects.len(), 821);
+    for boxes in [1u32, 2, 17, 100] {
+        // A ground, five faces each, a bottom for every fourth.
+        let expected = 1 + 5 * boxes as usize + boxes.div_ceil(4) as usize;
+        assert_eq!(city(boxes).unwrap().objects.len(), expected);
+    }
+    for (leaves, trees) in [(1, 1), (500, 1), (501, 2), (2000, 4)] {
+        assert_eq!(
+            forest(leaves).unwrap().objects.len(),
+            1 + 6 * trees + leaves as usize
+        );
+    }
+    for side in [2, 3, 66] {
+        let cells = side as usize - 1;
+        assert_eq!(heightfield(side).unwrap().objects.len(), 2 * cells * cells);
+    }
+}
+
+fn coord(point: antumbra_geometry::DVec3) -> robust::Coord3D<f64> {
+    let [x, y, z] = point.to_array();
+    robust::Coord3D { x, y, z }
+}
+
+fn vertices(scene: &Scene) -> impl Iterator<Item = &[antumbra_geometry::DVec3]> {
+    scene.objects.iter().map(|object| match &object.shape {
+        Shape::Polygon(polygon) => &polygon.vertices[..],
+        other => panic!("{other:?}"),
+    })
+}
+
+/// Boxes stand exactly on the ground, and six digits change nothing of any size up to the default.
+#[test]
+fn measured_scenes_survive_six_digits() {
+    for scene in [
+        city(10_000).unwrap(),
+        forest(30_000).unwrap(),
+        heightfield(256).unwrap(),
+    ] {
+        let loaded = nff(&text_of(&scene)).unwrap();
+        assert_eq!(loaded.warnings, []);
+        assert_eq!(loaded.scene.objects, scene.objects);
+        assert!(scene.camera.is_some());
+        assert_eq!(scene.lights.len(), 1);
+    }
+}
+
+#[test]
+fn every_face_is_planar_and_none_is_empty() {
+    for scene in [
+        city(300).unwrap(),
+        forest(3000).unwrap(),
+        heightfield(40).unwrap(),
+    ] {
+        for face in vertices(&scene) {
+            let normal = (face[1] - face[0]).cross(face[2] - face[0]);
+            assert!(normal.length() > 0.0, "{face:?}");
+            let [a, b, c] = [0, 1, 2].map(|corner| coord(face[corner]));
+            for &vertex in face {
+                assert_eq!(robust::orient3d(a, b, c, coord(vertex)), 0.0, "{face:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_made_stays_over_its_ground() {
+    for scene in [city(500).unwrap(), forest(5000).unwrap()] {
+        let mut faces = vertices(&scene);
+        let ground = faces.next().unwrap();
+        let (low, high) = (ground[0], ground[2]);
+        for vertex in faces.flatten() {
+            assert!(vertex.x > low.x && vertex.y > low.y, "{vertex}");
+            assert!(vertex.x < high.x && vertex.y < high.y, "{vertex}");
+            assert!(vertex.z >= -0.5, "{vertex}");
+        }
+        assert!(vertices(&scene).flatten().any(|vertex| vertex.z > 5.0));
+    }
 }
 
 /// What a generator makes is what its file says, so both give the same picture.
 #[test]
 fn the_exact_text_of_a_generated_scene_reads_back_equal() {
-    for scene in [tetra(4).unwrap(), sphereflake(2).unwrap()] {
+    for scene in [
+        tetra(4).unwrap(),
+        sphereflake(2).unwrap(),
+        city(50).unwrap(),
+        forest(700).unwrap(),
+        heightfield(20).unwrap(),
+    ] {
         let mut text = Vec::new();
         write_nff(&scene, Precision::Exact, &mut text).unwrap();
         let loaded = nff(std::str::from_utf8(&text).unwrap()).unwrap();
@@ -68,7 +150,7 @@ fn the_exact_text_of_a_generated_scene_reads_back_equal() {
 }
 
 /// The same bits on every platform, also where SPD's files are not at hand: FNV-1a of the text.
-/// The values were taken when `the_same_words_as_spd` passed.
+/// SPD's values were taken when `the_same_words_as_spd` passed.
 #[test]
 fn the_text_never_changes() {
     let digest = |scene: &Scene, precision| {
@@ -88,6 +170,21 @@ fn the_text_never_changes() {
             sphereflake(3).unwrap(),
             0x6cf9_b73a_eb24_b856,
             0xda3b_6290_03b4_509d,
+        ),
+        (
+            city(200).unwrap(),
+            0xe898_13f3_1644_1e6d,
+            0x7751_00fb_c6e9_b0fe,
+        ),
+        (
+            forest(1200).unwrap(),
+            0x888f_a7a0_7425_af4b,
+            0x168e_0a0e_4868_d586,
+        ),
+        (
+            heightfield(70).unwrap(),
+            0x9187_b482_b9a0_9599,
+            0x0926_31e2_5f2d_96b8,
         ),
     ] {
         let found = (

@@ -1,0 +1,206 @@
+//! Embree 4, loaded at run time.
+//!
+//! | step | module |
+//! |---|---|
+//! | where the library is | `find` |
+//! | calls into it, the only unsafe code | `library` |
+//! | a scene as Embree takes it, `f32` | [`Geometry`] |
+//! | queries as Embree takes them, `f32` | `rays` |
+//!
+//! Fairness: medium build quality; no robust flag unless asked; rays are converted before, and
+//! copied one by one only because Embree writes into them. A start on a surface is lifted off it by
+//! 2^-18 of the scene's largest coordinate, 64 roundings of it in `f32`; a point light ends the ray
+//! at its full length. Packets of eight carry the coherent flag where the batch is coherent.
+
+mod find;
+mod geometry;
+#[expect(unsafe_code, reason = "calls into a library loaded at run time")]
+mod library;
+mod rays;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub use geometry::Geometry;
+
+use crate::{Batch, LoadedBatch, ShadowMethod};
+use library::{BuiltScene, Device, Library};
+use rays::{Packet, RayToLight};
+
+/// Why Embree cannot be had. Whoever meets it must say so: a table without the rival looks the
+/// same as one in which it was left out.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EmbreeError {
+    /// No library was found.
+    #[error(
+        "Embree 4 is not there (tried {}); set ANTUMBRA_EMBREE to libembree4, or `pip install embreex` in an active environment",
+        list(tried)
+    )]
+    NotFound {
+        /// What was tried, in order.
+        tried: Vec<PathBuf>,
+    },
+    /// A library was found but cannot be used.
+    #[error("{path:?} cannot be used as Embree 4: {message}")]
+    Unusable {
+        /// The library.
+        path: PathBuf,
+        /// What the loader said.
+        message: String,
+    },
+    /// Embree reports an error.
+    #[error("Embree reports error {code} while {doing}")]
+    Refused {
+        /// `RTCError`.
+        code: i32,
+        /// What was being done.
+        doing: &'static str,
+    },
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    let paths: Vec<_> = paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    paths.join(", ")
+}
+
+/// A device of an Embree that was found.
+#[derive(Debug)]
+pub struct Embree {
+    device: Arc<Device>,
+    path: PathBuf,
+}
+
+impl Embree {
+    /// Finds and loads Embree: the file that `ANTUMBRA_EMBREE` names and no other, or else the one
+    /// in a Python environment's `embreex.libs`, or else the system's.
+    ///
+    /// # Errors
+    /// There is none, it is not Embree 4, or it refuses `thread_count` threads.
+    pub fn load(thread_count: usize) -> Result<Self, EmbreeError> {
+        let tried = find::candidates();
+        let mut unusable = None;
+        for path in &tried {
+            match Library::open(path) {
+                Ok(library) => {
+                    return Ok(Self {
+                        device: Arc::new(Device::new(library, thread_count)?),
+                        path: path.clone(),
+                    });
+                }
+                Err(message) if path.is_file() => {
+                    let path = path.clone();
+                    unusable.get_or_insert(EmbreeError::Unusable { path, message });
+                }
+                Err(_) => {}
+            }
+        }
+        Err(unusable.unwrap_or(EmbreeError::NotFound { tried }))
+    }
+
+    /// Returns where the library is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Builds a scene of medium quality.
+    ///
+    /// # Errors
+    /// Embree refuses, as for want of memory.
+    pub fn build(&self, geometry: &Geometry, is_robust: bool) -> Result<EmbreeScene, EmbreeError> {
+        Ok(EmbreeScene {
+            scene: BuiltScene::new(&self.device, geometry, is_robust)?,
+            lift: geometry.largest_coordinate() / 262_144.0,
+        })
+    }
+}
+
+/// A scene that Embree has built.
+#[derive(Debug)]
+pub struct EmbreeScene {
+    scene: BuiltScene,
+    /// How far starts are lifted off their surfaces.
+    lift: f64,
+}
+
+impl EmbreeScene {
+    /// Returns the method that asks one query a call: `rtcOccluded1`.
+    pub fn single(&self) -> EmbreeSingle<'_> {
+        EmbreeSingle(self)
+    }
+
+    /// Returns the method that asks eight queries a call: `rtcOccluded8`.
+    pub fn packets(&self) -> EmbreePackets<'_> {
+        EmbreePackets(self)
+    }
+}
+
+/// `rtcOccluded1`.
+#[derive(Debug)]
+pub struct EmbreeSingle<'a>(&'a EmbreeScene);
+
+impl ShadowMethod for EmbreeSingle<'_> {
+    fn name(&self) -> &str {
+        "embree"
+    }
+
+    fn load<'a>(&'a self, batch: &'a Batch) -> Box<dyn LoadedBatch + 'a> {
+        Box::new(LoadedSingle {
+            scene: &self.0.scene,
+            rays: rays::rays_of(batch, self.0.lift).collect(),
+        })
+    }
+}
+
+struct LoadedSingle<'a> {
+    scene: &'a BuiltScene,
+    rays: Vec<RayToLight>,
+}
+
+impl LoadedBatch for LoadedSingle<'_> {
+    fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
+        let rays = &self.rays[first..first + is_shadowed.len()];
+        for (&ray, is_shadowed) in rays.iter().zip(is_shadowed) {
+            *is_shadowed = self.scene.is_occluded(ray);
+        }
+    }
+}
+
+/// `rtcOccluded8`.
+#[derive(Debug)]
+pub struct EmbreePackets<'a>(&'a EmbreeScene);
+
+impl ShadowMethod for EmbreePackets<'_> {
+    fn name(&self) -> &str {
+        "embree8"
+    }
+
+    fn load<'a>(&'a self, batch: &'a Batch) -> Box<dyn LoadedBatch + 'a> {
+        let rays: Vec<_> = rays::rays_of(batch, self.0.lift).collect();
+        Box::new(LoadedPackets {
+            scene: &self.0.scene,
+            packets: rays.chunks(8).map(Packet::of).collect(),
+            is_coherent: batch.is_coherent,
+        })
+    }
+}
+
+struct LoadedPackets<'a> {
+    scene: &'a BuiltScene,
+    packets: Vec<Packet>,
+    is_coherent: bool,
+}
+
+impl LoadedBatch for LoadedPackets<'_> {
+    fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
+        assert!(first.is_multiple_of(8), "packets begin at multiples of 8");
+        let packets = &self.packets[first / 8..];
+        assert!(is_shadowed.len().div_ceil(8) <= packets.len());
+        for (packet, is_shadowed) in packets.iter().zip(is_shadowed.chunks_mut(8)) {
+            let found = self.scene.are_occluded(packet, self.is_coherent);
+            is_shadowed.copy_from_slice(&found[..is_shadowed.len()]);
+        }
+    }
+}

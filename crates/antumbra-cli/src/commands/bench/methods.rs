@@ -1,0 +1,93 @@
+//! Our methods, as the tables name them.
+
+use std::time::Duration;
+
+use antumbra_baselines::IndexMethod;
+use antumbra_render::prepare::{Gathered, PrepareOptions};
+use antumbra_scene::model::Light;
+
+use crate::failure::Failure;
+use crate::memory;
+use crate::typed::{IndexCost, Shadows};
+
+use super::measure::Stopwatch;
+
+/// Rows that exist for every scene in the JSON, `null` where there is no such method.
+pub(super) const KEYS: [&str; 7] = [
+    "voxel_warm_ns",
+    "voxel_cold_ns",
+    "voxel_1990_ns",
+    "grid_ns",
+    "bvh_ns",
+    "embree_ns",
+    "embree8_ns",
+];
+
+/// Returns the methods to measure: those typed, or all that a user would choose for speed.
+pub(super) fn chosen(typed: &[Shadows]) -> Vec<Shadows> {
+    if typed.is_empty() {
+        let is_for_speed = |method: &Shadows| *method != Shadows::Naive;
+        Shadows::ALL.into_iter().filter(is_for_speed).collect()
+    } else {
+        typed.to_vec()
+    }
+}
+
+/// Returns a method's key in the JSON. Values of `voxel` are warm when it is measured.
+pub(super) fn key(name: &str) -> String {
+    match name {
+        "voxel" => "voxel_warm_ns".into(),
+        other => format!("{}_ns", other.replace('-', "_")),
+    }
+}
+
+/// A method of ours, built.
+pub(super) struct Built {
+    pub(super) method: IndexMethod,
+    pub(super) preparation: Duration,
+    /// What the index was predicted to take while it was built.
+    pub(super) predicted_bytes: u64,
+}
+
+/// Builds the methods one after the other.
+pub(super) fn build(
+    methods: &[Shadows],
+    gathered: &Gathered,
+    lights: &[Light],
+    cost: &IndexCost,
+    stopwatch: Stopwatch,
+) -> Result<Vec<Built>, Failure> {
+    let mut memory_left = memory::limit(cost.memory_limit);
+    let mut all = Vec::new();
+    for shadows in methods {
+        let options = PrepareOptions {
+            method: shadows.method(),
+            grid: cost.grid.unwrap_or_default(),
+            memory_limit: memory_left,
+            ..PrepareOptions::default()
+        };
+        let predicted_bytes = gathered.predict_bytes(lights.len(), &options)?;
+        let (index, preparation) = stopwatch.time(|| gathered.index(lights, &options));
+        all.push(Built {
+            method: IndexMethod::new(shadows.name(), index?),
+            preparation,
+            predicted_bytes,
+        });
+        memory_left = memory_left.saturating_sub(predicted_bytes);
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_has_a_row() {
+        for shadows in chosen(&[]) {
+            let key = key(shadows.name());
+            assert!(KEYS.contains(&key.as_str()), "{key}");
+        }
+        assert_eq!(key("voxel"), "voxel_warm_ns");
+    }
+}

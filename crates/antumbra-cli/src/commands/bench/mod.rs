@@ -1,0 +1,48 @@
+//! `antumbra bench`: antumbra against what people use instead.
+//!
+//! | step | module |
+//! |---|---|
+//! | what was typed | [`typed`] |
+//! | queries as a frame asks them | [`record`] |
+//! | our methods | [`methods`] |
+//! | interleaved rounds | [`measure`] |
+//! | who is right where Embree differs | [`judge`] |
+//! | how much values could know at best | [`oracle`] |
+//! | the whole for one scene after the other | [`shadows`], [`report`] |
+//! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
+
+mod aims;
+mod judge;
+mod measure;
+mod methods;
+mod oracle;
+mod record;
+mod report;
+mod shadows;
+pub(crate) mod typed;
+mod watertight;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::failure::{Failure, Outcome};
+use crate::screen::Screen;
+
+/// Runs the measurement that was typed.
+pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Failure> {
+    match &typed.what {
+        typed::What::Shadows(typed) => shadows::run(typed, screen),
+        typed::What::Watertight(typed) => watertight::run(typed, screen),
+    }
+}
+
+/// Writes figures as JSON.
+fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
+    let write = || -> Result<(), std::io::Error> {
+        let mut text = serde_json::to_string_pretty(figures)?;
+        text.push('\n');
+        std::fs::write(path, text)
+    };
+    write().map_err(|error| Failure::system(format!("cannot write {}: {error}", path.display())))
+}

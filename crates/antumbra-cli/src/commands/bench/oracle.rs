@@ -1,0 +1,116 @@
+//! How much first-pass values could know at best.
+//!
+//! In: the queries of a frame. Out: the share that lies in voxels of a uniform grid whose surface
+//! points all have one answer. A voxel's points are found by rays from random points of it in
+//! random directions, which spreads them over its surfaces by area; those that face the light are
+//! asked. It is an estimate from above: what no sample found may still differ.
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+use antumbra::{Counters, Shadow, ShadowIndex};
+use antumbra_geometry::{Bounds, DVec3, Ray, Start};
+use antumbra_render::sampler::uniform;
+use antumbra_scene::model::Facing;
+use rayon::prelude::*;
+
+use super::record::Recorded;
+
+/// Samples a voxel, and rays to find them: a voxel that a surface barely enters gets fewer.
+const SAMPLES: usize = 64;
+const MOST_RAYS: u64 = 1024;
+/// Queries whose voxels are looked at, spread evenly over the frame.
+const QUERIES: usize = 10_000;
+
+/// Returns the share of queries in voxels of one answer, `voxels_per_axis` along each axis of the
+/// scene's box.
+pub(super) fn ceiling(
+    index: &ShadowIndex,
+    recorded: &Recorded,
+    facing: Facing,
+    voxels_per_axis: u32,
+) -> f64 {
+    let bounds = index.occluders().bounds();
+    let size = bounds.size() / f64::from(voxels_per_axis);
+    let voxel_of = |point: DVec3| {
+        let scaled = (point - bounds.min) / size;
+        // A flat scene has one layer of voxels; casting takes NaN to zero.
+        scaled
+            .to_array()
+            .map(|c| (c as u32).min(voxels_per_axis - 1))
+    };
+
+    // All queries count for their voxel's answers, some are asked about.
+    let mut voxels: HashMap<[u32; 3], [bool; 2]> = HashMap::new();
+    let points = recorded.batch.starts.iter().zip(&recorded.is_shadowed);
+    for (start, &is_shadowed) in points {
+        voxels.entry(voxel_of(start.point)).or_default()[usize::from(is_shadowed)] = true;
+    }
+    let query_count = recorded.batch.starts.len();
+    let asked = query_count.min(QUERIES);
+    let mut weights: HashMap<[u32; 3], usize> = HashMap::new();
+    for number in 0..asked {
+        let start = &recorded.batch.starts[number * query_count / asked];
+        *weights.entry(voxel_of(start.point)).or_default() += 1;
+    }
+
+    let one_answer: usize = weights
+        .into_par_iter()
+        .filter(|(voxel, _)| {
+            let min = bounds.min + size * DVec3::from_array(voxel.map(f64::from));
+            let bounds = Bounds {
+                min,
+                max: min + size,
+            };
+            is_of_one_answer(index, recorded.batch.light, facing, &bounds, voxels[voxel])
+        })
+        .map(|(_, weight)| weight)
+        .sum();
+    one_answer as f64 / asked.max(1) as f64
+}
+
+/// Samples a voxel until two answers are found, or enough of one.
+fn is_of_one_answer(
+    index: &ShadowIndex,
+    light: usize,
+    facing: Facing,
+    voxel: &Bounds,
+    mut seen: [bool; 2],
+) -> bool {
+    let key = voxel.min.to_array().map(f64::to_bits);
+    let mut counters = Counters::default();
+    let mut samples = 0;
+    for ray in 0..MOST_RAYS {
+        if seen == [true; 2] || samples == SAMPLES {
+            break;
+        }
+        let draw = |number: u64| uniform(&[key[0], key[1], key[2], ray, number]);
+        let origin = voxel.min + voxel.size() * DVec3::new(draw(0), draw(1), draw(2));
+        let z = 2.0 * draw(3) - 1.0;
+        let (sine, cosine) = libm::sincos(TAU * draw(4));
+        let across = (1.0 - z * z).max(0.0).sqrt();
+        let ray = Ray {
+            origin,
+            direction: DVec3::new(across * cosine, across * sine, z),
+            leaves: None,
+        };
+        let Some(hit) = index.nearest(&ray, &mut counters) else {
+            continue;
+        };
+        let start = Start {
+            point: hit.point,
+            surface: Some(hit.surface),
+        };
+        let side = index.light_side(&start, light);
+        let is_facing = match facing {
+            Facing::Winding => side > 0,
+            Facing::Viewer => side != 0,
+        };
+        if is_facing && voxel.contains(hit.point) {
+            samples += 1;
+            let answer = index.shadow(&start, light, &mut counters);
+            seen[usize::from(answer.shadow == Shadow::Shadowed)] = true;
+        }
+    }
+    seen != [true; 2]
+}

@@ -1,0 +1,302 @@
+//! The figures of `bench shadows`, as JSON and as a table.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::judge::Verdicts;
+
+/// The layout's number in the JSON; it grows when a name goes or changes its meaning.
+const SCHEMA: u32 = 1;
+
+/// All figures of a run.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    schema: u32,
+    pub(super) command: Vec<String>,
+    pub(super) machine: Machine,
+    /// What the times are.
+    pub(super) clock: &'static str,
+    pub(super) threads: usize,
+    pub(super) rounds: u32,
+    pub(super) size: [u32; 2],
+    /// Where Embree is, or why there is none.
+    pub(super) embree: String,
+    pub(super) scenes: Vec<SceneReport>,
+    /// Set, then method: geometric mean over the scenes of Embree's time by ours.
+    pub(super) geometric_means: BTreeMap<String, BTreeMap<String, f64>>,
+}
+
+/// What the times were taken on.
+#[derive(Debug, Serialize)]
+pub(super) struct Machine {
+    processor: Option<String>,
+    processors: usize,
+    /// Mean number of running processes over the last minute when the run began: figures of a busy
+    /// machine are noisy.
+    load: Option<f64>,
+}
+
+impl Machine {
+    /// Asks the system; Linux tells, elsewhere much is unknown.
+    pub(super) fn now() -> Self {
+        let read = |path| std::fs::read_to_string(path).ok();
+        let processor = read("/proc/cpuinfo").and_then(|table| {
+            let line = table.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        });
+        Self {
+            processor,
+            processors: std::thread::available_parallelism().map_or(1, usize::from),
+            load: read("/proc/loadavg")
+                .and_then(|line| line.split_whitespace().next()?.parse().ok()),
+        }
+    }
+}
+
+/// One scene.
+#[derive(Debug, Serialize)]
+pub(super) struct SceneReport {
+    pub(super) name: String,
+    pub(super) light: String,
+    pub(super) surfaces: usize,
+    pub(super) triangles: usize,
+    /// Answers of our methods that are not all the same, all sets together; must be 0.
+    pub(super) mismatches: u64,
+    /// Where Embree differs and was found right; must be 0.
+    pub(super) ours_wrong: usize,
+    /// What Embree is given otherwise than we are.
+    pub(super) notes: Vec<String>,
+    pub(super) preparation: BTreeMap<String, Preparation>,
+    pub(super) coherent: SetReport,
+    pub(super) shuffled: SetReport,
+    pub(super) free: SetReport,
+    /// Share of the coherent queries that values could know at best, by voxels along an axis.
+    pub(super) oracle: Option<BTreeMap<u32, f64>>,
+}
+
+/// What comes before the first query.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Preparation {
+    pub(super) seconds: f64,
+    /// Of occlusion values.
+    pub(super) value_bytes: Option<u64>,
+    /// Of everything, at the height of building; predicted.
+    pub(super) predicted_bytes: Option<u64>,
+}
+
+/// One set of queries.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct SetReport {
+    pub(super) queries: usize,
+    pub(super) shadowed_share: f64,
+    /// `<method>_ns`: median over the rounds; `null` where there is no such method.
+    #[serde(flatten)]
+    pub(super) times_ns: BTreeMap<String, Option<f64>>,
+    /// Median over the rounds of the time of Embree, one ray a call, by each method's.
+    pub(super) embree_by: BTreeMap<String, f64>,
+    /// Width of the middle half of the rounds over the median.
+    pub(super) spread: BTreeMap<String, f64>,
+    /// How queries were decided.
+    pub(super) shares: BTreeMap<String, Shares>,
+    /// Of occlusion values, again, where the readers look for them.
+    pub(super) bytes: BTreeMap<String, u64>,
+    pub(super) mismatches: u64,
+    /// Judged differences of Embree, single rays and packets.
+    pub(super) differences: BTreeMap<String, Verdicts>,
+}
+
+/// Shares of the queries, 0..1.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Shares {
+    pub(super) first_pass: f64,
+    pub(super) intermediate: f64,
+    pub(super) blocker_list: f64,
+    pub(super) ray: f64,
+}
+
+impl Shares {
+    pub(super) fn of(counters: &antumbra::ShadowCounters) -> Self {
+        let antumbra::ShadowCounters {
+            first_pass,
+            intermediate,
+            blocker_list,
+            rays,
+            ..
+        } = *counters;
+        let all = (first_pass + intermediate + blocker_list + rays).max(1) as f64;
+        Self {
+            first_pass: first_pass as f64 / all,
+            intermediate: intermediate as f64 / all,
+            blocker_list: blocker_list as f64 / all,
+            ray: rays as f64 / all,
+        }
+    }
+}
+
+impl SceneReport {
+    pub(super) fn sets(&self) -> [(&'static str, &SetReport); 3] {
+        [
+            ("coherent", &self.coherent),
+            ("shuffled", &self.shuffled),
+            ("free", &self.free),
+        ]
+    }
+
+    /// Returns the scene's figures for people.
+    pub(super) fn table(&self) -> String {
+        let mut lines = vec![format!(
+            "{}: {} surfaces ({} triangles), {}",
+            self.name, self.surfaces, self.triangles, self.light
+        )];
+        lines.extend(self.notes.iter().map(|note| format!("  {note}")));
+        for (name, preparation) in &self.preparation {
+            let values = preparation
+                .value_bytes
+                .map_or(String::new(), |bytes| format!(", {bytes} bytes of values"));
+            lines.push(format!(
+                "  {name:<12} prepared in {:.3} s{values}",
+                preparation.seconds
+            ));
+        }
+        for (set, report) in self.sets() {
+            lines.push(format!(
+                "  {set}: {} queries, {:.1} % in shadow",
+                report.queries,
+                100.0 * report.shadowed_share
+            ));
+            lines.extend(report.rows());
+        }
+        for (voxels, share) in self.oracle.iter().flatten() {
+            lines.push(format!(
+                "  oracle at {voxels}^3: {:.2} % of coherent queries",
+                100.0 * share
+            ));
+        }
+        lines.push(format!(
+            "  {} mismatches among our methods, {} judged differences where we are wrong",
+            self.mismatches, self.ours_wrong
+        ));
+        lines.join("\n")
+    }
+}
+
+impl SetReport {
+    fn rows(&self) -> Vec<String> {
+        let mut rows = Vec::new();
+        for (key, time) in &self.times_ns {
+            let Some(time) = time else {
+                continue;
+            };
+            let name = key.trim_end_matches("_ns");
+            let mut row = format!("    {name:<12} {time:>8.1} ns");
+            if let Some(spread) = self.spread.get(name) {
+                row += &format!(" (spread {:>4.1} %)", 100.0 * spread);
+            }
+            if let Some(ratio) = self.embree_by.get(name) {
+                row += &format!(", embree by it {ratio:>5.2}");
+            }
+            if let Some(shares) = self.shares.get(name) {
+                row += &format!(
+                    "; first pass {:.1} %, intermediate {:.1} %, list {:.1} %, ray {:.1} %",
+                    100.0 * shares.first_pass,
+                    100.0 * shares.intermediate,
+                    100.0 * shares.blocker_list,
+                    100.0 * shares.ray
+                );
+            }
+            if let Some(verdicts) = self.differences.get(name) {
+                row += &format!(
+                    "; {} different answers, {} judged: it is wrong in {}, we in {}",
+                    verdicts.differences,
+                    verdicts.judged,
+                    verdicts.rival_wrong,
+                    verdicts.ours_wrong
+                );
+            }
+            rows.push(row);
+        }
+        rows
+    }
+}
+
+impl Report {
+    /// Starts a report without scenes.
+    pub(super) fn new(
+        clock: &'static str,
+        threads: usize,
+        rounds: u32,
+        size: [u32; 2],
+        embree: String,
+    ) -> Self {
+        Self {
+            schema: SCHEMA,
+            command: std::env::args().collect(),
+            machine: Machine::now(),
+            clock,
+            threads,
+            rounds,
+            size,
+            embree,
+            scenes: Vec::new(),
+            geometric_means: BTreeMap::new(),
+        }
+    }
+
+    /// Returns the head of the table.
+    pub(super) fn head(&self) -> String {
+        let Machine {
+            processor,
+            processors,
+            load,
+        } = &self.machine;
+        let load = load.map_or("unknown".into(), |load| format!("{load:.1}"));
+        format!(
+            "{}, {processors} processors, load {load}; {} threads, {} rounds, {}; {}x{}; Embree: {}",
+            processor.as_deref().unwrap_or("unknown processor"),
+            self.threads,
+            self.rounds,
+            self.clock,
+            self.size[0],
+            self.size[1],
+            self.embree
+        )
+    }
+
+    /// Fills the means in.
+    pub(super) fn average(&mut self) {
+        let mut logarithms: BTreeMap<(&str, &String), Vec<f64>> = BTreeMap::new();
+        for scene in &self.scenes {
+            for (set, report) in scene.sets() {
+                for (method, ratio) in &report.embree_by {
+                    let entry = logarithms.entry((set, method)).or_default();
+                    entry.push(libm::log(*ratio));
+                }
+            }
+        }
+        let mut means: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
+        for ((set, method), logarithms) in logarithms {
+            let mean = libm::exp(logarithms.iter().sum::<f64>() / logarithms.len() as f64);
+            means
+                .entry(set.to_owned())
+                .or_default()
+                .insert(method.clone(), mean);
+        }
+        self.geometric_means = means;
+    }
+
+    /// Returns the means for people; empty without Embree.
+    pub(super) fn means(&self) -> String {
+        let sets = self.geometric_means.iter().map(|(set, means)| {
+            let means: Vec<_> = means
+                .iter()
+                .map(|(method, mean)| format!("{method} {mean:.2}"))
+                .collect();
+            format!(
+                "geometric mean of embree by it, {set}: {}",
+                means.join(", ")
+            )
+        });
+        sets.collect::<Vec<_>>().join("\n")
+    }
+}

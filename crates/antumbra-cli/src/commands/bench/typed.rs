@@ -1,0 +1,131 @@
+//! What was typed after `antumbra bench`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::typed::{IndexCost, SceneFile, Shadows as Method, Threads, Up};
+use crate::values::{self, CameraParts, PointLight, Sun};
+
+#[derive(Args, Debug)]
+pub(crate) struct Bench {
+    #[command(subcommand)]
+    pub(crate) what: What,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum What {
+    /// Time recorded shadow queries, and judge every different answer
+    Shadows(Shadows),
+    /// Count rays that leak through the vertices and edges they are aimed at
+    Watertight(Watertight),
+}
+
+/// Scenes and the light to ask about.
+#[derive(Args, Debug)]
+pub(crate) struct LightOfScenes {
+    /// Which axis is up, for formats that do not say, default cameras and suns
+    #[arg(long, value_name = "AXIS")]
+    up: Option<Up>,
+
+    /// Light instead of the files' lights: point:X,Y,Z
+    #[arg(long, value_name = "LIGHT", value_parser = values::light)]
+    light: Option<PointLight>,
+
+    /// Sun instead of the files' lights, in degrees: azimuth clockwise from north, elevation
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true, conflicts_with = "light")]
+    sun: Option<Sun>,
+}
+
+impl LightOfScenes {
+    /// Returns what would have been typed for one scene alone.
+    pub(super) fn file(&self, scene: &std::path::Path) -> SceneFile {
+        SceneFile {
+            scene: scene.to_owned(),
+            up: self.up,
+            lights: self.light.into_iter().collect(),
+            sun: self.sun,
+        }
+    }
+
+    /// Returns whether a light was typed.
+    pub(super) fn is_given(&self) -> bool {
+        self.light.is_some() || self.sun.is_some()
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Shadows {
+    /// Scene files
+    #[arg(required = true, value_name = "SCENE")]
+    pub(crate) scenes: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) light: LightOfScenes,
+
+    /// Which of a scene's lights to ask about, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) light_number: usize,
+
+    /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES [default: the file's, else one that frames
+    /// the scene]
+    #[arg(long, value_name = "PARTS", value_parser = values::camera)]
+    pub(crate) camera: Option<CameraParts>,
+
+    /// Frame whose eye rays hit what is asked about
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub(crate) size: [u32; 2],
+
+    /// Time this method of ours only; repeatable [default: all but naive]
+    #[arg(long = "shadows", value_enum, value_name = "METHOD")]
+    pub(crate) methods: Vec<Method>,
+
+    /// Rounds; in each, all methods take turns. Figures are medians
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Judge at most so many different answers a scene and set by testing every surface
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pub(crate) judge: usize,
+
+    /// Say how many queries lie in voxels of a 64^3 and a 256^3 grid whose surface points all
+    /// have one answer
+    #[arg(long)]
+    pub(crate) oracle: bool,
+
+    /// Changes shuffling, jitter and free points
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Write figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    /// Threads that build and answer; with 1 their processor time is measured, with more the
+    /// time on the wall
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: u16,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Watertight {
+    /// Files of closed meshes beside the built-in height field and sphere
+    #[arg(value_name = "MESH")]
+    pub(crate) meshes: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) light: LightOfScenes,
+
+    /// Write figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+}
