@@ -1,0 +1,256 @@
+//! A segment as the tree sees it: `f32`, in the frame's units.
+//!
+//! # Why no surface is missed
+//!
+//! Let `X` be the point where the exact segment meets a surface. Units are the frame's: the scene
+//! with its room lies in `[-1, 1]^3`; `m` is the margin, `u = 2^-24` the largest relative error of an
+//! `f32` operation.
+//!
+//! 1. *Start and direction.* The exact segment differs from the one that starts at
+//!    `Segment::origin()` and goes along `Segment::direction()` by at most the error of the origin at
+//!    the start and nothing at the light, and by `2^-53` of its length for the rounding of the
+//!    direction. The error of the origin is at most `m / 4` ([`Bvh::prepare`] leaves other starts to
+//!    the reference). A start outside the scene is moved to where the line enters the frame, with
+//!    the direction's tail, so that the rounding of the direction acts over the frame's size only,
+//!    and the sum is rounded once, by `2^-53` of a coordinate of the scene, which is `2^-13 m`. So a
+//!    point of the `f64` segment `o + t d`, `t` the parameter of `X`, lies within `m / 2` of `X`.
+//! 2. *Small components.* Components of the direction below `2^-40` of the largest are made that
+//!    large. The segment stays in the frame for `t <= 2`, so that moves a point by `2^-39`.
+//! 3. *Planes.* For a plane at `p` the walk computes `p r - q` with `r = fl(1 / d)`,
+//!    `q = fl(fl(o) r)`. Each of the five operations errs by a factor `1 + u` at most, so the result
+//!    is `(p' - o) / d` exactly for a plane `p'` with
+//!    `|p' - p| <= u |p| + 2 u |o| + 2 u |p - o| + (...)u^2 < 8 u = 2^-21`, all coordinates being at
+//!    most `1 + 2^-19`. A fused multiply-add errs less.
+//! 4. *Boxes.* A box is its surface's, which is right up to `m / 4` (its own rounding), moved outwards
+//!    by `m` and [`PLANE_ROOM`], `2^-21 + 2^-31`, and rounded outwards; a node's box holds its
+//!    children's. By 1 and 2 the segment's point lies in the surface's box moved by `3 m / 4` and
+//!    `2^-39`, by 3 the interval that the walk computes for each axis holds `t`.
+//! 5. *Ends.* `0 <= t <= end` with `end` rounded up. So the intervals overlap, and the box is visited.
+
+use antumbra_geometry::{DVec3, Segment};
+
+use super::data::{Bvh, Frame};
+use crate::grid::point_along;
+
+/// `2^-24`.
+const U: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// How far boxes are moved outwards beside the margin.
+pub(super) const PLANE_ROOM: f64 = (1.0 + 1.0 / 1024.0) / (1u64 << 21) as f64;
+
+/// The farthest parameter inside the frame is 2: the largest component of the direction is at least
+/// 1, and the frame is 2 wide.
+const FARTHEST: f64 = 2.25;
+
+/// Starts farther out than this many frames are left to the reference.
+const FARTHEST_START: f64 = (1u64 << 20) as f64;
+
+/// Starts beyond this lie outside; 2^-19 covers what 1 in `f64` may be.
+const INSIDE: f64 = 1.0;
+
+/// What the tree can do for a segment.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Prepared {
+    /// Walk.
+    Ray(FrameRay),
+    /// The segment passes the scene by.
+    Miss,
+    /// Ask the reference.
+    Unfit,
+}
+
+/// A segment in the frame's units. Its direction's largest component is in `[1, 2)`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameRay {
+    pub(super) origin: [f32; 3],
+    pub(super) direction: [f32; 3],
+    /// Reciprocal of the direction, and times the origin.
+    pub(super) inverse: [f32; 3],
+    pub(super) offset: [f32; 3],
+    /// Which of a node's planes the ray meets first, on each axis.
+    pub(super) near: [usize; 3],
+    /// Which it meets last.
+    pub(super) far: [usize; 3],
+    /// Where the segment surely has ended.
+    pub(super) end: f32,
+    /// Where the light is, or a place outside the frame on the way to it.
+    pub(super) light: f32,
+    pub(super) bounds: FilterBounds,
+    /// Parameters of the segment become the ray's by `(parameter - entry) * rate`.
+    pub(super) entry: f64,
+    pub(super) rate: f64,
+}
+
+/// Error bounds of the filters for one ray; derived in `filter`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FilterBounds {
+    /// Of the edge signs `ab` and `ca`, times the triangle's reach.
+    pub(super) edge: f32,
+    /// What scales the third edge sign, `bc`, to the same bound.
+    pub(super) third_edge_scale: f32,
+    /// Of the start's height over the plane, times the reach squared.
+    pub(super) height: f32,
+    /// What scales the light's height to the same bound.
+    pub(super) light_height_scale: f32,
+    /// Of the distance of a sphere's centre from the line, times the direction's length.
+    pub(super) line: f32,
+    /// The direction's length.
+    pub(super) length: f32,
+}
+
+impl FilterBounds {
+    /// `position` bounds the error of a corner seen from the start, `direction` that of a component of
+    /// the direction.
+    fn new(position: f64, direction: f64, length: f64) -> Self {
+        // Two percent more than derived, for the rounding of the bounds themselves.
+        let generous = |bound: f64| (bound * 1.02) as f32;
+        let edge = 12.0 * direction + 12.0 * position + 136.0 * U;
+        let third_edge = 36.0 * direction + 24.0 * position + 576.0 * U;
+        let height = 6.0 * position + 80.0 * U;
+        let light_height = 6.0 * position + 15.5 * direction + 400.0 * U;
+        Self {
+            edge: generous(edge),
+            third_edge_scale: (0.98 * edge / third_edge) as f32,
+            height: generous(height),
+            light_height_scale: (0.98 * height / light_height) as f32,
+            line: generous(7.0 * direction + 7.0 * position + 90.0 * U),
+            length: length as f32,
+        }
+    }
+}
+
+impl Bvh {
+    /// Returns the segment as the tree sees it.
+    #[inline(always)]
+    pub(super) fn prepare(&self, segment: &Segment) -> Prepared {
+        let frame = &self.frame;
+        let direction = segment.direction();
+        let length = direction.abs().max_element();
+        // Not for starts that lie far off the plane of a needle-thin triangle, nor for lengths whose
+        // reciprocal overflows; a NaN among the components is one in the length or its sum.
+        let is_fit = segment.origin_error() <= 0.25 * frame.margin
+            && (1e-290..1e290).contains(&length)
+            && direction.is_finite();
+        if !is_fit {
+            return Prepared::Unfit;
+        }
+        let mut origin = frame.from_world(segment.origin());
+        let mut entry = 0.0;
+        if !(origin.abs().max_element() <= INSIDE) {
+            match enter(frame, segment, origin, direction) {
+                Entry::At(parameter, place) => (entry, origin) = (parameter, place),
+                Entry::Never => return Prepared::Miss,
+                Entry::Unfit => return Prepared::Unfit,
+            }
+        }
+
+        // A power of two that brings the largest component into [1, 2); `length` is normal.
+        let exponent = length.to_bits() >> 52;
+        let to_unit = f64::from_bits((2046 - exponent) << 52);
+        let rate = frame.scale / to_unit;
+        let unit = direction * to_unit;
+        let at_least = |x: f64| {
+            if x.abs() < SMALLEST_COMPONENT {
+                SMALLEST_COMPONENT.copysign(x)
+            } else {
+                x
+            }
+        };
+        let unit = DVec3::new(at_least(unit.x), at_least(unit.y), at_least(unit.z));
+
+        let light = if segment.is_finite() {
+            ((1.0 - entry) * rate).min(FARTHEST)
+        } else {
+            FARTHEST
+        };
+        let end = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
+        let position = 5.0 * U + 1.01 * frame.margin_in_frame;
+        let direction_error = 2.01 * U + SMALLEST_COMPONENT + to_unit * segment.origin_error();
+        let origin32 = origin.to_array().map(|x| x as f32);
+        let inverse = [
+            (1.0 / unit.x) as f32,
+            (1.0 / unit.y) as f32,
+            (1.0 / unit.z) as f32,
+        ];
+        Prepared::Ray(FrameRay {
+            origin: origin32,
+            direction: unit.to_array().map(|x| x as f32),
+            inverse,
+            offset: [
+                origin32[0] * inverse[0],
+                origin32[1] * inverse[1],
+                origin32[2] * inverse[2],
+            ],
+            near: [
+                if inverse[0] < 0.0 { 3 } else { 0 },
+                if inverse[1] < 0.0 { 4 } else { 1 },
+                if inverse[2] < 0.0 { 5 } else { 2 },
+            ],
+            far: [
+                if inverse[0] < 0.0 { 0 } else { 3 },
+                if inverse[1] < 0.0 { 1 } else { 4 },
+                if inverse[2] < 0.0 { 2 } else { 5 },
+            ],
+            end,
+            light: light as f32,
+            bounds: FilterBounds::new(position, direction_error, unit.length()),
+            entry,
+            rate,
+        })
+    }
+}
+
+/// `2^-40`.
+const SMALLEST_COMPONENT: f64 = 1.0 / (1u64 << 40) as f64;
+
+enum Entry {
+    /// The segment's parameter and the place in the frame.
+    At(f64, DVec3),
+    Never,
+    Unfit,
+}
+
+/// Returns where a segment from outside enters the frame.
+#[cold]
+fn enter(frame: &Frame, segment: &Segment, origin: DVec3, direction: DVec3) -> Entry {
+    let distance = origin.abs().max_element();
+    if !(distance <= FARTHEST_START) {
+        return Entry::Unfit;
+    }
+    // A slab test in f64. Each parameter errs by less than 2^-50 of itself, which is 2^-30 of the
+    // frame: the box is taken that much larger, and the entry that much earlier.
+    let room = INSIDE + 1.0 / (1u64 << 28) as f64;
+    let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+    let step = direction * frame.scale;
+    for axis in 0..3 {
+        let (from, rate) = (origin[axis], 1.0 / step[axis]);
+        if !rate.is_finite() {
+            if from.abs() > room {
+                return Entry::Never;
+            }
+            continue;
+        }
+        let (a, b) = ((-room - from) * rate, (room - from) * rate);
+        enters = enters.max(a.min(b));
+        leaves = leaves.min(a.max(b));
+    }
+    if enters > leaves + leaves.abs() * 1e-14 {
+        return Entry::Never;
+    }
+    let enters = enters * (1.0 - 1e-15);
+    if segment.is_finite() && enters > 1.0 + 1e-12 {
+        return Entry::Never;
+    }
+    let place = frame.from_world(point_along(
+        segment.origin(),
+        direction,
+        segment.direction_tail(),
+        enters,
+    ));
+    if place.abs().max_element() <= INSIDE + 1.0 / (1u64 << 20) as f64 {
+        Entry::At(enters, place)
+    } else {
+        // A line that grazes the frame's corner within the rounding of this test, or overflow.
+        Entry::Unfit
+    }
+}
