@@ -67,22 +67,51 @@ fn lint() -> Result<()> {
 }
 
 /// The pictures of the README, from the project's own scenes only.
+///
+/// One light shows what a voxel knows more clearly than three, whose colours would be averaged. The
+/// ground of the sphereflake is much wider than its spheres, so the false-colour picture takes a
+/// finer grid than Woo's rule gives.
 fn gallery() -> Result<()> {
     let images = run::root().join("docs/images");
     std::fs::create_dir_all(&images)?;
-    let pictures: [(&str, &[&str]); 4] = [
+    let lamp = "point:4,-2,4/0.95,0.9,0.8";
+    let pictures: [(&str, &[&str]); 5] = [
         (
             "sphereflake.png",
-            &["scenes/sphereflake.nff", "--spp", "16"],
+            &[
+                "scenes/sphereflake.nff",
+                "--light",
+                lamp,
+                "--camera",
+                "fov:40",
+                "--spp",
+                "16",
+            ],
         ),
         (
             "sphereflake-occlusion.png",
-            &["scenes/sphereflake.nff", "--show", "occlusion"],
+            &[
+                "scenes/sphereflake.nff",
+                "--light",
+                lamp,
+                "--camera",
+                "fov:40",
+                "--grid",
+                "400x400x22",
+                "--show",
+                "occlusion",
+                "--spp",
+                "4",
+            ],
         ),
         ("tetra.png", &["scenes/tetra.nff", "--spp", "16"]),
         (
             "tetra-occlusion.png",
-            &["scenes/tetra.nff", "--show", "occlusion"],
+            &["scenes/tetra.nff", "--show", "occlusion", "--spp", "4"],
+        ),
+        (
+            "tetra-3-occlusion.png",
+            &["scenes/tetra-3.nff", "--show", "occlusion", "--spp", "4"],
         ),
     ];
     for (name, arguments) in pictures {

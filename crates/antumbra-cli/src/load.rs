@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 use antumbra_scene::model::{Camera, Light, LightKind, Scene};
 
 use crate::failure::Failure;
+use crate::memory;
 use crate::scene_source;
 use crate::screen::Screen;
-use crate::typed::SceneFile;
+use crate::typed::{IndexCost, SceneFile};
 use crate::values::CameraParts;
 
 /// The field of view for a typed camera without one.
@@ -23,8 +24,14 @@ pub(crate) struct LitScene {
     pub(crate) load_time: Duration,
 }
 
-/// Reads a scene and settles its lights: as typed, else the file's, else a sun.
-pub(crate) fn lit_scene(typed: &SceneFile, screen: &Screen) -> Result<LitScene, Failure> {
+/// Reads a scene and settles its lights: as typed, else the file's, else a sun. Settles what is
+/// behind everything, too.
+pub(crate) fn lit_scene(
+    typed: &SceneFile,
+    cost: &IndexCost,
+    screen: &Screen,
+) -> Result<LitScene, Failure> {
+    memory::check_file(&typed.scene, memory::limit(cost.memory_limit))?;
     let begin = Instant::now();
     let loaded = scene_source::read(&typed.scene, typed.up)?;
     let load_time = begin.elapsed();
@@ -57,10 +64,14 @@ pub(crate) fn lit_scene(typed: &SceneFile, screen: &Screen) -> Result<LitScene, 
             ));
         }
         scene.lights = typed_lights;
+        // What is typed has no unit: it is meant to be shown as it is.
+        scene.is_photometric = false;
     } else if scene.lights.is_empty() {
         screen.note("the scene has no light; taking a sun (choose one with --sun or --light)");
         scene.lights.push(scene_source::default_sun(up));
     }
+    let sky = scene_source::sky(&typed.scene, &scene);
+    scene.background = typed.background.or(sky).unwrap_or(scene.background);
     Ok(LitScene { scene, load_time })
 }
 
@@ -69,13 +80,14 @@ pub(crate) fn camera(
     scene: &Scene,
     file: &SceneFile,
     typed: Option<&CameraParts>,
+    size: [u32; 2],
     screen: &Screen,
 ) -> Result<Camera, Failure> {
     let up = scene_source::up(scene, file.up);
     let Some(parts) = typed else {
         return Ok(scene.camera.unwrap_or_else(|| {
             screen.note("the scene has no camera; taking one that frames it (--camera sets one)");
-            scene_source::frame_camera(scene, up)
+            scene_source::frame_camera(scene, up, size)
         }));
     };
     let due = |part: Option<_>, from_file: Option<_>, name: &str| {

@@ -49,5 +49,6 @@ fn run(
         Command::Inspect(typed) => commands::inspect::run(typed, screen),
         Command::Verify(typed) => commands::verify::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),
+        Command::Convert(typed) => commands::convert::run(typed, screen),
     }
 }

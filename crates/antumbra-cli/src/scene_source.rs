@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use antumbra_geometry::DVec3;
-use antumbra_scene::model::{Camera, Light, Scene};
-use antumbra_scene::{Loaded, ReadOptions, UpAxis, defaults, generate, read_file, write};
+use antumbra_scene::model::{Camera, Color, Light, Scene};
+use antumbra_scene::{Loaded, ReadOptions, UpAxis, Warning, defaults, generate, read_file, write};
 
 use crate::failure::Failure;
 use crate::typed::Up;
@@ -28,9 +28,27 @@ pub(crate) fn up(scene: &Scene, typed: Option<Up>) -> DVec3 {
     }
 }
 
-/// Returns a camera that sees the whole scene.
-pub(crate) fn frame_camera(scene: &Scene, up: DVec3) -> Camera {
-    defaults::frame_camera(&scene.bounds(), up)
+/// Writes a scene file; returns what its format has no place for.
+pub(crate) fn write(scene: &Scene, path: &Path) -> Result<Vec<Warning>, Failure> {
+    use write::WriteError;
+    write::write_file(scene, path).map_err(|error| match error {
+        WriteError::Io(_) | WriteError::File { .. } => Failure::system(error.to_string()),
+        _ => Failure::input(error.to_string(), ""),
+    })
+}
+
+/// Returns what is behind everything, where a scene's format has no word for it. Scenes with light
+/// in candela and lux stay black: no constant suits all exposures.
+pub(crate) fn sky(path: &Path, scene: &Scene) -> Option<Color> {
+    let ending = path.extension()?.to_ascii_lowercase();
+    let is_silent = ["obj", "gltf", "glb", "ply", "stl"].contains(&ending.to_str()?);
+    (is_silent && !scene.is_photometric).then_some(defaults::SKY)
+}
+
+/// Returns a camera that sees the whole scene in a picture of `size` pixels.
+pub(crate) fn frame_camera(scene: &Scene, up: DVec3, size: [u32; 2]) -> Camera {
+    let [width, height] = size.map(f64::from);
+    defaults::frame_camera_for(&scene.bounds(), up, width / height)
 }
 
 /// Returns the sun for scenes without light.

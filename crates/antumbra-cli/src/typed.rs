@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use antumbra::{GridResolution, Method, QuickCheck};
 use antumbra_render::film::Show;
+use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::values::{self, CameraParts, PointLight, Sun};
+use crate::values::{self, CameraParts, Exposure, PointLight, Sun};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -34,7 +35,7 @@ pub(crate) struct Typed {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Render a scene to PNG
+    /// Render a scene to PNG or OpenEXR
     Render(Box<Render>),
     /// Say what a scene holds and what it would cost
     Inspect(Inspect),
@@ -42,15 +43,18 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Write one of the built-in scenes
     Scene(Scene),
+    /// Write a scene in another format
+    Convert(Convert),
 }
 
 /// The scene and its lights.
 #[derive(Args, Debug)]
 pub(crate) struct SceneFile {
-    /// Scene file; its ending says the format
+    /// Scene file; its ending says the format: .nff, .obj, .gltf, .glb, .ply or .stl
     pub(crate) scene: PathBuf,
 
-    /// Which axis is up, for formats that do not say, default cameras and suns
+    /// Which axis is up, for default cameras and suns; nothing is turned [default: the format's: y
+    /// for OBJ and glTF, z for PLY and STL, the file's for NFF]
     #[arg(long, value_name = "AXIS")]
     pub(crate) up: Option<Up>,
 
@@ -61,16 +65,22 @@ pub(crate) struct SceneFile {
     /// Sun instead of the file's lights, in degrees: azimuth clockwise from north, elevation
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
     pub(crate) sun: Option<Sun>,
+
+    /// What a ray sees that hits nothing, linear [default: the file's; for formats that have none a
+    /// grey-blue, and black where lights are in candela and lux]
+    #[arg(long, value_name = "R,G,B", value_parser = values::background)]
+    pub(crate) background: Option<Color>,
 }
 
-/// What an index costs.
+/// What a scene and its index cost.
 #[derive(Args, Debug)]
 pub(crate) struct IndexCost {
     /// Voxels: N or NxNxN [default: by Woo's rule]
     #[arg(long, value_name = "N", value_parser = values::grid)]
     pub(crate) grid: Option<GridResolution>,
 
-    /// Most memory to take, such as 2GiB [default: three quarters of the machine's]
+    /// Most memory to take, such as 2GiB; what needs more is refused before it is taken [default:
+    /// three quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) memory_limit: Option<u64>,
 }
@@ -88,9 +98,14 @@ pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) file: SceneFile,
 
-    /// Picture to write; with --orbit, frames get -0001 and so on before the ending
-    #[arg(long, short, value_name = "FILE.png")]
+    /// Picture to write, .png or .exr; with --orbit, frames get -0001 and so on before the ending
+    #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
+
+    /// Layers, separated by commas: beside a PNG as NAME.shadow.LIGHT.png and NAME.decided-by.png,
+    /// in OpenEXR as parts [default: all in OpenEXR, none beside PNG]
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LAYERS")]
+    pub(crate) aov: Vec<Aov>,
 
     /// How shadow queries are answered; the picture is the same
     #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
@@ -116,13 +131,15 @@ pub(crate) struct Render {
     pub(crate) corner_rays: bool,
 
     /// Longest chain of rays; the eye ray is number 1, as in the SPD test procedure. 0 and 1: no
-    /// mirrored and refracted rays
+    /// mirrored and refracted rays. Looking through blended surfaces does not count (up to 32)
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(0..=32))]
     pub(crate) max_depth: u32,
 
-    /// Brighten by so many stops
-    #[arg(long, value_name = "EV", default_value = "0", value_parser = values::exposure, allow_hyphen_values = true)]
-    pub(crate) exposure: f64,
+    /// Brighten a PNG by so many stops; auto: until the log-average luminance of what is not
+    /// background is 0.18, one value for all frames of an orbit [default: auto where lights are in
+    /// candela and lux, else 0]
+    #[arg(long, value_name = "auto|EV", value_parser = values::exposure, allow_hyphen_values = true)]
+    pub(crate) exposure: Option<Exposure>,
 
     /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES; what is left out comes from the file's
     /// camera. Without one, eye and at are due, up is the scene's and fov 45
@@ -199,6 +216,29 @@ pub(crate) struct Scene {
     /// NFF file to write
     #[arg(long, short, value_name = "FILE.nff")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Convert {
+    /// Scene file to read; its ending says the format
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+
+    /// Scene file to write; its ending says the format: .nff, .obj or .ply
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+}
+
+/// A layer beside the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Aov {
+    /// One mask a light: the share of samples that it reaches; facing away counts as not, hitting
+    /// nothing as reached
+    Shadow,
+    /// How shadow questions were decided, as shares
+    Decided,
+    /// No layer
+    None,
 }
 
 /// An axis that can be up.

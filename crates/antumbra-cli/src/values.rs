@@ -35,6 +35,15 @@ pub(crate) struct Sun {
     pub(crate) elevation_degrees: f64,
 }
 
+/// An exposure as typed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Exposure {
+    /// Measured.
+    Auto,
+    /// So many stops.
+    Stops(f64),
+}
+
 /// Reads one finite number.
 fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
@@ -213,11 +222,23 @@ pub(crate) fn sun(text: &str) -> Result<Sun, String> {
     })
 }
 
-/// Reads an exposure in stops.
-pub(crate) fn exposure(text: &str) -> Result<f64, String> {
-    let stops = number(text)?;
+/// Reads a colour that is not negative.
+pub(crate) fn background(text: &str) -> Result<Color, String> {
+    let color = Color::from(numbers::<3>(text, "R,G,B")?);
+    if color.min_element() < 0.0 {
+        return Err("a background must not be negative".into());
+    }
+    Ok(color)
+}
+
+/// Reads `auto` or an exposure in stops.
+pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
+    if text.trim() == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    let stops = number(text).map_err(|error| format!("{error}; or give `auto`"))?;
     if stops.abs() <= 100.0 {
-        Ok(stops)
+        Ok(Exposure::Stops(stops))
     } else {
         Err(format!(
             "the exposure is {stops}; expected -100 to 100 stops"
@@ -360,6 +381,16 @@ mod tests {
     }
 
     #[test]
+    fn backgrounds() {
+        assert_eq!(background("0,.5,2"), Ok(Color::new(0.0, 0.5, 2.0)));
+        assert_eq!(
+            background("0,-1,2").unwrap_err(),
+            "a background must not be negative"
+        );
+        assert!(background("1").is_err());
+    }
+
+    #[test]
     fn suns() {
         let south = sun("180,45").unwrap();
         assert_eq!(
@@ -386,7 +417,8 @@ mod tests {
 
     #[test]
     fn exposures() {
-        assert_eq!(exposure("-1.5"), Ok(-1.5));
+        assert_eq!(exposure("-1.5"), Ok(Exposure::Stops(-1.5)));
+        assert_eq!(exposure("auto"), Ok(Exposure::Auto));
         assert_eq!(
             exposure("101").unwrap_err(),
             "the exposure is 101; expected -100 to 100 stops"

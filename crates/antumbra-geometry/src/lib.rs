@@ -5,6 +5,7 @@
 
 mod bounds;
 mod coverage;
+mod flat;
 mod intersect;
 mod light;
 mod number;

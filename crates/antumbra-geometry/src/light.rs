@@ -23,6 +23,19 @@ impl LightShape {
         }
     }
 
+    /// Returns the same light, a tiny direction made longer by a power of two, which rounds nothing:
+    /// products with tiny directions lose bits, and their reciprocals overflow.
+    pub(crate) fn without_underflow(self) -> Self {
+        const TINY: f64 = 2.409919865102884e-181; // 2^-600
+        const LONGER: f64 = 4.149515568880993e180; // 2^600
+        match self {
+            Self::Direction(direction) if direction.abs().max_element() < TINY => {
+                Self::Direction(direction * LONGER)
+            }
+            light => light,
+        }
+    }
+
     /// Returns a vector from `point_in_world` towards the light (not unit length).
     pub fn towards(&self, point_in_world: DVec3) -> DVec3 {
         match *self {

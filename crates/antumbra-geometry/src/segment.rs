@@ -6,26 +6,27 @@
 use glam::DVec3;
 
 use crate::number::{Approximate, Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
-use crate::{LightShape, Start};
+use crate::{LightShape, Start, flat};
 
 /// The open segment of a shadow query, or a ray towards a direction.
 #[derive(Clone, Debug)]
 pub struct Segment {
     pub(crate) start: Start,
     pub(crate) light: (DVec3, f64),
-    plane: Option<StartPlane>,
+    surface: Option<StartSurface>,
     /// The start in `f64`.
     pub(crate) origin: DVec3,
     /// Largest error of a coordinate of `origin`.
     pub(crate) origin_error: f64,
 }
 
-/// The plane that a start on a planar surface is moved onto.
+/// The flat surface that a start is moved onto, along the axis of the largest normal component.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StartPlane {
-    pub(crate) plane: Plane,
-    /// The axis along which the point moves: that of the largest normal component.
-    pub(crate) axis: u8,
+pub(crate) enum StartSurface {
+    /// The nearest point of the closed triangle.
+    Triangle { corners: [DVec3; 3], axis: u8 },
+    /// The point of the plane; a disk's rim does not hold the start.
+    Plane { plane: Plane, axis: u8 },
 }
 
 /// A plane as given: its exact normal may need more digits than `f64` has.
@@ -100,16 +101,16 @@ fn axis_of<N: Number>(normal: &Vector<N>) -> Option<Option<u8>> {
 }
 
 impl Segment {
-    /// Prepares a segment; `plane` is that of a planar start surface.
-    pub(crate) fn new(start: Start, light: &LightShape, plane: Option<StartPlane>) -> Self {
-        let (origin, origin_error) = match &plane {
+    /// Prepares a segment; `surface` is that of a flat start surface.
+    pub(crate) fn new(start: Start, light: &LightShape, surface: Option<StartSurface>) -> Self {
+        let (origin, origin_error) = match &surface {
             None => (start.point, 0.0),
-            Some(plane) => plane.approximate_start(start.point),
+            Some(surface) => surface.approximate_start(start.point),
         };
         Self {
             start,
             light: light.homogeneous(),
-            plane,
+            surface,
             origin,
             origin_error,
         }
@@ -171,10 +172,9 @@ impl Segment {
     }
 
     pub(crate) fn exact(&self) -> Ends<Exact> {
-        let point = Point4::from_f64((self.start.point, 1.0));
-        let start = match &self.plane {
-            None => point,
-            Some(plane) => plane.exact_start(point),
+        let start = match &self.surface {
+            None => Point4::from_f64((self.start.point, 1.0)),
+            Some(surface) => surface.exact_start(self.start.point),
         };
         Ends {
             start,
@@ -190,12 +190,32 @@ pub(crate) struct Ends<N> {
     pub(crate) light: Point4<N>,
 }
 
-impl StartPlane {
-    /// Moves `point` along the dominant axis onto the plane, times the normal's component there.
-    fn exact_start(&self, point: Point4<Exact>) -> Point4<Exact> {
-        let axis = usize::from(self.axis);
-        let normal = self.plane.normal::<Exact>();
-        let height = normal.dot(&point.seen_from(&Vector::from_f64(self.plane.point())));
+impl StartSurface {
+    fn plane(&self) -> Plane {
+        match *self {
+            Self::Triangle { corners, .. } => Plane::Points(corners),
+            Self::Plane { plane, .. } => plane,
+        }
+    }
+
+    fn axis(&self) -> usize {
+        match *self {
+            Self::Triangle { axis, .. } | Self::Plane { axis, .. } => usize::from(axis),
+        }
+    }
+
+    fn exact_start(&self, point: DVec3) -> Point4<Exact> {
+        if let Self::Triangle { corners, axis } = *self
+            && !flat::is_over(point, corners, usize::from(axis))
+        {
+            return flat::nearest_on_boundary(point, corners, usize::from(axis));
+        }
+        // Along the axis onto the plane, times the normal's component there.
+        let axis = self.axis();
+        let plane = self.plane();
+        let normal = plane.normal::<Exact>();
+        let point = Point4::from_f64((point, 1.0));
+        let height = normal.dot(&point.seen_from(&Vector::from_f64(plane.point())));
         let mut moved = Point4 {
             x: point.x.scaled(&normal.0[axis]),
             w: normal.0[axis].clone(),
@@ -212,9 +232,21 @@ impl StartPlane {
 
     /// The same, divided out and rounded, with a bound on the error.
     fn approximate_start(&self, point: DVec3) -> (DVec3, f64) {
-        let axis = usize::from(self.axis);
-        let normal = self.plane.normal::<Approximate>();
-        let from_plane = Vector::from_f64(point).minus(&Vector::from_f64(self.plane.point()));
+        let (moved, error) = self.approximate_on_plane(point);
+        let Self::Triangle { corners, axis } = *self else {
+            return (moved, error);
+        };
+        (
+            moved,
+            error + flat::largest_move(point, corners, usize::from(axis)),
+        )
+    }
+
+    fn approximate_on_plane(&self, point: DVec3) -> (DVec3, f64) {
+        let axis = self.axis();
+        let plane = self.plane();
+        let normal = plane.normal::<Approximate>();
+        let from_plane = Vector::from_f64(point).minus(&Vector::from_f64(plane.point()));
         let height = normal.dot(&from_plane);
         if height.value() == 0.0 && height.error() == 0.0 {
             return (point, 0.0);
@@ -232,9 +264,7 @@ impl StartPlane {
         let mut moved = point;
         moved[axis] -= shift;
         let rounding = moved[axis].abs() * UNIT_ROUNDOFF;
-        (
-            moved,
-            (shift_error + rounding + f64::MIN_POSITIVE) * (1.0 + 8.0 * f64::EPSILON),
-        )
+        let error = shift_error + rounding + f64::MIN_POSITIVE;
+        (moved, error * (1.0 + 8.0 * f64::EPSILON))
     }
 }

@@ -1,6 +1,8 @@
 //! The picture of how shadow queries were decided: `--show occlusion`.
 //!
-//! In: an eye ray. Out: linear RGB. The hit's queries are coloured and averaged over the lights:
+//! In: what an eye ray saw first. Out: linear RGB. That surface is the first that is there at all:
+//! holes and transparent texels are looked through, a pane that covers a little is not. Its
+//! queries are coloured and averaged over the lights:
 //!
 //! | colour (sRGB) | query |
 //! |---|---|
@@ -16,12 +18,11 @@
 //! Shadowed points have a third of the brightness, so shadows stay visible. The hues are those of
 //! Okabe and Ito, which readers with any colour vision tell apart.
 
-use antumbra::{Decided, Shadow};
-use antumbra_geometry::Ray;
+use antumbra::Shadow;
 use antumbra_scene::model::Color;
 
-use crate::integrator::{Integrator, LightQuery, Tally};
-use crate::prepare::Prepared;
+use crate::aov::DecidedBy;
+use crate::integrator::{LightQuery, Seen};
 
 const FIRST_PASS: u32 = 0x009e73;
 const INTERMEDIATE: u32 = 0x56b4e9;
@@ -32,42 +33,42 @@ const OUT_OF_CONE: u32 = 0xcc79a7;
 const NO_HIT: u32 = 0x14141e;
 const SHADOWED_SHARE: f64 = 1.0 / 3.0;
 
-/// Returns the colour of an eye ray; asks every light and follows no further ray.
-pub fn occlusion(
-    integrator: &Integrator<'_>,
-    prepared: &Prepared,
-    eye_ray: &Ray,
-    tally: &mut Tally,
-) -> Color {
-    let Some(point) = integrator.primary_hit(eye_ray, tally) else {
+/// Returns the colour of what an eye ray saw.
+pub fn occlusion(seen: &Seen) -> Color {
+    if !seen.is_surface {
         return linear(NO_HIT);
-    };
-    let light_count = prepared.scene().lights.len();
-    if light_count == 0 {
+    }
+    if seen.queries.is_empty() {
         return Color::ONE;
     }
-    let sum = (0..light_count)
-        .map(|light| color_of(&integrator.ask(&point, light, tally)))
+    let sum = seen
+        .queries
+        .iter()
+        .map(color_of)
         .fold(Color::ZERO, |sum, color| sum + color);
-    sum / light_count as f64
+    sum / seen.queries.len() as f64
+}
+
+/// Returns the colour of a way to decide, as of lit points.
+pub fn decided_color(way: DecidedBy) -> Color {
+    linear(match way {
+        DecidedBy::BlockerList => BLOCKER_LIST,
+        DecidedBy::FacingAway => FACING_AWAY,
+        DecidedBy::FirstPass => FIRST_PASS,
+        DecidedBy::Intermediate => INTERMEDIATE,
+        DecidedBy::NoHit => NO_HIT,
+        DecidedBy::OutOfCone => OUT_OF_CONE,
+        DecidedBy::Ray => RAY,
+    })
 }
 
 fn color_of(query: &LightQuery) -> Color {
+    let color = decided_color(query.into());
     match query {
-        LightQuery::FacingAway => linear(FACING_AWAY),
-        LightQuery::OutOfCone => linear(OUT_OF_CONE),
-        LightQuery::Asked { answer, .. } => {
-            let color = linear(match answer.decided {
-                Decided::FirstPass => FIRST_PASS,
-                Decided::Intermediate => INTERMEDIATE,
-                Decided::BlockerList => BLOCKER_LIST,
-                Decided::Ray => RAY,
-            });
-            match answer.shadow {
-                Shadow::Lit => color,
-                Shadow::Shadowed => SHADOWED_SHARE * color,
-            }
+        LightQuery::Asked { answer, .. } if answer.shadow == Shadow::Shadowed => {
+            SHADOWED_SHARE * color
         }
+        _ => color,
     }
 }
 
@@ -108,7 +109,7 @@ mod tests {
 
     #[test]
     fn shadowed_is_darker_than_lit_for_every_way_of_deciding() {
-        use antumbra::Answer;
+        use antumbra::{Answer, Decided};
         for decided in [
             Decided::FirstPass,
             Decided::Intermediate,

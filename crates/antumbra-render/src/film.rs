@@ -1,18 +1,21 @@
 //! From samples to a picture, on all threads.
 //!
 //! In: a prepared scene, a view, settings. Out: a [`Picture`] and a [`Tally`]. A *tile* is a run of
-//! consecutive samples in reading order. Invariants: the picture is a pure function of scene, view
-//! and settings: each sample is, pixels add their samples in order, and counts are integers. A
-//! cancelled picture holds every finished tile and black elsewhere.
+//! consecutive samples in reading order. Invariants: the picture and its layers are pure functions
+//! of scene, view and settings: each sample is, pixels add their samples in order, tiles are added
+//! in order, and counts are integers. A cancelled picture holds every finished tile and black
+//! elsewhere.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use antumbra_scene::model::Color;
 use rayon::prelude::*;
 
+use crate::aov::{Aovs, Layer};
 use crate::camera::View;
+use crate::exposure::Metering;
 use crate::false_colour;
-use crate::integrator::{Integrator, Tally};
+use crate::integrator::{Integrator, Seen, Tally};
 use crate::prepare::Prepared;
 use crate::sampler::Sampler;
 
@@ -53,6 +56,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// What to show.
     pub show: Show,
+    /// Which layers to make beside it.
+    pub aovs: Aovs,
 }
 
 impl Default for RenderSettings {
@@ -62,6 +67,7 @@ impl Default for RenderSettings {
             max_depth: 5,
             seed: 0,
             show: Show::Scene,
+            aovs: Aovs::default(),
         }
     }
 }
@@ -89,6 +95,10 @@ pub struct Picture {
 pub struct Rendered {
     /// The picture.
     pub picture: Picture,
+    /// The layers asked for.
+    pub layers: Vec<Layer>,
+    /// How bright the samples are that hit something.
+    pub metering: Metering,
     /// The work of all finished tiles.
     pub tally: Tally,
     /// Whether nothing is missing.
@@ -101,9 +111,11 @@ pub fn work(size: [u32; 2], sampling: Sampling) -> u64 {
     columns * rows
 }
 
-/// Returns the bytes that [`render`] takes for the picture, before any is taken.
-pub fn predict_bytes(size: [u32; 2], sampling: Sampling) -> u64 {
-    work(size, sampling) * size_of::<[f32; 3]>() as u64
+/// Returns the bytes that [`render`] takes for the picture and its layers, before any is taken.
+pub fn predict_bytes(size: [u32; 2], sampling: Sampling, aovs: Aovs, light_count: usize) -> u64 {
+    // The layers are there twice while they are sorted into planes.
+    let layers = 2 * aovs.channel_count(light_count) * size_of::<f32>();
+    work(size, sampling) * (size_of::<[f32; 3]>() + layers) as u64
 }
 
 fn lattice(size: [u32; 2], sampling: Sampling) -> [u64; 2] {
@@ -119,97 +131,169 @@ pub fn render(
     watch: Watch<'_>,
 ) -> Rendered {
     let size = view.size();
+    let lights = &prepared.scene().lights;
     let [columns, _] = lattice(size, settings.sampling);
-    let mut pixels = vec![[0.0f32; 3]; work(size, settings.sampling) as usize];
+    let sample_count = work(size, settings.sampling) as usize;
+    let stride = settings.aovs.channel_count(lights.len());
+    let mut pixels = vec![[0.0f32; 3]; sample_count];
+    let mut shares = vec![0.0f32; stride * sample_count];
 
     // Fill tile by tile; a tile that is cut short counts as not begun.
-    let tallies: Vec<Option<Tally>> = pixels
-        .par_chunks_mut(TILE_SAMPLES)
+    let runs: Vec<_> = pixels
+        .chunks_mut(TILE_SAMPLES)
+        .zip(runs_of(&mut shares, stride))
         .enumerate()
-        .map(|(tile, run)| {
-            let mut tally = Tally::default();
-            let first = (tile * TILE_SAMPLES) as u64;
-            for (number, pixel) in (first..).zip(run.iter_mut()) {
+        .collect();
+    let tiles: Vec<Option<Tile>> = runs
+        .into_par_iter()
+        .map(|(number, (pixels, shares))| {
+            let first = (number * TILE_SAMPLES) as u64;
+            let mut tile = Tile::new(prepared, view, settings);
+            for (i, pixel) in pixels.iter_mut().enumerate() {
                 if watch.cancel.load(Ordering::Relaxed) {
-                    run.fill([0.0; 3]);
+                    pixels.fill([0.0; 3]);
+                    shares.fill(0.0);
                     return None;
                 }
+                let number = first + i as u64;
                 let place = [number % columns, number / columns];
-                *pixel = sample(prepared, view, settings, number, place, &mut tally)
-                    .as_vec3()
-                    .to_array();
+                *pixel = tile.pixel(number, place, &mut shares[i * stride..][..stride]);
             }
-            (watch.progress)(run.len() as u64);
-            Some(tally)
+            (watch.progress)(pixels.len() as u64);
+            Some(tile)
         })
         .collect();
 
     // Put together what is there.
-    if settings.sampling == Sampling::Corners {
-        average_corners(&mut pixels, size);
-    }
     let mut tally = Tally::default();
-    tallies.iter().flatten().for_each(|part| tally.add(part));
-    let is_complete = tallies.iter().all(Option::is_some);
+    let mut metering = Metering::default();
+    for tile in tiles.iter().flatten() {
+        tally.add(&tile.tally);
+        metering.add(&tile.metering);
+    }
+    if settings.sampling == Sampling::Corners {
+        let pixel_count = size[0] as usize * size[1] as usize;
+        average_corners(pixels.as_flattened_mut(), size, 3);
+        pixels.truncate(pixel_count);
+        average_corners(&mut shares, size, stride);
+        shares.truncate(stride * pixel_count);
+    }
     Rendered {
         picture: Picture { size, pixels },
+        layers: settings.aovs.layers(lights, &shares),
+        metering,
         tally,
-        is_complete,
+        is_complete: tiles.iter().all(Option::is_some),
     }
 }
 
-/// Returns the colour of one pixel or pixel corner.
-fn sample(
-    prepared: &Prepared,
-    view: &View,
-    settings: &RenderSettings,
-    number: u64,
-    [column, row]: [u64; 2],
-    tally: &mut Tally,
-) -> Color {
-    let integrator = Integrator::new(prepared, settings.max_depth);
-    let mut see = |across: f64, down: f64| {
-        let ray = view.ray(across, down);
-        match settings.show {
-            Show::Scene => integrator.radiance(&ray, tally),
-            Show::Occlusion => false_colour::occlusion(&integrator, prepared, &ray, tally),
+/// Cuts numbers, `stride` a sample, into one run a tile; into empty runs without end if there are
+/// none.
+fn runs_of(shares: &mut [f32], stride: usize) -> impl Iterator<Item = &mut [f32]> {
+    let chunk = (stride * TILE_SAMPLES).max(1);
+    let empty = std::iter::repeat_with(Default::default);
+    shares
+        .chunks_mut(chunk)
+        .chain(empty.take(if stride == 0 { usize::MAX } else { 0 }))
+}
+
+/// A tile at work.
+struct Tile<'a> {
+    integrator: Integrator<'a>,
+    view: &'a View,
+    settings: &'a RenderSettings,
+    light_count: usize,
+    seen: Seen,
+    sums: Vec<f64>,
+    tally: Tally,
+    metering: Metering,
+}
+
+impl<'a> Tile<'a> {
+    fn new(prepared: &'a Prepared, view: &'a View, settings: &'a RenderSettings) -> Self {
+        let light_count = prepared.scene().lights.len();
+        Self {
+            integrator: Integrator::new(prepared, settings.max_depth),
+            view,
+            settings,
+            light_count,
+            seen: Seen::default(),
+            sums: vec![0.0; settings.aovs.channel_count(light_count)],
+            tally: Tally::default(),
+            metering: Metering::default(),
         }
-    };
-    let [column, row] = [column as f64, row as f64];
-    match settings.sampling {
-        Sampling::Corners => see(column, row),
-        Sampling::Stratified { samples } => {
-            let sampler = Sampler::new(settings.seed, samples);
-            let sum: Color = (0..sampler.count())
-                .map(|i| {
-                    let [across, down] = sampler.offset(number, i);
-                    see(column + across, row + down)
-                })
-                .fold(Color::ZERO, |sum, color| sum + color);
-            sum / f64::from(sampler.count())
+    }
+
+    /// Returns the colour of one pixel or pixel corner, and its shares for the layers.
+    fn pixel(&mut self, number: u64, [column, row]: [u64; 2], shares: &mut [f32]) -> [f32; 3] {
+        let [column, row] = [column as f64, row as f64];
+        self.sums.fill(0.0);
+        let mut sum = Color::ZERO;
+        let mut is_surface = false;
+        let sampler = match self.settings.sampling {
+            Sampling::Corners => Sampler::new(0, 1),
+            Sampling::Stratified { samples } => Sampler::new(self.settings.seed, samples),
+        };
+        for i in 0..sampler.count() {
+            let [across, down] = match self.settings.sampling {
+                Sampling::Corners => [0.0; 2],
+                Sampling::Stratified { .. } => sampler.offset(number, i),
+            };
+            sum += self.sample(column + across, row + down);
+            is_surface |= self.seen.is_surface;
+            self.settings
+                .aovs
+                .add_sample(&self.seen, self.light_count, &mut self.sums);
+        }
+
+        let count = f64::from(sampler.count());
+        for (share, &sum) in shares.iter_mut().zip(&self.sums) {
+            *share = (sum / count) as f32;
+        }
+        let pixel = (sum / count).as_vec3().to_array();
+        if is_surface {
+            self.metering.add_pixel(pixel);
+        }
+        pixel
+    }
+
+    /// Returns what is seen through one point of the picture.
+    fn sample(&mut self, across: f64, down: f64) -> Color {
+        let ray = self.view.ray(across, down);
+        let Self {
+            integrator,
+            seen,
+            tally,
+            ..
+        } = self;
+        match self.settings.show {
+            Show::Scene => integrator.radiance(&ray, tally, seen),
+            Show::Occlusion => {
+                integrator.look_only(&ray, tally, seen);
+                false_colour::occlusion(seen)
+            }
         }
     }
 }
 
-/// Turns `(width + 1) * (height + 1)` corners into `width * height` pixels, in place: a pixel is
-/// written at or before the place of its top left corner, which no later pixel reads.
-fn average_corners(pixels: &mut Vec<[f32; 3]>, size: [u32; 2]) {
+/// Turns `(width + 1) * (height + 1)` corners into `width * height` pixels of `stride` numbers, in
+/// place: a pixel is written at or before the place of its top left corner, which no later pixel
+/// reads. What is behind the last pixel is left over.
+fn average_corners(values: &mut [f32], size: [u32; 2], stride: usize) {
     let [width, height] = size.map(|n| n as usize);
     for row in 0..height {
         for column in 0..width {
             let top = row * (width + 1) + column;
             let bottom = top + width + 1;
-            let corners = [top, top + 1, bottom, bottom + 1].map(|corner| pixels[corner]);
-            pixels[row * width + column] = std::array::from_fn(|channel| {
-                let sum: f64 = corners
+            for channel in 0..stride {
+                let sum: f64 = [top, top + 1, bottom, bottom + 1]
+                    .map(|corner| f64::from(values[corner * stride + channel]))
                     .iter()
-                    .map(|corner| f64::from(corner[channel]))
                     .sum();
-                (0.25 * sum) as f32
-            });
+                values[(row * width + column) * stride + channel] = (0.25 * sum) as f32;
+            }
         }
     }
-    pixels.truncate(width * height);
 }
 
 #[cfg(test)]
@@ -224,9 +308,15 @@ mod tests {
             262_144
         );
         assert_eq!(
-            predict_bytes([16_384, 16_384], Sampling::Corners),
+            predict_bytes([16_384, 16_384], Sampling::Corners, Aovs::default(), 9),
             16_385 * 16_385 * 12
         );
+        let aovs = Aovs {
+            shadow: true,
+            decided: true,
+        };
+        let one = Sampling::Stratified { samples: 1 };
+        assert_eq!(predict_bytes([2, 1], one, aovs, 3), 2 * (12 + 2 * 4 * 10));
     }
 
     #[test]
@@ -236,7 +326,8 @@ mod tests {
         let mut pixels: Vec<_> = (0..=height)
             .flat_map(|row| (0..=width).map(move |column| corner(column, row)))
             .collect();
-        average_corners(&mut pixels, [width as u32, height as u32]);
+        average_corners(pixels.as_flattened_mut(), [width as u32, height as u32], 3);
+        pixels.truncate(width * height);
         let expected: Vec<_> = (0..height)
             .flat_map(|row| (0..width).map(move |column| (column as f32, row as f32)))
             .map(|(column, row)| [(column + 0.5) * 10.0 + row + 0.5, column + 0.5, 1.0])

@@ -1,12 +1,10 @@
-//! Pictures as files: 8-bit sRGB PNG.
+//! Pictures as files: 8-bit PNG, sRGB for colours and linear for masks.
 //!
-//! In: linear RGB and an exposure. Out: a file that appears whole or not at all: it is written
-//! under a temporary name beside its place and renamed. Invariant: equal pictures give equal
-//! bytes on every platform; the transfer function uses libm, not the C library.
+//! In: linear values and an exposure. Out: a file that appears whole or not at all. Invariant:
+//! equal pictures give equal bytes on every platform; the transfer function uses libm, not the C
+//! library.
 
-use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write as _};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use image::codecs::png::PngEncoder;
@@ -14,6 +12,7 @@ use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 
 use crate::film::Picture;
+use crate::whole_file;
 
 /// Why a picture could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -32,7 +31,7 @@ pub enum ImageFileError {
         /// The file meant.
         path: PathBuf,
         /// What the encoder says.
-        source: image::ImageError,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
@@ -74,39 +73,40 @@ pub fn write_png(
     exposure_in_stops: f64,
 ) -> Result<(), ImageFileError> {
     let bytes = srgb_bytes(picture, exposure_in_stops);
-    let io_error = |source| ImageFileError::Io {
-        path: path.to_owned(),
-        source,
-    };
+    encode(path, picture.size, &bytes, ExtendedColorType::Rgb8)
+}
 
-    // Beside its place, so that renaming never crosses file systems.
-    let mut name: OsString = path.as_os_str().to_owned();
-    name.push(format!(".{}.partial", std::process::id()));
-    let temporary = PathBuf::from(name);
+/// Writes numbers from 0 to 1 as grey PNG to `path`, replacing what was there: 255 times the
+/// number, rounded, without a transfer function, as masks are read.
+///
+/// # Errors
+/// As [`write_png`].
+pub fn write_mask_png(path: &Path, size: [u32; 2], shares: &[f32]) -> Result<(), ImageFileError> {
+    let byte = |&share: &f32| (255.0 * share.clamp(0.0, 1.0) + 0.5) as u8;
+    let bytes: Vec<u8> = shares.iter().map(byte).collect();
+    encode(path, size, &bytes, ExtendedColorType::L8)
+}
 
-    let written = (|| {
-        let mut file = BufWriter::new(File::create(&temporary).map_err(io_error)?);
-        let [width, height] = picture.size;
-        PngEncoder::new(&mut file)
-            .write_image(&bytes, width, height, ExtendedColorType::Rgb8)
+fn encode(
+    path: &Path,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    kind: ExtendedColorType,
+) -> Result<(), ImageFileError> {
+    whole_file::write(path, |file| {
+        PngEncoder::new(file)
+            .write_image(bytes, width, height, kind)
             .map_err(|source| ImageFileError::Encode {
                 path: path.to_owned(),
-                source,
-            })?;
-        file.flush().map_err(io_error)?;
-        drop(file);
-        fs::rename(&temporary, path).map_err(io_error)
-    })();
-    if written.is_err() {
-        // The first error is the one worth telling.
-        let _ = fs::remove_file(&temporary);
-    }
-    written
+                source: source.into(),
+            })
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn the_transfer_function_hits_known_values_and_clips() {

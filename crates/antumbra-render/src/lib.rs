@@ -5,15 +5,19 @@
 //! | scene meets accelerator | [`prepare`] | `Scene` | [`Prepared`](prepare::Prepared) |
 //! | eye rays | [`camera`], [`sampler`], [`orbit`] | `Camera`, pixel, sample | `Ray` |
 //! | shading | [`integrator`], [`false_colour`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
-//! | picture | [`film`] | all samples | [`Picture`](film::Picture) |
-//! | file | [`image_file`] | `Picture` | PNG |
+//! | picture | [`film`], [`aov`] | all samples | [`Picture`](film::Picture), [`Layer`](aov::Layer)s |
+//! | exposure | [`exposure`] | finished pixels | stops |
+//! | file | [`image_file`], [`exr_file`] | `Picture`, `Layer`s | PNG, OpenEXR |
 //! | figures | [`statistics`] | `Tally`, times | the stable schema of `--stats-json` |
 //!
 //! Invariants: a picture is a pure function of scene and settings, whatever the number of threads
 //! and the shadow method; shading normals decide no shadow. Absent here: how a shadow query is
 //! answered, which only `antumbra` knows, and any printing.
 
+pub mod aov;
 pub mod camera;
+pub mod exposure;
+pub mod exr_file;
 pub mod false_colour;
 pub mod film;
 pub mod image_file;
@@ -23,3 +27,4 @@ pub mod prepare;
 pub mod sampler;
 pub mod statistics;
 mod vector;
+mod whole_file;

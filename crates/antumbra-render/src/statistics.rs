@@ -67,6 +67,12 @@ pub struct Settings {
     pub threads: usize,
     /// `scene` or `occlusion`.
     pub show: String,
+    /// `auto`, `fixed`, or `none` where the file keeps linear values.
+    pub exposure: String,
+    /// The stops by which the picture was brightened; all frames have the first one's.
+    pub exposure_stops: f64,
+    /// The layers made beside the picture: `shadow`, `decided`.
+    pub aovs: Vec<String>,
 }
 
 /// Counts of rays.
@@ -80,6 +86,8 @@ pub struct Rays {
     pub reflection: u64,
     /// Refracted.
     pub refraction: u64,
+    /// Gone on straight behind a surface that does not cover everything.
+    pub passed: u64,
     /// All of them, and the shadow rays walked.
     pub total: u64,
 }
@@ -87,7 +95,7 @@ pub struct Rays {
 /// Counts of shadow queries.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ShadowQueries {
-    /// One per hit and light, those not asked included.
+    /// One per shaded hit and light, those not asked included.
     pub queries: u64,
     /// Not asked: the surface faces away.
     pub facing_away: u64,
@@ -130,6 +138,9 @@ pub struct Times {
 pub struct MemoryUse {
     /// Occlusion values.
     pub occlusion_bytes: u64,
+    /// What the program expected to take at most, before it took it: scene, surfaces, picture,
+    /// grid and values.
+    pub predicted_bytes: u64,
     /// The process at its largest; `null` where the system does not say.
     pub peak_bytes: Option<u64>,
 }
@@ -157,12 +168,13 @@ impl From<QuickCheckVerdict> for Verdict {
 
 impl From<&Tally> for Rays {
     fn from(tally: &Tally) -> Self {
-        let secondary = tally.reflection + tally.refraction;
+        let secondary = tally.reflection + tally.refraction + tally.passed;
         Self {
             primary: tally.primary,
             primary_hits: tally.primary_hits,
             reflection: tally.reflection,
             refraction: tally.refraction,
+            passed: tally.passed,
             total: tally.primary + secondary + tally.counters.shadow.rays,
         }
     }
@@ -216,11 +228,15 @@ mod tests {
                 seed: 0,
                 threads: 2,
                 show: "scene".into(),
+                exposure: "auto".into(),
+                exposure_stops: -1.5,
+                aovs: vec!["shadow".into()],
             },
             rays: (&Tally {
                 primary: 2,
                 reflection: 3,
                 refraction: 4,
+                passed: 5,
                 ..Tally::default()
             })
                 .into(),
@@ -236,6 +252,7 @@ mod tests {
             "/rays/primary_hits",
             "/rays/reflection",
             "/rays/refraction",
+            "/rays/passed",
             "/rays/total",
             "/shadow/queries",
             "/shadow/facing_away",
@@ -251,14 +268,18 @@ mod tests {
             "/time/prepare_s",
             "/time/render_s",
             "/memory/occlusion_bytes",
+            "/memory/predicted_bytes",
             "/memory/peak_bytes",
             "/frames",
             "/preparations",
             "/quick_check",
             "/settings/grid",
+            "/settings/exposure",
+            "/settings/exposure_stops",
+            "/settings/aovs",
         ] {
             assert!(json.pointer(path).is_some(), "{path} is missing");
         }
-        assert_eq!(json["rays"]["total"], 9);
+        assert_eq!(json["rays"]["total"], 14);
     }
 }

@@ -43,14 +43,27 @@ pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
     }
 }
 
+/// What a ray sees that hits nothing, for formats that say nothing about it (OBJ, PLY, STL, glTF):
+/// a quiet grey-blue, sRGB (166, 176, 189), against which dark and bright things stand out.
+pub const SKY: Color = Color::new(0.38, 0.43, 0.51);
+
+/// How much of the picture's width or height the box takes in the view of [`frame_camera`].
+pub const FRAMED_SHARE: f64 = 0.9;
+
+/// Returns [`frame_camera_for`] a square picture; any wider one shows the whole box too.
+pub fn frame_camera(bounds: &Bounds, up: DVec3) -> Camera {
+    frame_camera_for(bounds, up, 1.0)
+}
+
 /// Returns a camera that sees the whole box from the south-south-east, 25 degrees above it: a
-/// three-quarter view. Full vertical field of view 40 degrees; the box fits a square picture
-/// and any wider one. An empty box, or one that is a point, gets a view of its surroundings.
+/// three-quarter view. Full vertical field of view 40 degrees. In a picture `aspect` times as wide
+/// as high (above 0), the box's eight corners take [`FRAMED_SHARE`] of the height or of the
+/// width, less of the other, and lie in the middle. An empty box, or one that is a point, gets a
+/// view of its surroundings.
 ///
 /// `up` is any vector but zero, world space.
-pub fn frame_camera(bounds: &Bounds, up: DVec3) -> Camera {
+pub fn frame_camera_for(bounds: &Bounds, up: DVec3, aspect: f64) -> Camera {
     const VERTICAL_FOV_DEGREES: f64 = 40.0;
-    const MARGIN: f64 = 1.05;
     let up = unit(up);
     let towards_eye = compass(150.0, 25.0, up);
     let right = unit(up.cross(towards_eye));
@@ -61,15 +74,27 @@ pub fn frame_camera(bounds: &Bounds, up: DVec3) -> Camera {
     } else {
         *bounds
     };
-    let at = bounds.center();
+    let center = bounds.center();
     let (sine, cosine) = sin_cos_degrees(VERTICAL_FOV_DEGREES / 2.0);
-    // Each corner has to be as far in front of the eye as its height in the picture asks for.
-    let needed = bounds.corners().into_iter().map(|corner| {
-        let offset = corner - at;
-        let height = offset.dot(right).abs().max(offset.dot(above).abs());
-        offset.dot(towards_eye) + MARGIN * height * cosine / sine
-    });
-    let distance = needed.fold(0.0, f64::max);
+    let tangent = FRAMED_SHARE * sine / cosine;
+    // Along each axis of the picture: a corner at `x`, and `w` towards the eye, is inside if
+    // |x - eye_x| <= tangent (distance - w). So x + tangent w has to be at most
+    // eye_x + tangent distance, and x - tangent w at least eye_x - tangent distance.
+    let fit = |axis: DVec3, tangent: f64| {
+        let offsets = bounds.corners().map(|corner| corner - center);
+        let [mut least, mut most] = [f64::INFINITY, f64::NEG_INFINITY];
+        for offset in offsets {
+            let (x, w) = (offset.dot(axis), offset.dot(towards_eye));
+            most = most.max(x + tangent * w);
+            least = least.min(x - tangent * w);
+        }
+        let distance = 0.5 * (most - least) / tangent;
+        (0.5 * (most + least), distance)
+    };
+    let (shift_right, distance_for_width) = fit(right, aspect * tangent);
+    let (shift_above, distance_for_height) = fit(above, tangent);
+    let at = center + shift_right * right + shift_above * above;
+    let distance = distance_for_width.max(distance_for_height);
     // A point has no size to go by. Far from the origin the eye must still differ from `at`.
     let smallest = if distance > 0.0 { 0.0 } else { 1.0 };
     let distance = distance
@@ -204,6 +229,52 @@ mod tests {
                     assert!(offset.dot(above).abs() <= half * depth);
                 }
                 assert!((camera.eye - camera.at).dot(up) > 0.0, "from above");
+            }
+        }
+    }
+
+    /// Returns how much of the picture's width and height the box's corners take, and the middle
+    /// of what they take, in halves of the picture.
+    fn taken(bounds: &Bounds, camera: &Camera, aspect: f64) -> [[f64; 2]; 2] {
+        let forward = unit(camera.at - camera.eye);
+        let right = unit(forward.cross(camera.up));
+        let above = right.cross(forward);
+        let half = (camera.vertical_fov_degrees / 2.0).to_radians().tan();
+        [(right, half * aspect), (above, half)].map(|(axis, half)| {
+            let places = bounds.corners().map(|corner| {
+                let offset = corner - camera.eye;
+                offset.dot(axis) / (half * offset.dot(forward))
+            });
+            let [least, most] = [
+                places.into_iter().fold(f64::INFINITY, f64::min),
+                places.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            ];
+            [0.5 * (most - least), 0.5 * (most + least)]
+        })
+    }
+
+    #[test]
+    fn the_box_fills_the_picture() {
+        for (min, max) in [
+            ([0.0; 3], [1.0; 3]),
+            ([-5.0, -90.0, 2.0], [5.0, 90.0, 2.5]),
+            ([-1.0, -1.0, 0.0], [1.0, 1.0, 70.0]),
+            ([1e6, 0.0, 0.0], [1.1e6, 1e5, 1e5]),
+        ] {
+            let bounds = Bounds {
+                min: DVec3::from_array(min),
+                max: DVec3::from_array(max),
+            };
+            for (up, aspect) in [(DVec3::Y, 1.0), (DVec3::Z, 16.0 / 9.0), (DVec3::Z, 0.5)] {
+                let camera = frame_camera_for(&bounds, up, aspect);
+                let [[width, middle_x], [height, middle_y]] = taken(&bounds, &camera, aspect);
+                let case = format!("{min:?} {max:?} {up} {aspect}: {width} x {height}");
+                // The side that is tight is filled exactly, and the other not beyond.
+                assert!((width.max(height) - FRAMED_SHARE).abs() < 1e-6, "{case}");
+                let tight = if width > height { middle_x } else { middle_y };
+                assert!(tight.abs() < 1e-6, "{case}: {tight}");
+                assert!(middle_x.abs() + width <= FRAMED_SHARE + 1e-6, "{case}");
+                assert!(middle_y.abs() + height <= FRAMED_SHARE + 1e-6, "{case}");
             }
         }
     }

@@ -58,7 +58,9 @@ pub enum ReadErrorKind {
     #[error("this is not a regular file")]
     NotAFile,
     /// The name does not end like a format that is read.
-    #[error("no reader for {found}; expected a name that ends in .nff or .obj")]
+    #[error(
+        "no reader for {found}; expected a name that ends in .nff, .obj, .gltf, .glb, .ply or .stl"
+    )]
     UnknownFormat {
         /// The ending, described.
         found: String,
@@ -108,6 +110,16 @@ pub enum ReadErrorKind {
         /// What to do; may be empty.
         help: &'static str,
     },
+    /// A part of a structured file (glTF) is wrong.
+    #[error("{path}: {problem}")]
+    Element {
+        /// Where in the structure, such as `nodes[3].mesh`.
+        path: Box<str>,
+        /// What is wrong and what was expected.
+        problem: Box<str>,
+        /// What to do; may be empty.
+        help: &'static str,
+    },
     /// Well-formed, but without a meaning.
     #[error("{}{problem}", Within(.entity))]
     Invalid {
@@ -126,13 +138,15 @@ impl ReadErrorKind {
         match self {
             Self::Io(_) => "check that the file exists and may be read",
             Self::NotAFile => "name the scene file itself",
-            Self::UnknownFormat { .. } => "convert the scene to NFF or OBJ",
+            Self::UnknownFormat { .. } => "convert the scene to NFF, OBJ, glTF, PLY or STL",
             Self::TooLarge { .. } => "split the scene into smaller files",
             Self::LfsPointer => "run `git lfs pull` in the checkout the file comes from",
             Self::NotText { .. } => "check that this is the scene file, saved as plain UTF-8 text",
             Self::Dialect { .. } => "export it again as SPD's NFF (Neutral File Format) or as OBJ",
             Self::UnknownKeyword { .. } => "remove the line, or turn it into a comment with `#`",
-            Self::Expected { help, .. } | Self::Invalid { help, .. } => help,
+            Self::Expected { help, .. }
+            | Self::Element { help, .. }
+            | Self::Invalid { help, .. } => help,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Scenes: the model, the readers, the writer, the generators.
 //!
-//! In: scene files (NFF, OBJ with MTL) or a generator's name and size. Out: a
+//! In: scene files (NFF, OBJ with MTL, glTF) or a generator's name and size. Out: a
 //! [`model::Scene`], plain validated data, with [`Warning`]s for whatever a file says that is
 //! not used, or a [`ReadError`] that names file, line, what was expected and what to do.
 //! Invariant: nothing a file can contain makes a reader panic, hang, or take memory beyond a

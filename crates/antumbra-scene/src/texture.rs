@@ -28,7 +28,7 @@ pub struct Texture {
 }
 
 /// What is beyond the edge of a picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
     /// The picture again.
     #[default]
@@ -40,7 +40,7 @@ pub enum Wrap {
 }
 
 /// What is between texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Filter {
     /// The nearest texel.
     Nearest,

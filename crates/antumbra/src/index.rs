@@ -39,7 +39,7 @@ pub enum GridResolution {
     /// Woo's rule, from the number of surfaces.
     #[default]
     Automatic,
-    /// Voxels along x, y and z; each 1 to 2048.
+    /// Voxels along x, y and z: each 1 to 2048, their product below 2^32 - 1.
     Fixed([u32; 3]),
 }
 
@@ -109,7 +109,10 @@ pub enum BuildError {
         light: usize,
     },
     /// A grid resolution is out of range.
-    #[error("grid resolution {0:?}: each axis takes 1 to 2048 voxels")]
+    #[error(
+        "grid resolution {0:?}: each axis takes 1 to 2048 voxels, and all together fewer than 2^32 - 1 \
+         (about 1625 an axis)"
+    )]
     BadResolution([u32; 3]),
     /// The grid and the values would need more memory than allowed.
     #[error(

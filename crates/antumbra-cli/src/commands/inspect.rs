@@ -1,11 +1,12 @@
 //! `antumbra inspect`: what a scene holds and what its index would cost.
 
 use antumbra::Method;
-use antumbra_geometry::{DVec3, ElementKind};
-use antumbra_render::prepare::{Gathered, PrepareOptions};
+use antumbra_geometry::{DVec3, Element, ElementKind, Opacity};
+use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
 use antumbra_scene::model::{LightKind, Scene};
 
 use crate::failure::{Failure, Outcome};
+use crate::memory::Need;
 use crate::screen::Screen;
 use crate::typed::{Inspect, Shadows};
 use crate::values::format_bytes;
@@ -13,9 +14,16 @@ use crate::{load, memory};
 
 /// Reads, counts, predicts; builds nothing.
 pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, screen)?.scene;
-    let gathered = Gathered::of(&scene)?;
+    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
     let limit = memory::limit(typed.cost.memory_limit);
+    let [scene_bytes, surface_bytes] = [scene_bytes(&scene), surface_bytes(&scene)];
+    let need = Need {
+        scene: scene_bytes,
+        surfaces: surface_bytes,
+        ..Need::default()
+    };
+    need.check(limit)?;
+    let gathered = Gathered::of(&scene)?;
     let options = |method| PrepareOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
@@ -25,6 +33,8 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     contents(&scene, &gathered, screen);
 
     // Predicted before any of it is taken.
+    row(screen, "memory, scene", format_bytes(scene_bytes));
+    row(screen, "memory, surfaces", format_bytes(surface_bytes));
     for shadows in Shadows::ALL {
         let options = options(shadows.method());
         let bytes = gathered.predict_bytes(scene.lights.len(), &options)?;
@@ -68,6 +78,21 @@ fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
     row(screen, "surfaces", occluders.surface_count());
     row(screen, "triangles", occluders.triangle_count());
     row(screen, "materials", scene.materials.len());
+    let masked = |e: &&Element| matches!(e.opacity, Opacity::AlphaTested(_));
+    let see_through = |e: &&Element| e.opacity == Opacity::Transparent;
+    let elements = occluders.elements();
+    for (count, name) in [
+        (scene.textures.len(), "textures"),
+        (elements.iter().filter(masked).count(), "  with holes"),
+        (
+            elements.iter().filter(see_through).count(),
+            "  seen through",
+        ),
+    ] {
+        if count > 0 {
+            row(screen, name, count);
+        }
+    }
     row(screen, "lights", scene.lights.len());
     for (number, light) in scene.lights.iter().enumerate() {
         let what = match light.kind {

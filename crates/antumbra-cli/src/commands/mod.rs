@@ -1,5 +1,6 @@
 //! The sub-commands, one file each.
 
+pub(crate) mod convert;
 pub(crate) mod inspect;
 pub(crate) mod render;
 pub(crate) mod scene;

@@ -31,7 +31,7 @@ struct Difference {
 
 /// Builds one index a method, asks, compares.
 pub(crate) fn run(typed: &Verify, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, screen)?.scene;
+    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
     super::on_threads(&typed.threads, || work(typed, &scene, screen))?
 }
 

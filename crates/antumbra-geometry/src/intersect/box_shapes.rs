@@ -50,7 +50,7 @@ pub(crate) fn box_meets_cone(bounds: &Bounds, cone: &Cone) -> bool {
 
 /// Returns whether a disk may meet the closed box.
 pub(crate) fn box_meets_disk(bounds: &Bounds, disk: &DiskPlane) -> bool {
-    let normal = disk.normal();
+    let normal = unit_of(disk.normal());
     let half = 0.5 * bounds.size();
     let height = (bounds.center() - disk.center).dot(normal);
     height.abs() <= half.dot(normal.abs())
@@ -61,10 +61,14 @@ pub(crate) fn box_meets_disk(bounds: &Bounds, disk: &DiskPlane) -> bool {
         && bounds.overlaps(&disk_bounds(disk.center, normal, disk.radius))
 }
 
-/// Returns the box around a disk; around its whole ball where the normal is too small to have a
-/// direction.
+/// Returns the unit vector along `v`, also where its squared length underflows.
+pub(crate) fn unit_of(v: DVec3) -> DVec3 {
+    (v / v.abs().max_element()).normalize()
+}
+
+/// Returns the box around a disk; around its whole ball where the normal is zero.
 pub(crate) fn disk_bounds(center: DVec3, normal: DVec3, radius: f64) -> Bounds {
-    let unit = normal.normalize();
+    let unit = unit_of(normal);
     // The sine of the angle to each axis, from the other two components: 1 - x^2 would cancel for
     // normals near an axis and lose up to 2^-26 of the radius.
     let squares = unit * unit;

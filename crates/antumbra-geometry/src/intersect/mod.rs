@@ -13,7 +13,7 @@ mod segment_sphere;
 mod segment_triangle;
 
 pub(crate) use box_shapes::{
-    box_meets_cone, box_meets_disk, box_meets_sphere, cone_bounds, disk_bounds,
+    box_meets_cone, box_meets_disk, box_meets_sphere, cone_bounds, disk_bounds, unit_of,
 };
 pub(crate) use box_triangle::box_meets_triangle;
 pub(crate) use segment_cone::{
@@ -24,10 +24,7 @@ pub(crate) use segment_disk::{DiskPlane, disk_blocks, disk_distance};
 pub(crate) use segment_sphere::{
     line_surely_misses_ball, own_sphere_blocks, sphere_blocks, sphere_distance, sphere_side,
 };
-pub(crate) use segment_triangle::{
-    plane_side, triangle_blocks, triangle_distance, triangle_overlaps_from_light,
-    triangles_overlap_from,
-};
+pub(crate) use segment_triangle::{plane_side, triangle_blocks, triangle_distance};
 
 use crate::number::{Number, Sign};
 

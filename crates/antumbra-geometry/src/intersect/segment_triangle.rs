@@ -5,7 +5,6 @@
 
 use glam::DVec3;
 
-use crate::LightShape;
 use crate::number::{Approximate, Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector, decide};
 use crate::segment::{Ends, Plane, Segment};
 
@@ -58,8 +57,7 @@ fn certain(value: f64, bound: f64) -> Option<Sign> {
     }
 }
 
-/// Returns whether the segment crosses the triangle by rules 2 and 3; rule 4 is apart because it
-/// depends on the start's own triangle.
+/// Returns whether the segment crosses the triangle, by rules 2 and 3.
 ///
 /// Error bounds, with `u` the unit roundoff, `e` the error of the origin and `|.|` the largest
 /// magnitude of a component: each difference has relative error `u` besides `e`, and the triple
@@ -136,135 +134,6 @@ pub(crate) fn triangle_blocks([a, b, c]: [DVec3; 3], segment: &Segment) -> bool 
     let start_sign =
         certain(start_height, start_bound).unwrap_or_else(|| start_side(&plane, segment));
     start_sign.is_opposite(light_sign)
-}
-
-/// Rule 4: whether, seen from the light, the start's own triangle overlaps the part of the other one
-/// that lies on the light's side of its plane.
-pub(crate) fn triangle_overlaps_from_light(
-    own: [DVec3; 3],
-    other: [DVec3; 3],
-    segment: &Segment,
-) -> bool {
-    let light = segment.light;
-    // A light in the own plane sees it from the edge: the rule does not apply.
-    if plane_side(&Plane::Points(own), light) == Sign::Zero {
-        return true;
-    }
-    // Strictly inside its own triangle, the crossing itself is an overlap.
-    let is_strictly_inside = {
-        let sides: [Sign; 3] =
-            std::array::from_fn(|i| exact_edge_side(segment, own[i], own[(i + 1) % 3]));
-        sides == [Sign::Positive; 3] || sides == [Sign::Negative; 3]
-    };
-    is_strictly_inside
-        || decide(is_overlapping::<Approximate>(own, other, light), || {
-            is_overlapping::<Exact>(own, other, light)
-        })
-}
-
-/// Returns whether two triangles overlap seen from a light: they do not when an edge of either spans
-/// with the light a plane that separates them weakly.
-pub(crate) fn triangles_overlap_from(
-    light: &LightShape,
-    first: [DVec3; 3],
-    second: [DVec3; 3],
-) -> bool {
-    fn rule<N: Number>(light: (DVec3, f64), first: [DVec3; 3], second: [DVec3; 3]) -> Option<bool> {
-        let corners = |t: [DVec3; 3]| t.map(|corner| Point4::from_f64((corner, 1.0)));
-        polygons_overlap_from::<N>(&corners(first), &corners(second), &Point4::from_f64(light))
-    }
-    let light = light.homogeneous();
-    decide(rule::<Approximate>(light, first, second), || {
-        rule::<Exact>(light, first, second)
-    })
-}
-
-/// Rule 4 proper: the part of `other` on the light's side of the plane of `own`, against `own`.
-fn is_overlapping<N: Number>(
-    own: [DVec3; 3],
-    other: [DVec3; 3],
-    light: (DVec3, f64),
-) -> Option<bool> {
-    let light = Point4::<N>::from_f64(light);
-    let plane = Plane::Points(own);
-    let is_light_above = plane.height(&light).sign()?.is_positive();
-    let height = |x: &Point4<N>| {
-        let height = plane.height(x);
-        if is_light_above {
-            height
-        } else {
-            height.negated()
-        }
-    };
-    let corner = |x: DVec3| Point4::<N>::from_f64((x, 1.0));
-    // Clip to the closed half-space.
-    let mut part = Vec::with_capacity(4);
-    for i in 0..3 {
-        let (from, to) = (corner(other[i]), corner(other[(i + 1) % 3]));
-        let (at_from, at_to) = (height(&from), height(&to));
-        let (from_sign, to_sign) = (at_from.sign()?, at_to.sign()?);
-        if from_sign.is_opposite(to_sign) {
-            let magnitude = |h: N, sign: Sign| if sign.is_negative() { h.negated() } else { h };
-            let (u, v) = (magnitude(at_to, to_sign), magnitude(at_from, from_sign));
-            let crossing = from.blend(&u, &to, &v);
-            if !from_sign.is_negative() {
-                part.push(from);
-            }
-            part.push(crossing);
-        } else if !from_sign.is_negative() {
-            part.push(from);
-        }
-    }
-    if part.len() < 3 {
-        return Some(false);
-    }
-    polygons_overlap_from(&own.map(corner), &part, &light)
-}
-
-fn polygons_overlap_from<N: Number>(
-    first: &[Point4<N>],
-    second: &[Point4<N>],
-    light: &Point4<N>,
-) -> Option<bool> {
-    Some(!has_separating_edge(first, second, light)? && !has_separating_edge(second, first, light)?)
-}
-
-/// Returns whether an edge of the convex polygon `first` spans with the light a plane that separates
-/// the polygons weakly.
-fn has_separating_edge<N: Number>(
-    first: &[Point4<N>],
-    second: &[Point4<N>],
-    light: &Point4<N>,
-) -> Option<bool> {
-    'edges: for i in 0..first.len() {
-        let (e, f) = (&first[i], &first[(i + 1) % first.len()]);
-        let mut own_side = Sign::Zero;
-        for x in first {
-            own_side = turn_seen_from(light, e, f, x)?;
-            if own_side != Sign::Zero {
-                break;
-            }
-        }
-        for x in second {
-            let side = turn_seen_from(light, e, f, x)?;
-            if side != Sign::Zero && side == own_side {
-                continue 'edges;
-            }
-        }
-        return Some(true);
-    }
-    Some(false)
-}
-
-/// Returns the sign of `det(e, f, x, L)`: which way the points turn seen from the light.
-fn turn_seen_from<N: Number>(
-    light: &Point4<N>,
-    e: &Point4<N>,
-    f: &Point4<N>,
-    x: &Point4<N>,
-) -> Option<Sign> {
-    let seen = |p: &Point4<N>| p.x.scaled(&e.w).minus(&e.x.scaled(&p.w));
-    seen(f).cross(&seen(x)).dot(&seen(light)).sign()
 }
 
 /// Returns the distance of the crossing in lengths of the segment's direction, and the weights of

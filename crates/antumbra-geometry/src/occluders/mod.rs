@@ -256,6 +256,10 @@ impl Occluders {
     /// Returns whether a surface may meet the closed box: never `false` if it does, up to rounding
     /// that the caller covers by inflating the box. Degenerate surfaces meet nothing.
     pub fn may_meet_box(&self, surface: SurfaceId, bounds: &Bounds) -> bool {
+        let surface_bounds = self.surface_bounds(surface);
+        if is_too_small(&surface_bounds) {
+            return bounds.overlaps(&surface_bounds);
+        }
         match self.surface(surface) {
             Surface::Triangle(triangle) => {
                 triangle.axis != NO_AXIS && box_meets_triangle(bounds, self.positions_of(triangle))
@@ -300,6 +304,13 @@ impl Occluders {
             .vertices
             .map(|vertex| self.positions[vertex as usize])
     }
+}
+
+/// Whether a shape is so small that products of its lengths and of shares of them may underflow,
+/// so that no error bound in proportion to them holds. Exact predicates do not mind.
+fn is_too_small(bounds: &Bounds) -> bool {
+    const SMALLEST: f64 = 6.223015277861142e-61; // 2^-200
+    bounds.size().max_element() < SMALLEST
 }
 
 enum Surface<'a> {

@@ -1,24 +1,30 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
 use super::{
-    AlphaTest, Curved, CurvedShape, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders, Surface,
-    SurfaceId, Triangle,
+    AlphaTest, Curved, CurvedShape, Element, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders,
+    Surface, SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
     cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
     own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks,
-    triangle_distance, triangle_overlaps_from_light, tube_blocks, tube_side,
+    triangle_distance, tube_blocks, tube_side,
 };
 use crate::number::Sign;
-use crate::segment::{Plane, Segment, StartPlane};
+use crate::segment::{Plane, Segment, StartSurface};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
-use crate::{Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
+use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
 
 impl Occluders {
     /// Prepares the segment from a start to a light.
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
-        let plane = start.surface.and_then(|surface| self.start_plane(surface));
-        Segment::new(*start, light, plane)
+        self.segment_as_given(start, &light.without_underflow())
+    }
+
+    fn segment_as_given(&self, start: &Start, light: &LightShape) -> Segment {
+        let surface = start
+            .surface
+            .and_then(|surface| self.start_surface(surface));
+        Segment::new(*start, light, surface)
     }
 
     /// Prepares a ray as a segment towards a direction.
@@ -27,7 +33,8 @@ impl Occluders {
             point: ray.origin,
             surface: ray.leaves,
         };
-        self.segment(&start, &LightShape::Direction(ray.direction))
+        // Distances are in lengths of the direction.
+        self.segment_as_given(&start, &LightShape::Direction(ray.direction))
     }
 
     /// Returns whether an opaque surface blocks the segment (EXACTNESS.md, "Which surfaces block").
@@ -53,15 +60,11 @@ impl Occluders {
     pub fn crosses(&self, surface: SurfaceId, segment: &Segment) -> bool {
         match self.surface(surface) {
             Surface::Triangle(triangle) => {
-                let own = segment.start().surface;
-                if own == Some(surface) || triangle.axis == NO_AXIS {
+                if segment.start().surface == Some(surface) || triangle.axis == NO_AXIS {
                     return false;
                 }
                 let corners = self.positions_of(triangle);
                 triangle_blocks(corners, segment)
-                    && own
-                        .and_then(|own| self.triangle_positions(own))
-                        .is_none_or(|own| triangle_overlaps_from_light(own, corners, segment))
                     && self.is_solid_where_crossed(triangle, corners, segment)
             }
             Surface::Curved(curved) => self.curved_crosses(surface, curved, segment),
@@ -174,6 +177,7 @@ impl Occluders {
 
     /// Prepares an element's umbra behind a light.
     pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
+        let light = &light.without_underflow();
         let record = &self.elements[element.0 as usize];
         let is_self_clear = record.kind != ElementKind::OpenCone;
         let has_holes = matches!(record.opacity, Opacity::AlphaTested(_));
@@ -187,6 +191,13 @@ impl Occluders {
         }
         if record.kind == ElementKind::Face {
             return self.face_umbra(element, light).unwrap_or(nothing);
+        }
+        if is_too_small(&self.element_bounds(record)) {
+            return Umbra {
+                shape: UmbraShape::Unknown,
+                is_self_clear,
+                has_holes,
+            };
         }
         let first = SurfaceId(record.surfaces.start);
         let Surface::Curved(curved) = self.surface(first) else {
@@ -232,32 +243,55 @@ impl Occluders {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&(_, corners)| corners).collect();
         let is_one_sided = sides[1] == 0 && (sides[0] == 0 || sides[2] == 0);
         let boundary = boundary_edges(&triangles);
-        let shape = FaceUmbra::new(corners.clone(), &boundary, is_one_sided, light);
-        let is_self_clear =
-            triangles.len() == 1 || (is_one_sided && !overlaps_itself(&corners, light));
+        let shape = if is_too_small(&Bounds::of_points(corners.iter().copied().flatten())) {
+            UmbraShape::Unknown
+        } else {
+            UmbraShape::Face(FaceUmbra::new(
+                corners.clone(),
+                &boundary,
+                is_one_sided,
+                light,
+            ))
+        };
+        // Triangles of one plane never block each other; nor do two that share an edge and turn the
+        // same way seen from the light, for they meet only in that edge then.
+        let is_self_clear = triangles.len() <= 2 && is_one_sided || is_flat(&corners);
         let opacity = self.elements[element.0 as usize].opacity;
         Some(Umbra {
-            shape: UmbraShape::Face(shape),
+            shape,
             is_self_clear,
             has_holes: matches!(opacity, Opacity::AlphaTested(_)),
         })
     }
 
-    fn start_plane(&self, surface: SurfaceId) -> Option<StartPlane> {
-        let (plane, axis) = match self.surface(surface) {
+    fn element_bounds(&self, element: &Element) -> Bounds {
+        element
+            .surfaces
+            .clone()
+            .map(|surface| self.surface_bounds(SurfaceId(surface)))
+            .fold(Bounds::EMPTY, Bounds::union)
+    }
+
+    fn start_surface(&self, surface: SurfaceId) -> Option<StartSurface> {
+        let (start, axis) = match self.surface(surface) {
             Surface::Triangle(triangle) => {
-                (Plane::Points(self.positions_of(triangle)), triangle.axis)
+                let (corners, axis) = (self.positions_of(triangle), triangle.axis);
+                (StartSurface::Triangle { corners, axis }, axis)
             }
             Surface::Curved(curved) => match &curved.shape {
-                CurvedShape::Disk(disk, axis) => (disk.plane(), *axis),
+                CurvedShape::Disk(disk, axis) => {
+                    let (plane, axis) = (disk.plane(), *axis);
+                    (StartSurface::Plane { plane, axis }, axis)
+                }
                 CurvedShape::Cap(disk, _) => {
                     let plane = disk.plane();
-                    (plane, plane.dominant_axis().unwrap_or(NO_AXIS))
+                    let axis = plane.dominant_axis().unwrap_or(NO_AXIS);
+                    (StartSurface::Plane { plane, axis }, axis)
                 }
                 CurvedShape::Sphere(_) | CurvedShape::Tube(_) => return None,
             },
         };
-        (axis != NO_AXIS).then_some(StartPlane { plane, axis })
+        (axis != NO_AXIS).then_some(start)
     }
 }
 
@@ -320,16 +354,11 @@ fn boundary_edges(triangles: &[([u32; 3], [DVec3; 3])]) -> Vec<[DVec3; 2]> {
         .collect()
 }
 
-/// Returns whether two of a face's triangles may overlap seen from the light while not in one
-/// plane, so that one could shadow the other.
-fn overlaps_itself(triangles: &[[DVec3; 3]], light: &LightShape) -> bool {
+/// Returns whether triangles lie exactly in one plane.
+fn is_flat(triangles: &[[DVec3; 3]]) -> bool {
     let plane = Plane::Points(triangles[0]);
-    let is_flat = triangles
+    triangles
         .iter()
         .flatten()
-        .all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero);
-    let overlap = |i: usize, j: usize| {
-        crate::intersect::triangles_overlap_from(light, triangles[i], triangles[j])
-    };
-    !is_flat && (0..triangles.len()).any(|i| (0..i).any(|j| overlap(i, j)))
+        .all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero)
 }

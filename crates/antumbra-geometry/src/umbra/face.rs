@@ -50,7 +50,7 @@ impl FaceUmbra {
         let mut plane = SidePlane::spanned(widest[1] - widest[0], widest[2] - widest[0], widest[0]);
         let light_height = |plane: &SidePlane| match *light {
             LightShape::Point(position) => plane.height(position),
-            LightShape::Direction(direction) => plane.height(widest[0] + direction),
+            LightShape::Direction(direction) => plane.height_of_direction(direction),
         };
         if light_height(&plane).0 < 0.0 {
             plane = plane.flipped();
@@ -60,7 +60,12 @@ impl FaceUmbra {
             (low.min(height - error), high.max(height + error))
         });
         let (height, error) = light_height(&plane);
-        let is_light_above = is_one_sided && height - error > thickness.1;
+        // From infinity any surely positive slope is above all vertices.
+        let reach = match light {
+            LightShape::Point(_) => thickness.1,
+            LightShape::Direction(_) => 0.0,
+        };
+        let is_light_above = is_one_sided && height - error > reach;
 
         let mut is_convex = true;
         let edges = boundary

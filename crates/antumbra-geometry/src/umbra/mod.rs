@@ -43,6 +43,8 @@ pub struct Umbra {
 pub(crate) enum UmbraShape {
     /// Never blocks: transparent, degenerate, or seen from the edge.
     Nothing,
+    /// Too small for arithmetic with error bounds.
+    Unknown,
     Face(FaceUmbra),
     Sphere(SphereUmbra),
     Cone(ConeUmbra),
@@ -54,6 +56,7 @@ impl Umbra {
     pub fn relation(&self, shaft: &Shaft) -> Relation {
         let relation = match &self.shape {
             UmbraShape::Nothing => Relation::Misses,
+            UmbraShape::Unknown => Relation::Crosses,
             UmbraShape::Face(face) => face.relation(shaft),
             UmbraShape::Sphere(sphere) => sphere.relation(shaft),
             UmbraShape::Cone(cone) => cone.relation(shaft),

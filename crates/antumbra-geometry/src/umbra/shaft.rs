@@ -136,6 +136,7 @@ impl SidePlane {
 impl Shaft {
     /// Returns the shaft of a box, which the caller has inflated by its margin of safety.
     pub fn new(bounds: Bounds, light: LightShape) -> Self {
+        let light = light.without_underflow();
         let mut shaft = Self {
             bounds,
             light,

@@ -5,10 +5,14 @@
 //! promises of [`crate::model`]; coordinates are at most 2^100 in magnitude, as the geometry wants.
 
 mod area;
+mod gltf;
+mod indexed;
 mod mtl;
 mod nff;
 mod obj;
+mod ply;
 mod statements;
+mod stl;
 mod text;
 
 use std::{
@@ -17,14 +21,19 @@ use std::{
     path::{Component, Path},
 };
 
+use antumbra_geometry::DVec3;
+
 use crate::{
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::Scene,
     warning::Warning,
 };
 
+pub use gltf::read_gltf;
 pub use nff::read_nff;
 pub use obj::read_obj;
+pub use ply::read_ply;
+pub use stl::read_stl;
 
 /// The largest file that is read, in bytes: 4 GiB.
 pub const MAX_FILE_BYTES: u64 = 4 << 30;
@@ -41,8 +50,8 @@ pub struct Loaded {
 /// What a file leaves open. The default takes what is usual for the format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Which axis of the file is up; used where the format does not say (OBJ: y by default).
-    /// Nothing is turned; only [`Scene::up`] changes.
+    /// Which axis of the file is up; used where the format does not say (OBJ: y by
+    /// default; PLY and STL: z). Nothing is turned; only [`Scene::up`] changes.
     pub up: Option<UpAxis>,
 }
 
@@ -55,13 +64,25 @@ pub enum UpAxis {
     Z,
 }
 
-/// Reads a scene file; its ending chooses the reader: `.nff` or `.obj`, in any case.
+impl UpAxis {
+    /// Returns the unit vector along the axis.
+    fn vector(self) -> DVec3 {
+        match self {
+            Self::Y => DVec3::Y,
+            Self::Z => DVec3::Z,
+        }
+    }
+}
+
+/// Reads a scene file; its ending chooses the reader: `.nff`, `.obj`, `.gltf`, `.glb`, `.ply` or
+/// `.stl`, in any case.
 ///
-/// An OBJ's material libraries are looked for in the folder of the file and below it only.
+/// Files that a scene names (an OBJ's material libraries, a glTF's buffers and pictures) are looked
+/// for in its folder and below it only.
 ///
 /// # Errors
-/// The file cannot be read, is in no format that is read, is not text, or is refused by its
-/// reader; the error names the line.
+/// The file cannot be read, is in no format that is read, or is refused by its reader; the
+/// error names the line, or the byte in a binary file.
 ///
 /// # Example
 /// ```
@@ -83,6 +104,12 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
             let bytes = read_bytes(path)?;
             read_obj(path, &bytes, options, &mut |name| read_beside(path, name))
         }
+        Some("gltf" | "glb") => {
+            let bytes = read_bytes(path)?;
+            read_gltf(path, &bytes, &mut |name| read_beside(path, name))
+        }
+        Some("ply") => read_ply(path, &read_bytes(path)?, options),
+        Some("stl") => read_stl(path, &read_bytes(path)?, options),
         other => {
             let found = other.map_or("a name without an ending".into(), |e| {
                 quoted(&format!(".{e}"))

@@ -12,11 +12,34 @@ use super::MAX_FILE_BYTES;
 /// The largest magnitude of a coordinate, 2^100: EXACTNESS.md, "Degenerate input".
 pub(super) const LARGEST_COORDINATE: f64 = (1_u128 << 100) as f64;
 
+/// Checks what every format asks of the bytes of a file.
+///
+/// # Errors
+/// They are too many, or a git-lfs pointer.
+pub(super) fn check_bytes(file: &Path, bytes: &[u8]) -> Result<(), ReadError> {
+    let kind = if bytes.len() as u64 > MAX_FILE_BYTES {
+        ReadErrorKind::TooLarge {
+            bytes: bytes.len() as u64,
+            limit: MAX_FILE_BYTES,
+        }
+    } else if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
+        ReadErrorKind::LfsPointer
+    } else {
+        return Ok(());
+    };
+    Err(ReadError {
+        file: file.to_path_buf(),
+        place: Place::Whole,
+        kind,
+    })
+}
+
 /// Returns the text of a file, without a byte order mark.
 ///
 /// # Errors
 /// The bytes are too many, a git-lfs pointer, binary data, or not UTF-8.
 pub(super) fn decode<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
+    check_bytes(file, bytes)?;
     let fail = |place, kind| {
         Err(ReadError {
             file: file.to_path_buf(),
@@ -24,16 +47,6 @@ pub(super) fn decode<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadEr
             kind,
         })
     };
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        let kind = ReadErrorKind::TooLarge {
-            bytes: bytes.len() as u64,
-            limit: MAX_FILE_BYTES,
-        };
-        return fail(Place::Whole, kind);
-    }
-    if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
-        return fail(Place::Whole, ReadErrorKind::LfsPointer);
-    }
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return fail(Place::Byte(0), ReadErrorKind::NotText { found: "UTF-16" });
     }

@@ -1,7 +1,20 @@
-//! Writers. In: a scene. Out: a file of a format, if the format can say what the scene holds.
+//! Writers. In: a scene. Out: a file of a format, if the format can say what the scene holds, and
+//! notes on what it cannot. Invariant: nothing that blocks light is changed in silence; curved
+//! shapes are refused where a format has none, never tessellated.
 
+mod error;
+mod file;
+mod glb;
+mod mesh;
 mod nff;
 mod number;
+mod obj;
+mod ply;
 
-pub use nff::{WriteError, write_nff};
+pub use error::WriteError;
+pub use file::write_file;
+pub use glb::write_glb;
+pub use nff::write_nff;
 pub use number::Precision;
+pub use obj::write_obj;
+pub use ply::write_ply;

@@ -2,7 +2,7 @@
 //!
 //! In: a scene. Out: NFF text, as SPD's programs lay it out. Invariant: nothing that blocks or
 //! gives light, and no look of a surface, is left out or changed in silence: what NFF cannot say is refused
-//! by name. Names, the ambient term and [`Scene::facing`] have no place in NFF and are dropped;
+//! by name. Names, the ambient term, [`Scene::facing`] and one-sidedness have no place in NFF and are dropped;
 //! `hither` is written as 0.
 
 use std::io::{self, Write};
@@ -11,41 +11,10 @@ use antumbra_geometry::DVec3;
 
 use crate::{
     defaults::nff_intensity,
-    model::{Color, Corner, Light, LightKind, Material, Mesh, Polygon, Scene, Shape},
+    model::{Alpha, Color, Corner, Light, LightKind, Material, Mesh, Polygon, Scene, Shape},
 };
 
-use super::number::Precision;
-
-/// Why a scene was not written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The output refused.
-    #[error("cannot write: {0}")]
-    Io(#[from] io::Error),
-    /// NFF has no way to say it.
-    #[error("NFF cannot say {what} (number {index}{})", Called(.name))]
-    Unsupported {
-        /// What it is.
-        what: &'static str,
-        /// Its index in the scene's list, from 0.
-        index: usize,
-        /// Its name; may be empty.
-        name: String,
-    },
-}
-
-/// Displays `, `name`` unless the name is empty.
-struct Called<'a>(&'a str);
-
-impl std::fmt::Display for Called<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.0.is_empty() {
-            Ok(())
-        } else {
-            write!(f, ", `{}`", self.0)
-        }
-    }
-}
+use super::{WriteError, number::Precision};
 
 /// Writes a scene as NFF: polygons, patches, meshes (a polygon or patch for each face), spheres,
 /// open cones, point lights.
@@ -55,7 +24,7 @@ impl std::fmt::Display for Called<'_> {
 ///
 /// # Errors
 /// `out` refuses, or NFF cannot say something: disks, closed cones, directional and spot lights,
-/// falloff, emission, coloured highlights or transmission, a highlight without its mirror.
+/// falloff, textures and alpha, emission, coloured highlights or transmission, a highlight without its mirror.
 ///
 /// # Example
 /// ```
@@ -93,6 +62,7 @@ pub fn write_nff(
             material_in_force = Some(object.material);
         }
         let unsupported = |what| WriteError::Unsupported {
+            format: "NFF",
             what,
             index,
             name: object.name.clone(),
@@ -142,6 +112,7 @@ impl<W: Write> Writer<'_, W> {
 
     fn light(&mut self, index: usize, light: &Light, plain: Color) -> Result<(), WriteError> {
         let unsupported = |what| WriteError::Unsupported {
+            format: "NFF",
             what,
             index,
             name: light.name.clone(),
@@ -166,12 +137,16 @@ impl<W: Write> Writer<'_, W> {
     fn material(&mut self, index: usize, material: &Material) -> Result<(), WriteError> {
         let unsupported = |what| {
             Err(WriteError::Unsupported {
+                format: "NFF",
                 what,
                 index,
                 name: material.name.clone(),
             })
         };
         let is_grey = |color: Color| color == Color::splat(color.x);
+        if material.diffuse_texture.is_some() || material.alpha != Alpha::Opaque {
+            return unsupported("a material with a texture, with cut-outs, or that blends");
+        }
         if material.emission != Color::ZERO {
             return unsupported("a material that sends out light");
         }

@@ -1,9 +1,14 @@
 //! Tests of the readers, the writer and the generators through the crate's public face.
 
 mod generated;
+mod glb;
 mod malformed;
 mod nff;
 mod obj;
+mod ply;
 mod round_trip;
 mod shared;
+mod stl;
 mod support;
+mod twins;
+mod writers;

@@ -27,6 +27,22 @@ fn rejected() {
             "obj/tinyobjloader/invalid-relative-vertex-index.obj",
             ":1: in `f`: index -4 names no `v`: only 0 came before",
         ),
+        (
+            "ply/assimp/payload_JVN42386607.ply",
+            ":6: in `element`: `vertex` is declared twice",
+        ),
+        (
+            "ply/magnum/integer-literal-too-large.ply",
+            ":5: in `element`: `4294967296` elements are more than 2^32 - 1",
+        ),
+        (
+            "ply/magnum/invalid-signature.ply",
+            ":1: expected `ply` on the first line, found ",
+        ),
+        (
+            "ply/magnum/positions-not-all.ply",
+            ":3: in `element vertex`: expected a number each for the properties x, y and z",
+        ),
     ] {
         let Some(result) = read(file) else { return };
         let error = result.unwrap_err().to_string();
@@ -68,6 +84,17 @@ fn loaded_with_warnings() {
             .any(|w| w.to_string().contains(&format!("{file}{warning}")));
         assert!(said, "{:?}", loaded.warnings);
     }
+}
+
+#[test]
+fn loaded_without_warnings() {
+    let Some(result) = read("stl/assimp/triangle_with_empty_solid.stl") else {
+        return;
+    };
+    let loaded = result.unwrap();
+    assert_eq!(loaded.warnings, []);
+    let names: Vec<_> = loaded.scene.objects.iter().map(|o| &*o.name).collect();
+    assert_eq!(names, ["testTriangle"]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Other people's scenes: every NFF and OBJ loads, and the counts are those of their README.
+//! Other people's scenes: every NFF, OBJ, PLY and STL loads, and the counts are those of their README.
 
 use antumbra_scene::{
     Loaded, ReadOptions,
@@ -76,6 +76,18 @@ fn counts_are_those_of_the_readme() {
             [0, 0, 0, 0, 11542],
             0,
         ),
+        ("mesh/ply/egyptcat.ply", [0, 0, 0, 0, 16000], 0),
+        ("mesh/ply/bevel-suzanne.ply", [0, 0, 0, 0, 500], 0),
+        ("mesh/ply/platonic_shelf_ascii.ply", [0, 0, 0, 0, 50], 0),
+        (
+            "mesh/ply/platonic_shelf_big_endian.ply",
+            [0, 0, 0, 0, 50],
+            0,
+        ),
+        ("mesh/ply/featuretype.ply", [0, 0, 0, 0, 3476], 0),
+        ("mesh/stl/featuretype.STL", [0, 0, 0, 0, 3476], 0),
+        ("mesh/stl/HalfDonut_ascii.stl", [0, 0, 0, 0, 288], 0),
+        ("mesh/stl/HalfDonut_binary.stl", [0, 0, 0, 0, 288], 0),
     ] {
         let loaded = read_file(&folder.join(file), &ReadOptions::default()).unwrap();
         // Faces that were dropped have been counted in the warnings.
@@ -124,7 +136,7 @@ fn every_well_formed_file_loads() {
         return;
     };
     let mut seen = 0;
-    for extension in ["nff", "obj"] {
+    for extension in ["nff", "obj", "ply", "stl", "STL"] {
         for path in files_below(&folder, extension) {
             if path.starts_with(folder.join("malformed")) {
                 continue;

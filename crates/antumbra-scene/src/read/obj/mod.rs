@@ -104,10 +104,7 @@ pub fn read_obj(
         reader.read(&statement, open)?;
     }
     let mut loaded = reader.finish()?;
-    loaded.scene.up = match options.up.unwrap_or(UpAxis::Y) {
-        UpAxis::Y => DVec3::Y,
-        UpAxis::Z => DVec3::Z,
-    };
+    loaded.scene.up = options.up.unwrap_or(UpAxis::Y).vector();
     Ok(loaded)
 }
 

@@ -1,0 +1,22 @@
+//! `antumbra convert`: writes a scene in another format.
+//!
+//! What the format has no place for is said; what it would change the shadows by is refused.
+
+use crate::failure::{Failure, Outcome};
+use crate::scene_source;
+use crate::screen::Screen;
+use crate::typed::Convert;
+
+/// Reads and writes; adds neither light nor camera.
+pub(crate) fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
+    let loaded = scene_source::read(&typed.input, None)?;
+    let notes = scene_source::write(&loaded.scene, &typed.output)?;
+    loaded
+        .warnings
+        .iter()
+        .chain(&notes)
+        .for_each(|warning| screen.warning(warning));
+    let (count, path) = (loaded.scene.objects.len(), typed.output.display());
+    screen.detail(format!("{count} objects in {path}"));
+    Ok(Outcome::Done)
+}

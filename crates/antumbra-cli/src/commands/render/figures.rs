@@ -1,0 +1,171 @@
+//! What is told about a run.
+
+use std::fs;
+use std::time::Duration;
+
+use antumbra_render::integrator::Tally;
+use antumbra_render::prepare::Prepared;
+use antumbra_render::statistics::{
+    MemoryUse, Rays, SCHEMA, Settings, ShadowQueries, Statistics, Times, Traversal, Verdict,
+};
+
+use super::files::Format;
+use super::meant::Meant;
+use crate::failure::Failure;
+use crate::machine;
+use crate::screen::Screen;
+use crate::typed::{Render, Shadows};
+use crate::values::{Exposure, format_bytes};
+
+/// What happened so far.
+pub(super) struct Run {
+    pub(super) tally: Tally,
+    pub(super) frame_count: u32,
+    /// Whether the last frame is.
+    pub(super) is_complete: bool,
+    /// What the first frame was brightened by.
+    pub(super) exposure_in_stops: Option<f64>,
+    pub(super) predicted_bytes: u64,
+    pub(super) load_time: Duration,
+    pub(super) prepare_time: Duration,
+    pub(super) render_time: Duration,
+}
+
+impl Run {
+    pub(super) fn statistics(
+        &self,
+        typed: &Render,
+        meant: &Meant,
+        prepared: &Prepared,
+    ) -> Statistics {
+        Statistics {
+            schema: SCHEMA,
+            scene: typed.file.scene.display().to_string(),
+            frames: self.frame_count,
+            preparations: 1,
+            is_complete: self.is_complete && self.frame_count as usize == meant.frames.len(),
+            settings: self.settings(typed, meant, prepared),
+            rays: Rays::from(&self.tally),
+            shadow: ShadowQueries::from(&self.tally),
+            traversal: Traversal::from(&self.tally),
+            time: Times {
+                load_s: self.load_time.as_secs_f64(),
+                prepare_s: self.prepare_time.as_secs_f64(),
+                render_s: self.render_time.as_secs_f64(),
+            },
+            memory: MemoryUse {
+                occlusion_bytes: prepared.index().occlusion_bytes(),
+                predicted_bytes: self.predicted_bytes,
+                peak_bytes: machine::peak_bytes(),
+            },
+            quick_check: prepared.index().quick_check().map(Verdict::from),
+        }
+    }
+
+    fn settings(&self, typed: &Render, meant: &Meant, prepared: &Prepared) -> Settings {
+        let exposure = match (meant.format, meant.exposure) {
+            (Format::Exr, _) => "none",
+            (Format::Png, Exposure::Auto) => "auto",
+            (Format::Png, Exposure::Stops(_)) => "fixed",
+        };
+        Settings {
+            shadows: typed.shadows.name().to_owned(),
+            shadows_used: Shadows::of(prepared.index().method()).name().to_owned(),
+            grid: prepared.index().grid_resolution(),
+            size: meant.size,
+            spp: typed.spp,
+            corner_rays: typed.corner_rays,
+            max_depth: typed.max_depth,
+            seed: typed.seed,
+            threads: rayon::current_num_threads(),
+            show: typed.show.name().to_owned(),
+            exposure: exposure.to_owned(),
+            exposure_stops: self.exposure_in_stops.unwrap_or(0.0),
+            aovs: meant.layer_names(),
+        }
+    }
+}
+
+/// Tells the figures to whom they were promised.
+pub(super) fn tell(
+    typed: &Render,
+    statistics: &Statistics,
+    screen: &Screen,
+) -> Result<(), Failure> {
+    if let Some(path) = &typed.stats_json {
+        let write = || -> Result<(), std::io::Error> {
+            let mut text = serde_json::to_string_pretty(statistics)?;
+            text.push('\n');
+            fs::write(path, text)
+        };
+        write().map_err(|error| {
+            Failure::system(format!("cannot write {}: {error}", path.display()))
+        })?;
+    }
+    if typed.stats {
+        screen.aside(table(statistics));
+    }
+    Ok(())
+}
+
+/// Returns the figures as a table for people.
+fn table(statistics: &Statistics) -> String {
+    let Statistics {
+        rays,
+        shadow,
+        traversal,
+        time,
+        memory,
+        ..
+    } = statistics;
+    let asked = shadow.queries - shadow.facing_away - shadow.out_of_cone;
+    let share = |part: u64| {
+        let percent = if asked == 0 {
+            0.0
+        } else {
+            100.0 * part as f64 / asked as f64
+        };
+        format!("{part:>14}  {percent:5.1} % of those asked")
+    };
+    let count = |count: u64| format!("{count:>14}");
+    let seconds = |seconds: f64| format!("{seconds:>14.3} s");
+    let peak = memory.peak_bytes.map_or("unknown".into(), format_bytes);
+    let rows = [
+        ("frames", count(statistics.frames.into())),
+        ("preparations", count(statistics.preparations.into())),
+        ("eye rays", count(rays.primary)),
+        ("  that hit", count(rays.primary_hits)),
+        ("mirrored rays", count(rays.reflection)),
+        ("refracted rays", count(rays.refraction)),
+        ("rays gone on straight", count(rays.passed)),
+        ("all rays, shadow rays too", count(rays.total)),
+        ("shadow queries", count(shadow.queries)),
+        ("  facing away", count(shadow.facing_away)),
+        ("  outside the cone", count(shadow.out_of_cone)),
+        ("  by first pass", share(shadow.first_pass)),
+        ("  by intermediate", share(shadow.intermediate)),
+        ("  by blocker list", share(shadow.blocker_list)),
+        ("  by ray", share(shadow.rays)),
+        ("  found blocked", share(shadow.shadowed)),
+        ("voxels entered", count(traversal.steps)),
+        ("surfaces tested", count(traversal.intersections)),
+        (
+            "exposure",
+            format!("{:>14.2} stops", statistics.settings.exposure_stops),
+        ),
+        ("loading", seconds(time.load_s)),
+        ("preparing", seconds(time.prepare_s)),
+        ("rendering", seconds(time.render_s)),
+        (
+            "occlusion values",
+            format!("{:>14}", format_bytes(memory.occlusion_bytes)),
+        ),
+        (
+            "memory predicted",
+            format!("{:>14}", format_bytes(memory.predicted_bytes)),
+        ),
+        ("memory at most", format!("{peak:>14}")),
+    ];
+    rows.map(|(name, value)| format!("{name:<26}{value}"))
+        .join("\n")
+}

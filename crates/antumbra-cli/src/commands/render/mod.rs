@@ -1,0 +1,164 @@
+//! `antumbra render`: from a scene file to PNG or OpenEXR.
+//!
+//! | module | what |
+//! |---|---|
+//! | `meant` | what was typed becomes views, settings, files |
+//! | `files` | pictures and layers become files |
+//! | `figures` | what is told about the run |
+
+mod figures;
+mod files;
+mod meant;
+
+use std::time::{Duration, Instant};
+
+use antumbra_render::film::{self, Watch};
+use antumbra_render::integrator::Tally;
+use antumbra_render::prepare::{self, Gathered, PrepareOptions, Prepared};
+
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::load;
+use crate::memory::Need;
+use crate::screen::Screen;
+use crate::typed::Render;
+use crate::values::{Exposure, format_bytes};
+use figures::Run;
+use files::Format;
+use meant::Meant;
+
+/// Loads, prepares once, renders every frame, tells the figures.
+pub(crate) fn run(
+    typed: &Render,
+    screen: &Screen,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
+    let format = Format::of(&typed.output)?;
+    let lit = load::lit_scene(&typed.file, &typed.cost, screen)?;
+    let meant = Meant::of(typed, format, &lit.scene, screen)?;
+    super::on_threads(&typed.threads, || {
+        work(typed, lit, &meant, screen, interrupt)
+    })?
+}
+
+fn work(
+    typed: &Render,
+    lit: load::LitScene,
+    meant: &Meant,
+    screen: &Screen,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
+    // Once, whatever the number of frames.
+    let begin = Instant::now();
+    let (prepared, predicted_bytes) = prepared(lit.scene, meant, screen)?;
+    let prepare_time = begin.elapsed();
+    say_prepared(&prepared, prepare_time, screen);
+
+    interrupt.keep_partial_results();
+    let mut run = Run {
+        tally: Tally::default(),
+        frame_count: 0,
+        is_complete: true,
+        exposure_in_stops: None,
+        predicted_bytes,
+        load_time: lit.load_time,
+        prepare_time,
+        render_time: Duration::ZERO,
+    };
+    let bar = screen.progress(
+        film::work(meant.size, meant.settings.sampling) * meant.frames.len() as u64,
+        "rendering",
+    );
+    let progress = |samples| bar.inc(samples);
+    for (view, path) in &meant.frames {
+        let begin = Instant::now();
+        let watch = Watch {
+            cancel: interrupt.cancel(),
+            progress: &progress,
+        };
+        let rendered = film::render(&prepared, view, &meant.settings, watch);
+        run.render_time += begin.elapsed();
+        run.tally.add(&rendered.tally);
+        // One exposure for all frames, so that a fly-around does not flicker.
+        let stops = *run.exposure_in_stops.get_or_insert_with(|| {
+            let stops = match meant.exposure {
+                Exposure::Auto => rendered.metering.stops(),
+                Exposure::Stops(stops) => stops,
+            };
+            if meant.exposure == Exposure::Auto {
+                screen.detail(format!("automatic exposure: {stops:+.2} stops"));
+            }
+            stops
+        });
+        meant.format.write(path, &rendered, stops)?;
+        run.frame_count += 1;
+        run.is_complete = rendered.is_complete;
+        if !run.is_complete {
+            bar.abandon();
+            let path = path.display();
+            screen.aside(format!(
+                "stopped; what was finished of the picture is in {path}"
+            ));
+            break;
+        }
+    }
+    bar.finish_and_clear();
+
+    figures::tell(typed, &run.statistics(typed, meant, &prepared), screen)?;
+    Ok(if run.is_complete {
+        Outcome::Done
+    } else {
+        Outcome::Interrupted
+    })
+}
+
+/// Prepares the scene, unless it needs more memory than it may take; says how much it needs.
+fn prepared(
+    scene: antumbra_scene::model::Scene,
+    meant: &Meant,
+    screen: &Screen,
+) -> Result<(Prepared, u64), Failure> {
+    let mut need = Need {
+        scene: prepare::scene_bytes(&scene),
+        surfaces: prepare::surface_bytes(&scene),
+        picture: meant.picture_bytes,
+        index: 0,
+    };
+    need.check(meant.memory_limit)?;
+    let gathered = Gathered::of(&scene)?;
+    need.index = gathered.predict_bytes(scene.lights.len(), &meant.prepare)?;
+    need.check(meant.memory_limit)?;
+    screen.detail(format!("memory predicted: {need}"));
+    let options = PrepareOptions {
+        memory_limit: meant.memory_limit - (need.total() - need.index),
+        ..meant.prepare
+    };
+    Ok((
+        Prepared::of_gathered(scene, gathered, &options)?,
+        need.total(),
+    ))
+}
+
+fn say_prepared(prepared: &Prepared, time: Duration, screen: &Screen) {
+    let index = prepared.index();
+    let [x, y, z] = index.grid_resolution();
+    screen.detail(format!(
+        "prepared in {:.3} s: {} surfaces, grid {x} x {y} x {z}, occlusion values {}",
+        time.as_secs_f64(),
+        index.occluders().surface_count(),
+        format_bytes(index.occlusion_bytes())
+    ));
+    if let Some(verdict) = index.quick_check() {
+        let advice = if verdict.is_advised {
+            "advises"
+        } else {
+            "advises against"
+        };
+        screen.note(format!(
+            "the quick check {advice} voxel occlusion testing: elements occupy {:.3} % of the \
+             voxels on average, the threshold is {:.3} %",
+            100.0 * verdict.occupied_share,
+            100.0 * verdict.threshold
+        ));
+    }
+}

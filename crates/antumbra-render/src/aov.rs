@@ -1,0 +1,261 @@
+//! Layers beside the picture: who sees which light, and how that was decided.
+//!
+//! In: what each eye ray saw first ([`Seen`]). Out: planes of numbers from 0 to 1, one a channel.
+//! A pixel is the mean of its samples, so every number is a share of samples:
+//!
+//! - `shadow.<light>`: samples that the light reaches. A sample that faces away from the light or
+//!   is outside the spot's cone counts as not reached; one that hits nothing counts as reached, so
+//!   that the picture's background stays when it is multiplied by the mask.
+//! - `decided-by`: for each [`DecidedBy`] the share of shadow questions that ended so, all lights
+//!   together; a sample that hits nothing counts for `no_hit`. The sum is 1.
+//!
+//! Invariant: asking costs nothing: the layers use the answers that the picture uses.
+
+use std::collections::HashSet;
+
+use antumbra::{Decided, Shadow};
+use antumbra_scene::model::Light;
+
+use crate::integrator::{LightQuery, Seen};
+
+/// Which layers to make.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Aovs {
+    /// A mask a light.
+    pub shadow: bool,
+    /// How questions were decided.
+    pub decided: bool,
+}
+
+/// What became of a question about a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DecidedBy {
+    /// A blocker list answered.
+    BlockerList,
+    /// Not asked: the surface faces away.
+    FacingAway,
+    /// The value of the start's voxel answered.
+    FirstPass,
+    /// The value of a voxel on the way answered.
+    Intermediate,
+    /// The eye ray hits nothing.
+    NoHit,
+    /// Not asked: the spot does not shine here.
+    OutOfCone,
+    /// A full walk answered.
+    Ray,
+}
+
+impl DecidedBy {
+    /// All of them, by channel name.
+    pub const ALL: [Self; 7] = [
+        Self::BlockerList,
+        Self::FacingAway,
+        Self::FirstPass,
+        Self::Intermediate,
+        Self::NoHit,
+        Self::OutOfCone,
+        Self::Ray,
+    ];
+
+    /// Returns the name of the channel, as in the figures of `--stats-json`.
+    pub fn channel_name(self) -> &'static str {
+        match self {
+            Self::BlockerList => "blocker_list",
+            Self::FacingAway => "facing_away",
+            Self::FirstPass => "first_pass",
+            Self::Intermediate => "intermediate",
+            Self::NoHit => "no_hit",
+            Self::OutOfCone => "out_of_cone",
+            Self::Ray => "ray",
+        }
+    }
+}
+
+impl From<&LightQuery> for DecidedBy {
+    fn from(query: &LightQuery) -> Self {
+        match query {
+            LightQuery::FacingAway => Self::FacingAway,
+            LightQuery::OutOfCone => Self::OutOfCone,
+            LightQuery::Asked { answer, .. } => match answer.decided {
+                Decided::FirstPass => Self::FirstPass,
+                Decided::Intermediate => Self::Intermediate,
+                Decided::BlockerList => Self::BlockerList,
+                Decided::Ray => Self::Ray,
+            },
+        }
+    }
+}
+
+/// The name of the layer that `decided` makes.
+pub const DECIDED_LAYER: &str = "decided-by";
+
+/// One layer of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// Its name, unlike every other layer's.
+    pub name: String,
+    /// Channels by name, each `width * height` numbers, rows from the top.
+    pub channels: Vec<(&'static str, Vec<f32>)>,
+}
+
+impl Aovs {
+    /// Returns how many channels there are in all layers.
+    pub fn channel_count(self, light_count: usize) -> usize {
+        let shadow = if self.shadow { light_count } else { 0 };
+        let decided = if self.decided {
+            DecidedBy::ALL.len()
+        } else {
+            0
+        };
+        shadow + decided
+    }
+
+    /// Adds a sample to the sums of a pixel: one a light, then one a way to decide.
+    pub(crate) fn add_sample(self, seen: &Seen, light_count: usize, sums: &mut [f64]) {
+        let masks = if self.shadow { light_count } else { 0 };
+        let (masks, decided) = sums.split_at_mut(masks);
+        for (light, sum) in masks.iter_mut().enumerate() {
+            let is_reached = match seen.queries.get(light) {
+                Some(LightQuery::Asked { answer, .. }) => answer.shadow == Shadow::Lit,
+                Some(LightQuery::FacingAway | LightQuery::OutOfCone) => false,
+                None => true,
+            };
+            *sum += f64::from(u8::from(is_reached));
+        }
+        if !self.decided {
+            return;
+        }
+        if !seen.is_surface {
+            decided[DecidedBy::NoHit as usize] += 1.0;
+        }
+        for query in &seen.queries {
+            decided[DecidedBy::from(query) as usize] += 1.0 / light_count as f64;
+        }
+    }
+
+    /// Sorts numbers that lie pixel after pixel into layers.
+    pub(crate) fn layers(self, lights: &[Light], values: &[f32]) -> Vec<Layer> {
+        let stride = self.channel_count(lights.len());
+        let plane = |channel: usize| values.iter().skip(channel).step_by(stride).copied();
+        let mut layers = Vec::new();
+        let mut channel = 0;
+        if self.shadow {
+            for name in light_names(lights) {
+                layers.push(Layer {
+                    name: format!("shadow.{name}"),
+                    channels: vec![("Y", plane(channel).collect())],
+                });
+                channel += 1;
+            }
+        }
+        if self.decided {
+            let channels = DecidedBy::ALL
+                .into_iter()
+                .map(|way| (way.channel_name(), plane(channel + way as usize).collect()));
+            layers.push(Layer {
+                name: DECIDED_LAYER.into(),
+                channels: channels.collect(),
+            });
+        }
+        layers
+    }
+}
+
+/// Returns a name for each light that is good for layers and for files: ASCII letters, digits, `-` and
+/// `_`, 64 of them at most, all different also where case does not count. A light without a name
+/// gets its number, from 1; of lights with one name the later ones get a number behind it.
+pub fn light_names(lights: &[Light]) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let mut names = Vec::with_capacity(lights.len());
+    for (number, light) in (1..).zip(lights) {
+        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        let kept = light.name.trim().chars().take(64);
+        let kept: String = kept.map(|c| if allowed(c) { c } else { '_' }).collect();
+        let base = if kept.is_empty() {
+            format!("light-{number}")
+        } else {
+            kept
+        };
+        let mut name = base.clone();
+        let mut copy = 2;
+        while !taken.insert(name.to_lowercase()) {
+            name = format!("{base}-{copy}");
+            copy += 1;
+        }
+        names.push(name);
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use antumbra_geometry::DVec3;
+    use antumbra_scene::model::{Color, LightKind};
+
+    #[test]
+    fn names_are_all_different_and_fit_for_files() {
+        let light = |name: &str| Light {
+            name: name.into(),
+            kind: LightKind::Directional {
+                towards_light: DVec3::Z,
+            },
+            color: Color::ONE,
+            falls_off: false,
+        };
+        let names = [
+            "Lamp",
+            "",
+            "lamp",
+            "a/b",
+            "lamp-2",
+            "Sonne über",
+            "light-2",
+            "..",
+        ];
+        assert_eq!(
+            light_names(&names.map(light)),
+            [
+                "Lamp",
+                "light-2",
+                "lamp-2",
+                "a_b",
+                "lamp-2-2",
+                "Sonne__ber",
+                "light-2-2",
+                "__"
+            ]
+        );
+        assert_eq!(light_names(&[light(&"x".repeat(999))])[0].len(), 64);
+    }
+
+    #[test]
+    fn ways_are_in_the_order_of_their_channels() {
+        let names = DecidedBy::ALL.map(DecidedBy::channel_name);
+        assert!(names.is_sorted());
+        for (number, way) in DecidedBy::ALL.into_iter().enumerate() {
+            assert_eq!(way as usize, number);
+        }
+    }
+
+    #[test]
+    fn a_sample_that_hits_nothing_is_lit_and_one_that_faces_away_is_not() {
+        let aovs = Aovs {
+            shadow: true,
+            decided: true,
+        };
+        let mut sums = [0.0; 9];
+        aovs.add_sample(&Seen::default(), 2, &mut sums);
+        let mut expected = [0.0; 9];
+        [expected[0], expected[1], expected[6]] = [1.0; 3];
+        assert_eq!(sums, expected);
+        let away = Seen {
+            is_surface: true,
+            queries: vec![LightQuery::FacingAway, LightQuery::OutOfCone],
+        };
+        aovs.add_sample(&away, 2, &mut sums);
+        [expected[3], expected[7]] = [0.5; 2];
+        assert_eq!(sums, expected);
+    }
+}

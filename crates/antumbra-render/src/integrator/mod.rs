@@ -1,0 +1,380 @@
+//! Whitted's model: what a ray sees.
+//!
+//! In: a ray and a prepared scene. Out: linear RGB, and every count of the work in a [`Tally`].
+//! At each hit: emission, ambient light times diffuse colour (times the texture), and for each
+//! light a Lambertian and a Phong term if the light is in front, inside its cone and not blocked;
+//! then a mirrored and a refracted ray. Where a surface covers only part of what is behind, the
+//! ray goes on straight and both are mixed by coverage.
+//!
+//! Invariants: each shaded hit asks one shadow query per light, unless the light is behind the
+//! surface (by the exact sign of `ShadowIndex::light_side`) or does not shine into that
+//! direction; a hit that covers nothing is not shaded. What is queried depends on geometry and
+//! coverage alone: not on shading normals, colours or earlier answers.
+
+mod terms;
+
+use antumbra::{Answer, Counters, Shadow, ShadowIndex};
+use antumbra_geometry::{DVec3, Hit, Ray, Start};
+use antumbra_scene::model::{Color, Facing};
+
+use crate::prepare::{Look, Prepared};
+use crate::vector::unit;
+use terms::{cone_share, local_term, power_at, reflected, refracted};
+
+/// How often the rays of one chain go on behind a surface that does not cover everything. The
+/// next surface counts as whole, so that stacks of glass panes cost what they show, and no more.
+pub const MAX_PASSED: u32 = 32;
+
+/// Counts of rays and queries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Rays from the eye.
+    pub primary: u64,
+    /// Rays from the eye that hit something.
+    pub primary_hits: u64,
+    /// Mirrored rays.
+    pub reflection: u64,
+    /// Refracted rays.
+    pub refraction: u64,
+    /// Rays that go on straight behind a surface that does not cover everything.
+    pub passed: u64,
+    /// One per shaded hit and light, whatever became of it.
+    pub queries: u64,
+    /// Of `queries`, those not asked because the surface faces away from the light.
+    pub facing_away: u64,
+    /// Of `queries`, those not asked because the point is outside the spot's cone.
+    pub out_of_cone: u64,
+    /// What the shadow index counted.
+    pub counters: Counters,
+}
+
+impl Tally {
+    /// Adds another tally to this one.
+    pub fn add(&mut self, other: &Self) {
+        self.primary += other.primary;
+        self.primary_hits += other.primary_hits;
+        self.reflection += other.reflection;
+        self.refraction += other.refraction;
+        self.passed += other.passed;
+        self.queries += other.queries;
+        self.facing_away += other.facing_away;
+        self.out_of_cone += other.out_of_cone;
+        self.counters.add(&other.counters);
+    }
+}
+
+/// What became of one hit's question about one light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightQuery {
+    /// Not asked: the surface faces away.
+    FacingAway,
+    /// Not asked: the spot does not shine here.
+    OutOfCone,
+    /// Asked.
+    Asked {
+        /// The exact answer.
+        answer: Answer,
+        /// Share of the light's power sent into this direction, above 0, at most 1.
+        cone_share: f64,
+    },
+}
+
+/// What an eye ray saw first: the first surface that covers anything.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// Whether there is one.
+    pub is_surface: bool,
+    /// What became of its question about each light of the scene, in order; empty without one.
+    pub queries: Vec<LightQuery>,
+}
+
+impl Seen {
+    fn clear(&mut self) {
+        self.is_surface = false;
+        self.queries.clear();
+    }
+}
+
+/// How far a chain of rays has come.
+#[derive(Clone, Copy, Debug)]
+struct Chain {
+    /// The ray's number in its chain; those that went on straight have the number of the first.
+    depth: u32,
+    /// How many went on straight.
+    passed: u32,
+}
+
+/// A hit with its normals.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// The hit.
+    pub hit: Hit,
+    /// Unit normal by winding, or outwards.
+    pub geometric_normal: DVec3,
+    /// Unit normal for shading, on the same side.
+    pub shading_normal: DVec3,
+    /// Unit vector back along the ray.
+    pub towards_viewer: DVec3,
+    /// Which side is looked at: 1 the side of the geometric normal, -1 the other, 0 edge-on.
+    pub viewer_side: i8,
+}
+
+/// Follows rays through a prepared scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Integrator<'a> {
+    prepared: &'a Prepared,
+    max_depth: u32,
+}
+
+impl<'a> Integrator<'a> {
+    /// Starts with the longest chain of rays to follow: the eye ray is number 1, as in the SPD
+    /// test procedure. 0 and 1 both mean eye rays only, with shadows. Rays that go on straight
+    /// behind a blended surface do not count; [`MAX_PASSED`] bounds them.
+    pub fn new(prepared: &'a Prepared, max_depth: u32) -> Self {
+        Self {
+            prepared,
+            max_depth,
+        }
+    }
+
+    fn index(&self) -> &'a ShadowIndex {
+        self.prepared.index()
+    }
+
+    /// Returns what an eye ray sees, linear RGB, and notes in `seen` what it saw first.
+    pub fn radiance(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) -> Color {
+        seen.clear();
+        tally.primary += 1;
+        let chain = Chain {
+            depth: 1,
+            passed: 0,
+        };
+        self.trace(*eye_ray, chain, Some(seen), tally)
+    }
+
+    /// Notes in `seen` what an eye ray sees first; asks every light there and follows no further.
+    pub fn look_only(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) {
+        seen.clear();
+        tally.primary += 1;
+        let mut ray = *eye_ray;
+        for passed in 0..=MAX_PASSED {
+            let Some(point) = self.nearest(&ray, tally) else {
+                return;
+            };
+            tally.primary_hits += u64::from(passed == 0);
+            let look = self.prepared.look(&point.hit, point.viewer_side);
+            if look.coverage > 0.0 || passed == MAX_PASSED {
+                seen.is_surface = true;
+                let lights = 0..self.prepared.scene().lights.len();
+                seen.queries
+                    .extend(lights.map(|light| self.ask(&point, light, tally)));
+                return;
+            }
+            tally.passed += 1;
+            ray = point.ray_towards(ray.direction);
+        }
+    }
+
+    /// Follows a ray through whatever does not cover everything. `seen` is for the eye ray.
+    fn trace(
+        &self,
+        mut ray: Ray,
+        mut chain: Chain,
+        mut seen: Option<&mut Seen>,
+        tally: &mut Tally,
+    ) -> Color {
+        let mut color = Color::ZERO;
+        // The share of what is seen from here on.
+        let mut share = 1.0;
+        let mut is_first_of_eye = seen.is_some();
+        loop {
+            let Some(point) = self.nearest(&ray, tally) else {
+                return color + share * self.prepared.scene().background;
+            };
+            tally.primary_hits += u64::from(is_first_of_eye);
+            is_first_of_eye = false;
+
+            let look = self.prepared.look(&point.hit, point.viewer_side);
+            let coverage = if chain.passed < MAX_PASSED {
+                look.coverage
+            } else {
+                1.0
+            };
+            if coverage > 0.0 {
+                let shaded = self.shade(&point, &look, &ray, chain, seen.take(), tally);
+                color += share * coverage * shaded;
+            }
+            if coverage >= 1.0 {
+                return color;
+            }
+            share *= 1.0 - coverage;
+            chain.passed += 1;
+            tally.passed += 1;
+            ray = point.ray_towards(ray.direction);
+        }
+    }
+
+    fn nearest(&self, ray: &Ray, tally: &mut Tally) -> Option<SurfacePoint> {
+        let hit = self.index().nearest(ray, &mut tally.counters)?;
+        let geometric_normal = self.prepared.geometric_normal(&hit);
+        let towards_viewer = unit(-ray.direction).unwrap_or(geometric_normal);
+        Some(SurfacePoint {
+            hit,
+            geometric_normal,
+            shading_normal: self.prepared.shading_normal(&hit, geometric_normal),
+            towards_viewer,
+            viewer_side: sign(geometric_normal.dot(-ray.direction)),
+        })
+    }
+
+    /// Asks whether a light of the scene reaches a point, if it can at all.
+    pub fn ask(&self, point: &SurfacePoint, light: usize, tally: &mut Tally) -> LightQuery {
+        tally.queries += 1;
+        let start = Start {
+            point: point.hit.point,
+            surface: Some(point.hit.surface),
+        };
+
+        // In front of which side is the light, exactly?
+        let side = self.index().light_side(&start, light);
+        let is_facing = match self.prepared.scene().facing {
+            Facing::Winding => side > 0,
+            Facing::Viewer => side != 0 && side.signum() == point.viewer_side,
+        };
+        if !is_facing {
+            tally.facing_away += 1;
+            return LightQuery::FacingAway;
+        }
+
+        // Does it shine into this direction?
+        let cone_share = cone_share(&self.prepared.scene().lights[light].kind, start.point);
+        if cone_share <= 0.0 {
+            tally.out_of_cone += 1;
+            return LightQuery::OutOfCone;
+        }
+
+        let answer = self.index().shadow(&start, light, &mut tally.counters);
+        LightQuery::Asked { answer, cone_share }
+    }
+
+    /// Returns the light that leaves a point against `ray`, and notes its questions in `seen`.
+    fn shade(
+        &self,
+        point: &SurfacePoint,
+        look: &Look<'_>,
+        ray: &Ray,
+        chain: Chain,
+        mut seen: Option<&mut Seen>,
+        tally: &mut Tally,
+    ) -> Color {
+        let scene = self.prepared.scene();
+        let mut color = look.material.emission + scene.ambient * look.diffuse;
+        if let Some(seen) = &mut seen {
+            seen.is_surface = true;
+        }
+
+        // The side that may be lit: as wound, or as looked at.
+        let is_turned = scene.facing == Facing::Viewer && point.viewer_side < 0;
+        let front_normal = if is_turned {
+            -point.shading_normal
+        } else {
+            point.shading_normal
+        };
+        for (number, light) in scene.lights.iter().enumerate() {
+            let query = self.ask(point, number, tally);
+            if let Some(seen) = &mut seen {
+                seen.queries.push(query);
+            }
+            if let LightQuery::Asked { answer, cone_share } = query
+                && answer.shadow == Shadow::Lit
+            {
+                let shape = &self.index().lights()[number];
+                let power = cone_share * power_at(light, shape, point.hit.point);
+                color += power * local_term(look, point, front_normal, shape);
+            }
+        }
+
+        if chain.depth < self.max_depth {
+            color += self.secondary(point, look, ray.direction, chain, tally);
+        }
+        color
+    }
+
+    /// Follows the mirrored and the refracted ray.
+    fn secondary(
+        &self,
+        point: &SurfacePoint,
+        look: &Look<'_>,
+        direction: DVec3,
+        chain: Chain,
+        tally: &mut Tally,
+    ) -> Color {
+        let material = look.material;
+        let mut color = Color::ZERO;
+        let mut reflection = material.reflection;
+
+        let flip = if point.viewer_side < 0 { -1.0 } else { 1.0 };
+        let shading_normal = flip * point.shading_normal;
+        let geometric_normal = flip * point.geometric_normal;
+        let Some(direction) = unit(direction) else {
+            return color;
+        };
+
+        if material.transmission != Color::ZERO {
+            let ratio = if point.viewer_side < 0 {
+                material.ior
+            } else {
+                1.0 / material.ior
+            };
+            let through = refracted(direction, shading_normal, ratio)
+                .filter(|d| d.dot(geometric_normal) < 0.0)
+                .or_else(|| refracted(direction, geometric_normal, ratio));
+            if let Some(through) = through {
+                tally.refraction += 1;
+                color += material.transmission * self.follow(point, through, chain, tally);
+            } else {
+                // Total reflection: what would have gone through is mirrored too.
+                reflection += material.transmission;
+            }
+        }
+
+        if reflection != Color::ZERO {
+            let mut mirrored = reflected(direction, shading_normal);
+            if mirrored.dot(geometric_normal) <= 0.0 {
+                mirrored = reflected(direction, geometric_normal);
+            }
+            tally.reflection += 1;
+            color += reflection * self.follow(point, mirrored, chain, tally);
+        }
+        color
+    }
+
+    fn follow(
+        &self,
+        from: &SurfacePoint,
+        direction: DVec3,
+        chain: Chain,
+        tally: &mut Tally,
+    ) -> Color {
+        let chain = Chain {
+            depth: chain.depth + 1,
+            ..chain
+        };
+        self.trace(from.ray_towards(direction), chain, None, tally)
+    }
+}
+
+impl SurfacePoint {
+    /// Returns the ray that leaves the surface here.
+    fn ray_towards(&self, direction: DVec3) -> Ray {
+        Ray {
+            origin: self.hit.point,
+            direction,
+            leaves: Some(self.hit.surface),
+        }
+    }
+}
+
+fn sign(value: f64) -> i8 {
+    i8::from(value > 0.0) - i8::from(value < 0.0)
+}

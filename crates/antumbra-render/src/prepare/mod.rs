@@ -1,0 +1,141 @@
+//! Scene meets accelerator: the only place.
+//!
+//! In: a [`Scene`]. Out: [`Gathered`] (its surfaces, and which object each came from), then
+//! [`Prepared`] (with the shadow index). Invariant: elements are numbered in the order of the
+//! file: each polygon, each face of a mesh, each sphere, cone and disk is one element, unless its
+//! alpha says that it is nowhere there. A surface blocks as its material's
+//! [`shadow_kind`](antumbra_scene::model::Material::shadow_kind) says.
+//!
+//! | module | what |
+//! |---|---|
+//! | `gathered` | objects become numbered surfaces |
+//! | `masks` | masks become holes |
+//! | `surface` | what a hit looks like: normals, texture, coverage |
+//! | `memory` | what all this takes |
+
+mod gathered;
+mod masks;
+mod memory;
+mod surface;
+
+use antumbra::{BuildError, GridResolution, Method, QuickCheck, ShadowIndex};
+use antumbra_geometry::OccludersError;
+use antumbra_scene::model::Scene;
+
+pub use gathered::{Gathered, Place};
+pub use memory::{scene_bytes, surface_bytes};
+pub use surface::Look;
+
+/// Why a scene cannot be prepared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PrepareError {
+    /// An object's numbers are out of range.
+    #[error("object {object}{}: {source}", named(name))]
+    BadObject {
+        /// Index into [`Scene::objects`].
+        object: usize,
+        /// The object's name, may be empty.
+        name: String,
+        /// What is wrong.
+        source: OccludersError,
+    },
+    /// An object names a material, a texture, a position or a face end that is not there.
+    #[error("object {object}{}: {what} is out of range", named(name))]
+    BadIndex {
+        /// Index into [`Scene::objects`].
+        object: usize,
+        /// The object's name, may be empty.
+        name: String,
+        /// Which index it is.
+        what: &'static str,
+    },
+    /// The index refuses the lights or a setting, or needs too much memory.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+}
+
+fn named(name: &str) -> String {
+    if name.is_empty() {
+        String::new()
+    } else {
+        format!(" ({name})")
+    }
+}
+
+/// How a scene is accelerated.
+#[derive(Clone, Copy, Debug)]
+pub struct PrepareOptions {
+    /// How shadow queries are answered.
+    pub method: Method,
+    /// How fine the grid is.
+    pub grid: GridResolution,
+    /// What the quick check of Paper 7.3 does.
+    pub quick_check: QuickCheck,
+    /// Most bytes that grid and values may take.
+    pub memory_limit: u64,
+}
+
+impl Default for PrepareOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            grid: GridResolution::default(),
+            quick_check: QuickCheck::default(),
+            memory_limit: u64::MAX,
+        }
+    }
+}
+
+/// A scene ready to be looked at: its data, its surfaces and its shadow index.
+#[derive(Debug)]
+pub struct Prepared {
+    scene: Scene,
+    gathered: Gathered,
+    index: ShadowIndex,
+}
+
+impl Prepared {
+    /// Gathers the surfaces of `scene` and builds the index, on all threads of the current rayon
+    /// pool. The scene's lights are fixed from here on; cameras are not part of it.
+    ///
+    /// # Errors
+    /// The scene or a setting is out of range, or the memory limit is too small; the need is
+    /// predicted and compared before any of it is taken.
+    pub fn new(scene: Scene, options: &PrepareOptions) -> Result<Self, PrepareError> {
+        let gathered = Gathered::of(&scene)?;
+        Self::of_gathered(scene, gathered, options)
+    }
+
+    /// Builds the index over surfaces that were gathered from this very `scene`, as
+    /// [`Prepared::new`] does.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`].
+    pub fn of_gathered(
+        scene: Scene,
+        gathered: Gathered,
+        options: &PrepareOptions,
+    ) -> Result<Self, PrepareError> {
+        let index = gathered.index(&scene.lights, options)?;
+        Ok(Self {
+            scene,
+            gathered,
+            index,
+        })
+    }
+
+    /// Returns the scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Returns the surfaces and where they come from.
+    pub fn gathered(&self) -> &Gathered {
+        &self.gathered
+    }
+
+    /// Returns the shadow index; its lights have the order of [`Scene::lights`].
+    pub fn index(&self) -> &ShadowIndex {
+        &self.index
+    }
+}

@@ -1,0 +1,136 @@
+//! What a hit looks like: normals, texture, coverage.
+//!
+//! In: a hit. Out: what shading needs of the scene there. Invariant: what is interpolated over a
+//! triangle uses the hit's barycentric weights and the outline's corners; a triangle with a corner
+//! that the file does not know (where an outline crosses itself) is flat and untextured.
+
+use antumbra_geometry::{DVec3, Hit, Opacity, SurfaceId};
+use antumbra_scene::model::{Alpha, Color, Corner, Material, Shape};
+
+use super::Prepared;
+use super::gathered::face_of;
+use crate::vector::unit;
+
+/// How a surface looks in one place.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    /// The material, without its texture.
+    pub material: &'a Material,
+    /// The diffuse colour, times the texture's.
+    pub diffuse: Color,
+    /// How much of what is behind the surface covers: 0, it is not there, to 1, it is whole.
+    pub coverage: f64,
+}
+
+impl Prepared {
+    /// Returns how a surface looks, its texture left out.
+    pub fn material(&self, surface: SurfaceId) -> &Material {
+        let place = self.gathered.place_of(surface);
+        &self.scene.materials[self.scene.objects[place.object as usize].material]
+    }
+
+    /// Returns how the surface looks at a hit, from the side `viewer_side`: positive for the side of
+    /// the geometric normal, negative for the other.
+    ///
+    /// The back of a material that is not double-sided covers nothing, unless it transmits light,
+    /// which has to get out again. Where the geometry has cut holes, a hit is on what is left.
+    pub fn look(&self, hit: &Hit, viewer_side: i8) -> Look<'_> {
+        let material = self.material(hit.surface);
+        let texture = material
+            .diffuse_texture
+            .and_then(|number| self.scene.textures.get(number));
+        let [red, green, blue, alpha] = texture
+            .zip(self.uv(hit))
+            .map_or([1.0; 4], |(texture, uv)| texture.sample(uv));
+
+        let is_culled =
+            viewer_side < 0 && !material.is_double_sided && material.transmission == Color::ZERO;
+        let coverage = if is_culled {
+            0.0
+        } else if material.alpha == Alpha::Opaque || self.has_holes(hit.surface) {
+            1.0
+        } else {
+            material.coverage(alpha)
+        };
+        Look {
+            material,
+            diffuse: material.diffuse * Color::new(red, green, blue),
+            coverage,
+        }
+    }
+
+    /// Returns the place of a hit in its texture, or `None` where the file gives none.
+    pub fn uv(&self, hit: &Hit) -> Option<[f64; 2]> {
+        let place = self.gathered.place_of(hit.surface);
+        let Shape::Mesh(mesh) = &self.scene.objects[place.object as usize].shape else {
+            return None;
+        };
+        if mesh.uvs.is_empty() {
+            return None;
+        }
+        let corners = self.gathered.occluders.corners(hit.surface)?;
+        let face = face_of(mesh, place.face as usize)?;
+        // A face with a corner that has no place in the texture has none as a whole.
+        let uv_of = |corner: &Corner| mesh.uvs.get(corner.uv as usize).copied();
+        if face.iter().any(|corner| uv_of(corner).is_none()) {
+            return None;
+        }
+        let [a, b, c] = corners.map(|corner| face.get(corner as usize).and_then(uv_of));
+        let [a, b, c] = [a?, b?, c?];
+        let [second, third] = hit.barycentric;
+        Some(std::array::from_fn(|i| {
+            a[i] + (b[i] - a[i]) * second + (c[i] - a[i]) * third
+        }))
+    }
+
+    /// Returns whether the geometry asks a coverage about this surface.
+    fn has_holes(&self, surface: SurfaceId) -> bool {
+        let occluders = &self.gathered.occluders;
+        let element = &occluders.elements()[occluders.element_of(surface).0 as usize];
+        matches!(element.opacity, Opacity::AlphaTested(_))
+    }
+
+    /// Returns the unit geometric normal at a hit: by the winding, or outwards.
+    pub fn geometric_normal(&self, hit: &Hit) -> DVec3 {
+        self.gathered.occluders.normal_at(hit.surface, hit.point)
+    }
+
+    /// Returns the unit shading normal at a hit: the vertex normals weighted by the hit's place in
+    /// its triangle, on the same side as `geometric_normal`, which stands in for vertex normals
+    /// that are missing or zero. The winding, not the vertex normals, says which side is front.
+    pub fn shading_normal(&self, hit: &Hit, geometric_normal: DVec3) -> DVec3 {
+        let Some(normals) = self.vertex_normals(hit.surface) else {
+            return geometric_normal;
+        };
+        let [second, third] = hit.barycentric;
+        let [a, b, c] = normals.map(|normal| normal.and_then(unit).unwrap_or(geometric_normal));
+        let sum = a * (1.0 - second - third) + b * second + c * third;
+        let normal = unit(sum).unwrap_or(geometric_normal);
+        if normal.dot(geometric_normal) < 0.0 {
+            -normal
+        } else {
+            normal
+        }
+    }
+
+    /// Returns the file's normals at the corners of a triangle, as long as they were written, or
+    /// `None` where it has none at all.
+    fn vertex_normals(&self, surface: SurfaceId) -> Option<[Option<DVec3>; 3]> {
+        let place = self.gathered.place_of(surface);
+        match &self.scene.objects[place.object as usize].shape {
+            Shape::Polygon(polygon) if !polygon.normals.is_empty() => {
+                let corners = self.gathered.occluders.corners(surface)?;
+                Some(corners.map(|corner| polygon.normals.get(corner as usize).copied()))
+            }
+            Shape::Mesh(mesh) if !mesh.normals.is_empty() => {
+                let corners = self.gathered.occluders.corners(surface)?;
+                let face = face_of(mesh, place.face as usize)?;
+                Some(corners.map(|corner| {
+                    let normal = face.get(corner as usize)?.normal;
+                    mesh.normals.get(normal as usize).copied()
+                }))
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The bytes behind a document.
+//!
+//! In: the document's buffers and a way to open files beside it. Out: slices by buffer view.
+//! Invariant: a slice lies inside its view, the view inside its buffer, the buffer inside bytes
+//! that are there; together the files hold at most [`MAX_FILE_BYTES`].
+
+use std::{borrow::Cow, collections::HashMap, io, rc::Rc};
+
+use crate::read::MAX_FILE_BYTES;
+
+use super::{Fault, document::Document, uri};
+
+/// Opens a file beside the scene by the name the scene gives it.
+pub(super) type Open<'f> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'f;
+
+/// All buffers of a document.
+pub(super) struct Buffers<'a> {
+    document: &'a Document,
+    buffers: Vec<Rc<Cow<'a, [u8]>>>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Gets the bytes of every buffer, whether anything uses it or not.
+    pub(super) fn load(
+        document: &'a Document,
+        binary: Option<&'a [u8]>,
+        open: &mut Open<'_>,
+    ) -> Result<Self, Fault> {
+        let mut buffers = Vec::new();
+        let mut files: HashMap<String, Rc<Cow<'a, [u8]>>> = HashMap::new();
+        let mut total = 0_u64;
+        for (index, buffer) in document.buffers.iter().enumerate() {
+            let path = || format!("buffers[{index}]");
+            let bytes = match (&buffer.uri, binary) {
+                (None, Some(binary)) if index == 0 => Rc::new(Cow::Borrowed(binary)),
+                (None, _) => {
+                    let problem = "the buffer has no `uri`, and there is no binary chunk for it";
+                    return Err(Fault::at(path(), problem, "export the file again"));
+                }
+                (Some(uri), _) => match uri::resolve(uri) {
+                    Err(problem) => return Err(Fault::at(path() + ".uri", problem, "")),
+                    Ok(uri::Target::Bytes(bytes)) => Rc::new(Cow::Owned(bytes)),
+                    Ok(uri::Target::Name(name)) => match files.get(&name) {
+                        Some(bytes) => Rc::clone(bytes),
+                        None => {
+                            let bytes = open(&name).map_err(|error| {
+                                let name = crate::error::quoted(&name);
+                                let problem = format!("cannot read {name}: {error}");
+                                let help = "put the file beside the scene";
+                                Fault::at(path() + ".uri", problem, help)
+                            })?;
+                            total = total.saturating_add(bytes.len() as u64);
+                            if total > MAX_FILE_BYTES {
+                                let problem =
+                                    format!("the files have more than {MAX_FILE_BYTES} bytes");
+                                return Err(Fault::at(path(), problem, "split the scene"));
+                            }
+                            let bytes = Rc::new(Cow::Owned(bytes));
+                            files.insert(name, Rc::clone(&bytes));
+                            bytes
+                        }
+                    },
+                },
+            };
+            if buffer.byte_length > bytes.len() as u64 {
+                let problem = format!(
+                    "the file says {} bytes, but there are {}",
+                    buffer.byte_length,
+                    bytes.len()
+                );
+                let help = "the file seems to be cut off; fetch it again";
+                return Err(Fault::at(path() + ".byteLength", problem, help));
+            }
+            buffers.push(bytes);
+        }
+        Ok(Self { document, buffers })
+    }
+
+    pub(super) fn document(&self) -> &'a Document {
+        self.document
+    }
+
+    /// Returns the bytes of buffer view `index`; `path` is who asks.
+    pub(super) fn view(&self, index: usize, path: impl Fn() -> String) -> Result<&[u8], Fault> {
+        let views = &self.document.buffer_views;
+        let Some(view) = views.get(index) else {
+            return Err(Fault::missing(path(), "bufferViews", index, views.len()));
+        };
+        let Some(bytes) = self.buffers.get(view.buffer) else {
+            let path = format!("bufferViews[{index}].buffer");
+            let count = self.buffers.len();
+            return Err(Fault::missing(path, "buffers", view.buffer, count));
+        };
+        let length = self.document.buffers[view.buffer].byte_length;
+        slice(bytes, view.byte_offset, view.byte_length)
+            .filter(|_| view.byte_offset + view.byte_length <= length)
+            .ok_or_else(|| {
+                let problem = format!(
+                    "{} bytes from byte {} on are not inside buffers[{}] of {length} bytes",
+                    view.byte_length, view.byte_offset, view.buffer
+                );
+                Fault::at(format!("bufferViews[{index}]"), problem, "")
+            })
+    }
+
+    /// Returns where a byte of a view is, for messages.
+    pub(super) fn place(&self, view: usize, byte: u64) -> String {
+        match self.document.buffer_views.get(view) {
+            Some(view) => {
+                let byte = byte.saturating_add(view.byte_offset);
+                format!("byte {byte} of buffers[{}]", view.buffer)
+            }
+            None => format!("byte {byte}"),
+        }
+    }
+}
+
+/// Returns `length` bytes from `offset` on, if they are there.
+pub(super) fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
+    let end = offset.checked_add(length)?;
+    bytes.get(usize::try_from(offset).ok()?..usize::try_from(end).ok()?)
+}

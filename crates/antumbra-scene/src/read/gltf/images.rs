@@ -1,0 +1,257 @@
+//! Pictures of a document.
+//!
+//! In: textures, images and samplers. Out: the scene's textures, each pair of image and sampler
+//! once, or the mean colour of a picture where the model has no texture. Invariant: a picture that
+//! cannot be read is a warning, never an error; no picture has more than [`MAX_SIDE`] texels along
+//! a side, and all together take at most [`MAX_IMAGE_BYTES`].
+//!
+//! Pixels of PNG files are the same on every platform. JPEG leaves decoders some freedom, so
+//! colours from JPEG files may differ by a step or two between versions of the decoder; JPEG has
+//! no alpha, so no shadow depends on it.
+
+use std::{borrow::Cow, collections::HashMap, io::Cursor};
+
+use image::{ImageReader, Limits};
+
+use crate::{
+    error::{Place, quoted},
+    model::{Filter, Texture, Wrap},
+    warning::WarningLog,
+};
+
+use super::{
+    buffers::{Buffers, Open},
+    document::{Sampler, TextureUse},
+    short_name, uri,
+};
+
+/// The most texels along a side.
+const MAX_SIDE: u32 = 16_384;
+/// The most bytes that all pictures may take, encoded and decoded ones added up: 2 GiB.
+const MAX_IMAGE_BYTES: u64 = 2 << 30;
+
+/// Reads pictures as they are needed.
+pub(super) struct Images<'a, 'w> {
+    buffers: &'a Buffers<'a>,
+    open: &'w mut Open<'w>,
+    bytes_left: u64,
+    /// The scene's textures so far.
+    pub(super) textures: Vec<Texture>,
+    known: HashMap<(usize, [Wrap; 2], Filter), Option<usize>>,
+    means: HashMap<usize, Option<Means>>,
+}
+
+/// Mean values of a picture, 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Means {
+    /// Red, green, blue decoded from sRGB, and alpha.
+    pub(super) linear: [f64; 4],
+    /// All four as they are stored.
+    pub(super) stored: [f64; 4],
+}
+
+impl Means {
+    /// What stands in for a picture that is missing or cannot be read.
+    pub(super) const WHITE: Self = Self {
+        linear: [1.0; 4],
+        stored: [1.0; 4],
+    };
+}
+
+impl<'a, 'w> Images<'a, 'w> {
+    pub(super) fn new(buffers: &'a Buffers<'a>, open: &'w mut Open<'w>) -> Self {
+        Self {
+            buffers,
+            open,
+            bytes_left: MAX_IMAGE_BYTES,
+            textures: Vec::new(),
+            known: HashMap::new(),
+            means: HashMap::new(),
+        }
+    }
+
+    /// Returns the index of the scene's texture for a use of a picture, `None` with a warning if
+    /// it cannot be read.
+    pub(super) fn texture(
+        &mut self,
+        texture: &TextureUse,
+        warnings: &mut WarningLog,
+    ) -> Option<usize> {
+        let (image, sampler) = self.find(texture, warnings)?;
+        let (wrap, filter) = sampler.map_or_else(Default::default, |s| sampling(s, warnings));
+        if let Some(&known) = self.known.get(&(image, wrap, filter)) {
+            return known;
+        }
+        let read = self.decode(image, warnings).map(|texture| {
+            self.textures.push(Texture {
+                wrap,
+                filter,
+                ..texture
+            });
+            self.textures.len() - 1
+        });
+        self.known.insert((image, wrap, filter), read);
+        read
+    }
+
+    /// Returns the mean of a picture, `None` with a warning if it cannot be read.
+    pub(super) fn means(
+        &mut self,
+        texture: &TextureUse,
+        warnings: &mut WarningLog,
+    ) -> Option<Means> {
+        let (image, _) = self.find(texture, warnings)?;
+        if let Some(&known) = self.means.get(&image) {
+            return known;
+        }
+        let known = self.known.iter().find(|((i, ..), _)| *i == image);
+        let means = match known.and_then(|(_, &texture)| texture) {
+            Some(known) => Some(means(&self.textures[known])),
+            None => self.decode(image, warnings).as_ref().map(means),
+        };
+        self.means.insert(image, means);
+        means
+    }
+
+    /// Returns the index of a texture's image, and its sampler.
+    fn find(
+        &self,
+        texture: &TextureUse,
+        warnings: &mut WarningLog,
+    ) -> Option<(usize, Option<&'a Sampler>)> {
+        let document = self.buffers.document();
+        let index = texture.index;
+        let mut fail = |problem: String| {
+            let message = format!("textures[{index}] {problem}: it is not read");
+            warnings.add(Place::Whole, message);
+            None
+        };
+        let Some(entry) = document.textures.get(index) else {
+            return fail("is not there".into());
+        };
+        let Some(image) = entry.source else {
+            return fail("names no image in a format that is read".into());
+        };
+        let sampler = match entry.sampler {
+            None => None,
+            Some(sampler) => match document.samplers.get(sampler) {
+                None => return fail(format!("names samplers[{sampler}], which is not there")),
+                sampler => sampler,
+            },
+        };
+        Some((image, sampler))
+    }
+
+    fn decode(&mut self, index: usize, warnings: &mut WarningLog) -> Option<Texture> {
+        match self.try_decode(index) {
+            Ok(texture) => Some(texture),
+            Err(problem) => {
+                let message = format!(
+                    "images[{index}] cannot be read, plain colours are used instead: {problem}"
+                );
+                warnings.add(Place::Whole, message);
+                None
+            }
+        }
+    }
+
+    fn try_decode(&mut self, index: usize) -> Result<Texture, String> {
+        let buffers = self.buffers;
+        let Some(image) = buffers.document().images.get(index) else {
+            return Err("it is not there".into());
+        };
+        let mut name = short_name(&image.name);
+        let bytes: Cow<'_, [u8]> = match (&image.uri, image.buffer_view) {
+            (Some(uri), None) => match uri::resolve(uri)? {
+                uri::Target::Bytes(bytes) => bytes.into(),
+                uri::Target::Name(file) => {
+                    let read = (self.open)(&file);
+                    let bytes = read.map_err(|error| format!("{}: {error}", quoted(&file)))?;
+                    if name.is_empty() {
+                        name = short_name(&file);
+                    }
+                    bytes.into()
+                }
+            },
+            (None, Some(view)) => {
+                let bytes = buffers.view(view, || format!("images[{index}].bufferView"));
+                bytes.map_err(|fault| fault.kind.to_string())?.into()
+            }
+            _ => return Err("expected either `uri` or `bufferView`".into()),
+        };
+        self.take(bytes.len() as u64)?;
+        let reader = || ImageReader::new(Cursor::new(&*bytes)).with_guessed_format();
+        let size = reader().map_err(|error| error.to_string())?;
+        let (width, height) = size.into_dimensions().map_err(|error| error.to_string())?;
+        if width == 0 || height == 0 || width.max(height) > MAX_SIDE {
+            return Err(format!(
+                "it has {width} x {height} texels; expected 1 to {MAX_SIDE} along each side"
+            ));
+        }
+        let decoded_bytes = 4 * u64::from(width) * u64::from(height);
+        self.take(decoded_bytes)?;
+        let mut limits = Limits::default();
+        limits.max_image_width = Some(MAX_SIDE);
+        limits.max_image_height = Some(MAX_SIDE);
+        // 16 bits a channel and the decoder's own needs.
+        limits.max_alloc = Some(4 * decoded_bytes + (64 << 20));
+        let mut reader = reader().map_err(|error| error.to_string())?;
+        reader.limits(limits);
+        let decoded = reader.decode().map_err(|error| error.to_string())?;
+        let texels: Vec<_> = decoded.into_rgba8().pixels().map(|p| p.0).collect();
+        Ok(Texture {
+            name,
+            width,
+            height,
+            texels,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Linear,
+        })
+    }
+
+    fn take(&mut self, bytes: u64) -> Result<(), String> {
+        self.bytes_left = self.bytes_left.checked_sub(bytes).ok_or_else(|| {
+            format!("all pictures together take more than {MAX_IMAGE_BYTES} bytes")
+        })?;
+        Ok(())
+    }
+}
+
+fn means(texture: &Texture) -> Means {
+    let mut sums = [0_u64; 4];
+    for texel in &texture.texels {
+        for (sum, &byte) in sums.iter_mut().zip(texel) {
+            *sum += u64::from(byte);
+        }
+    }
+    let all = 255.0 * texture.texels.len() as f64;
+    Means {
+        linear: texture.mean(),
+        stored: sums.map(|sum| sum as f64 / all),
+    }
+}
+
+fn sampling(sampler: &Sampler, warnings: &mut WarningLog) -> ([Wrap; 2], Filter) {
+    let mut strange = |what: &str, code: u32| {
+        let message = format!("{code} is no {what} of textures: the usual one is used");
+        warnings.add(Place::Whole, message);
+    };
+    let wrap = [sampler.wrap_s, sampler.wrap_t].map(|code| match code {
+        None | Some(10497) => Wrap::Repeat,
+        Some(33648) => Wrap::MirroredRepeat,
+        Some(33071) => Wrap::ClampToEdge,
+        Some(code) => {
+            strange("wrap mode", code);
+            Wrap::Repeat
+        }
+    });
+    let filter = match sampler.mag_filter {
+        Some(9728) => Filter::Nearest,
+        None | Some(9729) => Filter::Linear,
+        Some(code) => {
+            strange("filter", code);
+            Filter::Linear
+        }
+    };
+    (wrap, filter)
+}

@@ -1,0 +1,205 @@
+//! From glTF's metallic-roughness materials to Whitted's model.
+//!
+//! In: the document's materials. Out: the scene's. Invariant: weights are finite and not negative;
+//! what decides about shadows (alpha, transmission) is taken as it is, only looks are approximate.
+//!
+//! With the base colour `b`, metalness `m`, roughness `r`, transmission `t` and the reflectance
+//! seen from the front `F = mix(((n - 1) / (n + 1))^2, b, m)` for the index of refraction `n`:
+//! * the mirror's share of `F` is `s = (1 - 2 r)^2` below `r = 1/2` and nothing above, where a
+//!   sharp picture would be wrong;
+//! * `diffuse = b ((1 - m) (1 - t) + m (1 - s))`: what a rough metal scatters counts as diffuse,
+//!   since the model has no light from all around that it could mirror;
+//! * the highlight has Blinn's exponent for a GGX lobe of width `a = r^2`, `2 / a^2 - 2`, over 4
+//!   for Phong's angle, and the weight that keeps its energy, `F (exponent + 8) / 8`, at most 1;
+//! * `transmission = b t`; without a volume there is no refraction (a thin sheet), so the index
+//!   is 1.
+//!
+//! Of the textures, only the base colour's is kept; metal, roughness, transmission and emission
+//! are multiplied by the mean of theirs.
+
+use serde::de::IgnoredAny;
+
+use crate::{
+    error::{Place, quoted},
+    model::{Alpha, Color, Material},
+    warning::WarningLog,
+};
+
+use super::{
+    Fault,
+    document::{MaterialEntry, TextureUse},
+    images::{Images, Means},
+    short_name,
+};
+
+/// Phong exponents beyond this look like a point.
+const LARGEST_SHININESS: f64 = 10_000.0;
+
+/// Returns the texture of a material's base colour.
+pub(super) fn base_texture(material: &MaterialEntry) -> Option<&TextureUse> {
+    material
+        .pbr_metallic_roughness
+        .as_ref()?
+        .base_color_texture
+        .as_ref()
+}
+
+/// Turns one material into the scene's.
+pub(super) fn convert(
+    entry: &MaterialEntry,
+    path: &str,
+    images: &mut Images<'_, '_>,
+    warnings: &mut WarningLog,
+) -> Result<Material, Fault> {
+    note_unread(entry, warnings);
+    let pbr = entry.pbr_metallic_roughness.as_deref();
+    let extensions = entry.extensions.as_deref();
+    let mut mean = |texture: Option<&TextureUse>| {
+        let texture = texture?;
+        images.means(texture, warnings)
+    };
+    // Factors and means.
+    let base = pbr.and_then(|p| p.base_color_factor).unwrap_or([1.0; 4]);
+    let base = checked(base, 1.0, || format!("{path}.baseColorFactor"))?;
+    let base_color = Color::new(base[0], base[1], base[2]);
+    let base_mean = mean(base_texture(entry)).unwrap_or(Means::WHITE).linear;
+    let base_mean = base_color * Color::new(base_mean[0], base_mean[1], base_mean[2]);
+    let metal_rough = pbr.and_then(|p| p.metallic_roughness_texture.as_ref());
+    let [_, rough_mean, metal_mean, _] = mean(metal_rough).unwrap_or(Means::WHITE).stored;
+    let factor = |factor: Option<f64>, name: &str| {
+        let [factor] = checked([factor.unwrap_or(1.0)], 1.0, || format!("{path}.{name}"))?;
+        Ok(factor)
+    };
+    let metalness = metal_mean * factor(pbr.and_then(|p| p.metallic_factor), "metallicFactor")?;
+    let roughness = rough_mean * factor(pbr.and_then(|p| p.roughness_factor), "roughnessFactor")?;
+    let transmission = match extensions.and_then(|e| e.transmission.as_ref()) {
+        None => 0.0,
+        Some(glass) => {
+            let share = factor(Some(glass.transmission_factor), "transmissionFactor")?;
+            // A place that transmits makes the whole surface one that blocks no shadow ray.
+            share * mean(glass.transmission_texture.as_ref()).map_or(1.0, |m| m.stored[0])
+        }
+    };
+    let emissive = checked(entry.emissive_factor.unwrap_or([0.0; 3]), f64::MAX, || {
+        format!("{path}.emissiveFactor")
+    })?;
+    let strength = extensions.and_then(|e| e.emissive_strength.as_ref()?.emissive_strength);
+    let [strength] = checked([strength.unwrap_or(1.0)], 1e100, || {
+        format!("{path}.emissiveStrength")
+    })?;
+    let mut emission = Color::from_array(emissive) * strength;
+    if emission != Color::ZERO
+        && let Some(means) = mean(entry.emissive_texture.as_deref())
+    {
+        let [red, green, blue, _] = means.linear;
+        emission *= Color::new(red, green, blue);
+    }
+    let ior = extensions.and_then(|e| e.ior.as_ref()?.ior).unwrap_or(1.5);
+    let [ior] = checked([ior], 1e6, || format!("{path}.ior"))?;
+    let volume = extensions.and_then(|e| e.volume.as_ref());
+    let is_thin = volume.is_none_or(|volume| volume.thickness_factor <= 0.0);
+
+    // Whitted's weights.
+    let dielectric = ((ior - 1.0) / (ior + 1.0)) * ((ior - 1.0) / (ior + 1.0));
+    let front = Color::splat(dielectric) * (1.0 - metalness) + base_mean * metalness;
+    let smoothness = (1.0 - 2.0 * roughness).max(0.0);
+    let mirror = smoothness * smoothness;
+    let width = (roughness * roughness * roughness * roughness).max(1e-12);
+    let shininess = ((2.0 / width - 2.0) / 4.0).clamp(1.0, LARGEST_SHININESS);
+    let scattered = (1.0 - metalness) * (1.0 - transmission) + metalness * (1.0 - mirror);
+    let mut material = Material {
+        name: short_name(&entry.name),
+        diffuse: base_color * scattered,
+        diffuse_texture: base_texture(entry).and_then(|t| images.texture(t, warnings)),
+        alpha: alpha(entry, path)?,
+        opacity: base[3],
+        is_double_sided: entry.double_sided,
+        specular: (front * ((shininess + 8.0) / 8.0)).min(Color::ONE),
+        shininess,
+        reflection: front * mirror,
+        transmission: base_mean * (transmission * (1.0 - metalness)),
+        // An index of 0 means a mirror in KHR_materials_ior.
+        ior: if is_thin || ior == 0.0 { 1.0 } else { ior },
+        emission,
+    };
+    if extensions.is_some_and(|e| e.unlit.is_some()) {
+        unlit(&mut material, base_color, warnings);
+    }
+    simplify_alpha(&mut material, images);
+    Ok(material)
+}
+
+/// KHR_materials_unlit: shines in its own colour. A texture needs light in this model.
+fn unlit(material: &mut Material, base_color: Color, warnings: &mut WarningLog) {
+    material.specular = Color::ZERO;
+    material.reflection = Color::ZERO;
+    if material.diffuse_texture.is_some() {
+        let message = "an unlit material has a texture: it is lit like others";
+        warnings.add(Place::Whole, message);
+        material.diffuse = base_color;
+    } else {
+        material.diffuse = Color::ZERO;
+        material.emission = base_color;
+    }
+}
+
+fn alpha(entry: &MaterialEntry, path: &str) -> Result<Alpha, Fault> {
+    match entry.alpha_mode.as_deref() {
+        None | Some("OPAQUE") => Ok(Alpha::Opaque),
+        Some("BLEND") => Ok(Alpha::Blend),
+        Some("MASK") => {
+            let cutoff = [entry.alpha_cutoff.unwrap_or(0.5)];
+            let [cutoff] = checked(cutoff, f64::MAX, || format!("{path}.alphaCutoff"))?;
+            Ok(Alpha::Mask { cutoff })
+        }
+        Some(other) => {
+            let problem = format!("expected OPAQUE, MASK or BLEND, found {}", quoted(other));
+            Err(Fault::at(format!("{path}.alphaMode"), problem, ""))
+        }
+    }
+}
+
+/// A mask whose picture has no holes needs no test at each hit.
+fn simplify_alpha(material: &mut Material, images: &Images<'_, '_>) {
+    let texture = material.diffuse_texture.map(|t| &images.textures[t]);
+    if let (Alpha::Mask { cutoff }, Some(texture)) = (material.alpha, texture)
+        && material.opacity >= cutoff
+        && texture.texels.iter().all(|texel| texel[3] == 255)
+    {
+        material.alpha = Alpha::Opaque;
+    }
+}
+
+/// Says once what of a material is not used.
+fn note_unread(entry: &MaterialEntry, warnings: &mut WarningLog) {
+    let has = |texture: &Option<IgnoredAny>| texture.is_some();
+    if has(&entry.normal_texture) || has(&entry.occlusion_texture) {
+        let message = "normal and occlusion textures are not read";
+        warnings.add(Place::Whole, message);
+    }
+    let extensions = entry.extensions.as_ref();
+    let volume = extensions.and_then(|e| e.volume.as_ref());
+    if volume.is_some_and(|volume| volume.attenuation_distance.is_some()) {
+        let message = "attenuation inside volumes (KHR_materials_volume) is not read";
+        warnings.add(Place::Whole, message);
+    }
+}
+
+/// Checks that factors are between 0 and `largest`.
+fn checked<const N: usize>(
+    factors: [f64; N],
+    largest: f64,
+    path: impl Fn() -> String,
+) -> Result<[f64; N], Fault> {
+    match factors.iter().find(|f| !(0.0..=largest).contains(*f)) {
+        None => Ok(factors),
+        Some(factor) => {
+            let problem = if largest == f64::MAX {
+                format!("expected a number that is not negative, found {factor}")
+            } else {
+                format!("expected a number between 0 and {largest}, found {factor}")
+            };
+            Err(Fault::at(path(), problem, ""))
+        }
+    }
+}

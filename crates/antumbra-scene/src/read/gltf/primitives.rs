@@ -1,0 +1,423 @@
+//! Triangles of a mesh's primitives, in the mesh's own space.
+//!
+//! In: a primitive's accessors. Out: [`Part`]: triangles over the vertices that they use, each
+//! vertex once, in the order of first use. Invariant: indices are in range, positions are finite,
+//! and what is taken has been charged to the [`Budget`] before.
+
+use std::collections::HashMap;
+
+use antumbra_geometry::DVec3;
+
+use crate::{error::Place, warning::WarningLog};
+
+use super::{
+    Fault,
+    accessor::{Accessor, Accessors},
+    document::{Primitive, TextureUse},
+    materials::base_texture,
+};
+
+/// The most triangles a scene may expand to, copies included: 2^26, some 10 GB of model.
+const MAX_TRIANGLES: u64 = 1 << 26;
+/// What an object costs at least, in triangles.
+const OBJECT_COST: u64 = 8;
+
+/// What a scene may still expand to. A few bytes can ask for a million copies of a million
+/// triangles; this is where that ends.
+#[derive(Debug)]
+pub(super) struct Budget {
+    left: u64,
+}
+
+impl Budget {
+    pub(super) fn new() -> Self {
+        Self {
+            left: MAX_TRIANGLES,
+        }
+    }
+
+    /// Takes `passes` times as many triangles.
+    pub(super) fn charge(
+        &mut self,
+        triangles: usize,
+        passes: usize,
+        path: impl Fn() -> String,
+    ) -> Result<(), Fault> {
+        let cost = (triangles as u64)
+            .max(OBJECT_COST)
+            .saturating_mul(passes as u64);
+        match self.left.checked_sub(cost) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => {
+                let problem = format!(
+                    "with all copies and morph targets, the scene has more than {MAX_TRIANGLES} \
+                     triangles"
+                );
+                Err(Fault::at(path(), problem, "split the scene"))
+            }
+        }
+    }
+}
+
+/// The triangles of one primitive.
+pub(super) struct Part<'a> {
+    /// Where it is in the document.
+    pub(super) path: String,
+    /// Corners, indices into the lists below; counter-clockwise seen from the front.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// For each vertex, its index in the file's attributes.
+    pub(super) vertices: Vec<u32>,
+    pub(super) positions: Vec<DVec3>,
+    /// One for each vertex, or none at all.
+    pub(super) normals: Vec<DVec3>,
+    /// One for each vertex, or none at all: places in the material's texture.
+    pub(super) uvs: Vec<[f64; 2]>,
+    /// Index into the document's materials.
+    pub(super) material: Option<usize>,
+    pub(super) targets: Vec<Target<'a>>,
+    /// Joints and their weights, four at a time.
+    pub(super) joints: Vec<[Accessor<'a>; 2]>,
+}
+
+/// What a morph target adds at full weight.
+pub(super) struct Target<'a> {
+    pub(super) positions: Option<Accessor<'a>>,
+    pub(super) normals: Option<Accessor<'a>>,
+}
+
+/// Reads the primitives of a document.
+pub(super) struct PartReader<'a, 'w> {
+    pub(super) accessors: &'a Accessors<'a>,
+    pub(super) warnings: &'w mut WarningLog,
+    pub(super) budget: &'w mut Budget,
+}
+
+impl<'a> PartReader<'a, '_> {
+    /// Returns the triangles of a primitive, `None` if it is made of something else.
+    pub(super) fn read(
+        &mut self,
+        primitive: &Primitive,
+        path: String,
+    ) -> Result<Option<Part<'a>>, Fault> {
+        let mode = primitive.mode.unwrap_or(4);
+        if mode > 6 {
+            let problem = format!("{mode} is no kind of primitive; expected 0 to 6");
+            return Err(Fault::at(path + ".mode", problem, ""));
+        }
+        self.note_attributes(primitive);
+        // Counts.
+        let positions = self.attribute(primitive, "POSITION", None, &path)?;
+        let indices = match primitive.indices {
+            Some(indices) => {
+                let here = || format!("{path}.indices");
+                let accessor = self.accessors.get_whole(indices, &["SCALAR"], here)?;
+                Some((indices, accessor))
+            }
+            None => None,
+        };
+        let vertex_count = positions.as_ref().map_or(0, Accessor::len);
+        let index_count = indices.as_ref().map_or(vertex_count, |(_, i)| i.len());
+        self.budget.charge(index_count / 3, 1, || path.clone())?;
+        // Indices.
+        let index = |at: usize| match &indices {
+            Some((_, indices)) => indices.whole::<1>(at)[0],
+            None => at as u32,
+        };
+        let Some(positions) = positions else {
+            let message = "a primitive has no positions: dropped";
+            self.warnings.add(Place::Whole, message);
+            return Ok(None);
+        };
+        if let Some((accessor, _)) = indices
+            && let Some(at) = (0..index_count).find(|&at| index(at) as usize >= vertex_count)
+        {
+            let problem = format!(
+                "{} is {}, but there are {vertex_count} vertices",
+                self.accessors.place(accessor, at),
+                index(at)
+            );
+            return Err(Fault::at(
+                path + ".indices",
+                problem,
+                "export the file again",
+            ));
+        }
+        if mode < 4 {
+            self.warnings
+                .add(Place::Whole, "points and lines are not read");
+            return Ok(None);
+        }
+        if index_count < 3 || (mode == 4 && index_count % 3 != 0) {
+            let message = "corners that make up no triangle: dropped";
+            self.warnings.add(Place::Whole, message);
+        }
+        let triangle_count = match mode {
+            4 => index_count / 3,
+            _ => index_count.saturating_sub(2),
+        };
+        self.budget.charge(triangle_count, 1, || path.clone())?;
+        let (triangles, vertices) = compact(triangle_count, vertex_count, |triangle| {
+            corners(mode, triangle).map(index)
+        });
+        // Vertices.
+        let mut part = Part {
+            triangles,
+            positions: Vec::with_capacity(vertices.len()),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            material: primitive.material,
+            targets: Vec::new(),
+            joints: Vec::new(),
+            vertices,
+            path,
+        };
+        for &vertex in &part.vertices {
+            let position = DVec3::from_array(positions.vector(vertex as usize));
+            if !position.is_finite() {
+                let accessor = primitive.attributes["POSITION"];
+                let problem = format!(
+                    "{} is {position}; expected finite numbers",
+                    self.accessors.place(accessor, vertex as usize)
+                );
+                let path = part.path + ".attributes.POSITION";
+                return Err(Fault::at(path, problem, "export the file again"));
+            }
+            part.positions.push(position);
+        }
+        let count = Some(vertex_count);
+        if let Some(normals) = self.attribute(primitive, "NORMAL", count, &part.path)? {
+            part.normals = self.normals(&normals, &part.vertices);
+        }
+        part.uvs = self.uvs(primitive, &part, vertex_count)?;
+        part.joints = self.joints(primitive, &part.path, vertex_count)?;
+        part.targets = self.targets(primitive, &part.path, vertex_count)?;
+        Ok(Some(part))
+    }
+
+    fn note_attributes(&mut self, primitive: &Primitive) {
+        if primitive.attributes.contains_key("COLOR_0") {
+            self.warnings
+                .add(Place::Whole, "vertex colours are not read");
+        }
+    }
+
+    /// Returns an attribute of vertices, if the primitive has it.
+    fn attribute(
+        &self,
+        primitive: &Primitive,
+        name: &str,
+        count: Option<usize>,
+        path: &str,
+    ) -> Result<Option<Accessor<'a>>, Fault> {
+        let Some(&index) = primitive.attributes.get(name) else {
+            return Ok(None);
+        };
+        let here = || format!("{path}.attributes.{name}");
+        let shapes: &[&str] = match name {
+            "POSITION" | "NORMAL" => &["VEC3"],
+            name if name.starts_with("TEXCOORD_") => &["VEC2"],
+            _ => &["VEC4"],
+        };
+        let accessor = if name.starts_with("JOINTS_") {
+            self.accessors.get_whole(index, shapes, here)?
+        } else {
+            self.accessors.get(index, shapes, here)?
+        };
+        if accessor.component() == super::accessor::Component::U32 {
+            let problem = format!("accessors[{index}] has 32-bit whole numbers");
+            return Err(Fault::at(here(), problem, ""));
+        }
+        self.same_count(&accessor, count, here)?;
+        Ok(Some(accessor))
+    }
+
+    fn same_count(
+        &self,
+        accessor: &Accessor<'_>,
+        count: Option<usize>,
+        path: impl Fn() -> String,
+    ) -> Result<(), Fault> {
+        match count {
+            Some(count) if accessor.len() != count => {
+                let problem = format!("{} elements for {count} vertices", accessor.len());
+                Err(Fault::at(path(), problem, "export the file again"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn normals(&mut self, normals: &Accessor<'_>, vertices: &[u32]) -> Vec<DVec3> {
+        let read = vertices.iter().map(|&vertex| {
+            let normal = DVec3::from_array(normals.vector(vertex as usize));
+            if normal.is_finite() {
+                return normal;
+            }
+            let message = "a normal is not finite: taken as missing";
+            self.warnings.add(Place::Whole, message);
+            DVec3::ZERO
+        });
+        read.collect()
+    }
+
+    /// Returns the places in the texture of the primitive's material, moved as the material says.
+    fn uvs(
+        &mut self,
+        primitive: &Primitive,
+        part: &Part<'_>,
+        vertex_count: usize,
+    ) -> Result<Vec<[f64; 2]>, Fault> {
+        let materials = &self.accessors.buffers().document().materials;
+        let texture = match primitive.material {
+            None => None,
+            Some(index) => match materials.get(index) {
+                None => {
+                    let path = format!("{}.material", part.path);
+                    let count = materials.len();
+                    return Err(Fault::missing(path, "materials", index, count));
+                }
+                Some(material) => base_texture(material),
+            },
+        };
+        let Some(texture) = texture else {
+            return Ok(Vec::new());
+        };
+        let name = format!("TEXCOORD_{}", texture_set(texture));
+        let count = Some(vertex_count);
+        let Some(uvs) = self.attribute(primitive, &name, count, &part.path)? else {
+            let message = format!("a textured primitive has no `{name}`: the plain colour is used");
+            self.warnings.add(Place::Whole, message);
+            return Ok(Vec::new());
+        };
+        let place = texture_transform(texture);
+        let read = part.vertices.iter().map(|&vertex| {
+            let uv = place(uvs.vector(vertex as usize));
+            if uv.iter().all(|x| x.is_finite()) {
+                return uv;
+            }
+            let message = "a texture coordinate is not finite: 0 is used";
+            self.warnings.add(Place::Whole, message);
+            [0.0; 2]
+        });
+        Ok(read.collect())
+    }
+
+    fn joints(
+        &self,
+        primitive: &Primitive,
+        path: &str,
+        vertex_count: usize,
+    ) -> Result<Vec<[Accessor<'a>; 2]>, Fault> {
+        let mut sets = Vec::new();
+        loop {
+            let count = Some(vertex_count);
+            let joints = format!("JOINTS_{}", sets.len());
+            let weights = format!("WEIGHTS_{}", sets.len());
+            let joints = self.attribute(primitive, &joints, count, path)?;
+            let weights = self.attribute(primitive, &weights, count, path)?;
+            match (joints, weights) {
+                (Some(joints), Some(weights)) => sets.push([joints, weights]),
+                _ => return Ok(sets),
+            }
+        }
+    }
+
+    fn targets(
+        &self,
+        primitive: &Primitive,
+        path: &str,
+        vertex_count: usize,
+    ) -> Result<Vec<Target<'a>>, Fault> {
+        let mut targets = Vec::new();
+        for (at, target) in primitive.targets.iter().enumerate() {
+            let attribute = |name: &str| {
+                let Some(&index) = target.get(name) else {
+                    return Ok(None);
+                };
+                let here = || format!("{path}.targets[{at}].{name}");
+                let accessor = self.accessors.get(index, &["VEC3"], here)?;
+                self.same_count(&accessor, Some(vertex_count), here)?;
+                Ok(Some(accessor))
+            };
+            targets.push(Target {
+                positions: attribute("POSITION")?,
+                normals: attribute("NORMAL")?,
+            });
+        }
+        Ok(targets)
+    }
+}
+
+/// Returns where the corners of a triangle are among the indices (glTF 2.0, 3.7.2.1).
+fn corners(mode: u32, triangle: usize) -> [usize; 3] {
+    match mode {
+        4 => [0, 1, 2].map(|corner| 3 * triangle + corner),
+        5 => {
+            let turn = triangle % 2;
+            [triangle, triangle + 1 + turn, triangle + 2 - turn]
+        }
+        _ => [triangle + 1, triangle + 2, 0],
+    }
+}
+
+/// Numbers the vertices that triangles use anew, in the order of first use.
+fn compact(
+    triangle_count: usize,
+    vertex_count: usize,
+    triangle: impl Fn(usize) -> [u32; 3],
+) -> (Vec<[u32; 3]>, Vec<u32>) {
+    const NEW: u32 = u32::MAX;
+    let mut vertices = Vec::new();
+    let mut number = |vertex: u32, slot: &mut u32| {
+        if *slot == NEW {
+            *slot = vertices.len() as u32;
+            vertices.push(vertex);
+        }
+        *slot
+    };
+    // A table costs as much as the vertices, of which few triangles may use few.
+    let triangles = if vertex_count <= 8 * triangle_count {
+        let mut slots = vec![NEW; vertex_count];
+        let numbered = |t| triangle(t).map(|v| number(v, &mut slots[v as usize]));
+        (0..triangle_count).map(numbered).collect()
+    } else {
+        let mut slots = HashMap::new();
+        let numbered = |t| triangle(t).map(|v| number(v, slots.entry(v).or_insert(NEW)));
+        (0..triangle_count).map(numbered).collect()
+    };
+    (triangles, vertices)
+}
+
+/// Returns which set of coordinates a texture uses.
+fn texture_set(texture: &TextureUse) -> u32 {
+    let transform = texture.extensions.transform.as_ref();
+    transform
+        .and_then(|transform| transform.tex_coord)
+        .unwrap_or(texture.tex_coord)
+}
+
+/// Returns what KHR_texture_transform does to coordinates: scale, turn counter-clockwise as seen
+/// in the picture (v points down), move.
+fn texture_transform(texture: &TextureUse) -> impl Fn([f64; 2]) -> [f64; 2] + use<> {
+    let transform = texture.extensions.transform.as_ref();
+    let parts = transform.map(|transform| {
+        let angle = transform.rotation.unwrap_or(0.0);
+        (
+            transform.offset.unwrap_or([0.0; 2]),
+            (libm::sin(angle), libm::cos(angle)),
+            transform.scale.unwrap_or([1.0; 2]),
+        )
+    });
+    move |[u, v]| match parts {
+        None => [u, v],
+        Some((offset, (sine, cosine), scale)) => {
+            let [u, v] = [scale[0] * u, scale[1] * v];
+            [
+                cosine * u + sine * v + offset[0],
+                cosine * v - sine * u + offset[1],
+            ]
+        }
+    }
+}

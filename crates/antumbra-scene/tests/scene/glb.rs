@@ -1,0 +1,333 @@
+//! Laws of the GLB writer: what glTF can say reads back the same, at 32 bits.
+
+use std::path::Path;
+
+use antumbra_geometry::DVec3;
+use antumbra_scene::{
+    Loaded,
+    generate::{sphereflake, tetra},
+    model::{
+        Alpha, Camera, Color, Corner, Filter, Light, LightKind, Material, Mesh, Object, Polygon,
+        Scene, Shape, Texture, Wrap,
+    },
+    read::read_gltf,
+    read_file,
+    write::write_glb,
+};
+
+use crate::{
+    support::{Random, files_below, shared_scenes},
+    writers::faces,
+};
+
+fn glb_of(scene: &Scene) -> (Loaded, Vec<String>) {
+    let mut bytes = Vec::new();
+    let notes = write_glb(scene, &mut bytes).unwrap();
+    let no_files = &mut |name: &str| panic!("{name}");
+    let loaded = read_gltf(Path::new("a.glb"), &bytes, no_files);
+    (loaded.unwrap(), notes)
+}
+
+fn mesh(scene: &Scene, index: usize) -> &Mesh {
+    match &scene.objects[index].shape {
+        Shape::Mesh(mesh) => mesh,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Triangles with coordinates of 32 bits; unit normals along the axes.
+fn random_scene(random: &mut Random) -> Scene {
+    let mut scene = Scene {
+        up: DVec3::Y,
+        ambient: Color::splat(0.2),
+        materials: vec![Material::default()],
+        ..Scene::default()
+    };
+    for _ in 0..1 + random.below(3) {
+        let mut mesh = Mesh::default();
+        let has_normals = random.below(2) == 0;
+        for _ in 0..12 {
+            let single = |random: &mut Random| f64::from(random.number() as f32) + 0.0;
+            let position = std::array::from_fn(|_| single(random));
+            mesh.positions.push(DVec3::from_array(position));
+        }
+        mesh.normals = vec![DVec3::X, DVec3::NEG_Y, DVec3::Z];
+        for _ in 0..1 + random.below(6) {
+            for _ in 0..3 {
+                let mut corner = Corner::at(random.below(12) as u32);
+                if has_normals {
+                    corner.normal = random.below(3) as u32;
+                }
+                mesh.corners.push(corner);
+            }
+            mesh.face_ends.push(mesh.corners.len() as u32);
+        }
+        scene.objects.push(Object {
+            name: format!("o\"{}\u{e9}\n", random.below(5)),
+            shape: Shape::Mesh(mesh),
+            material: 0,
+        });
+    }
+    scene
+}
+
+#[test]
+fn triangles_of_32_bits_are_kept() {
+    let mut random = Random(21);
+    let mut face_count = 0;
+    for _ in 0..500 {
+        let scene = random_scene(&mut random);
+        let (first, notes) = glb_of(&scene);
+        assert_eq!(notes, Vec::<String>::new());
+        if first.warnings.is_empty() {
+            assert_eq!(faces(&first.scene), faces(&scene));
+            face_count += faces(&scene).len();
+        }
+        if first.scene.objects.is_empty() {
+            continue;
+        }
+        let (second, _) = glb_of(&first.scene);
+        let (third, notes) = glb_of(&second.scene);
+        assert_eq!(third.scene, second.scene);
+        assert_eq!((third.warnings, notes), (vec![], vec![]));
+    }
+    assert!(face_count > 900, "{face_count}");
+}
+
+#[test]
+fn a_scene_with_z_up_is_turned_below_one_node() {
+    let mut scene = random_scene(&mut Random(5));
+    scene.up = DVec3::Z;
+    for object in &mut scene.objects {
+        if let Shape::Mesh(mesh) = &mut object.shape {
+            mesh.corners.iter_mut().for_each(|c| c.normal = Corner::NONE);
+        }
+    }
+    let (loaded, notes) = glb_of(&scene);
+    assert_eq!(notes, Vec::<String>::new());
+    assert_eq!(loaded.scene.up, DVec3::Y);
+    for object in &mut scene.objects {
+        if let Shape::Mesh(mesh) = &mut object.shape {
+            for p in &mut mesh.positions {
+                *p = DVec3::new(p.x, p.z, -p.y);
+            }
+        }
+    }
+    let unsigned = |scene: &Scene| {
+        let mut faces = faces(scene);
+        let bits = faces.iter_mut().flatten().flatten();
+        bits.for_each(|bits| *bits = (f64::from_bits(*bits) + 0.0).to_bits());
+        faces
+    };
+    assert_eq!(unsigned(&loaded.scene), unsigned(&scene));
+    let up = DVec3::X;
+    let (_, notes) = glb_of(&Scene { up, ..scene });
+    assert_eq!(notes, ["which way is up, (1, 0, 0), is not written"]);
+}
+
+#[test]
+fn concave_polygons_become_the_triangles_of_their_shadows() {
+    let outline = [[0, 0], [4, 0], [4, 4], [2, 1], [0, 4]];
+    let scene = Scene {
+        up: DVec3::Y,
+        ambient: Color::splat(0.2),
+        materials: vec![Material::default()],
+        objects: vec![Object {
+            name: "arrow".into(),
+            shape: Shape::Polygon(Polygon {
+                vertices: outline.map(|[x, y]| DVec3::new(x.into(), y.into(), 0.0)).to_vec(),
+                normals: vec![DVec3::Z; 5],
+            }),
+            material: 0,
+        }],
+        ..Scene::default()
+    };
+    let (loaded, notes) = glb_of(&scene);
+    assert_eq!(notes, Vec::<String>::new());
+    let mesh = mesh(&loaded.scene, 0);
+    assert_eq!((mesh.face_ends.len(), mesh.positions.len()), (3, 5));
+    let area = |face: &[Corner]| {
+        let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[face[i].position as usize]);
+        (b - a).cross(c - a).z / 2.0
+    };
+    assert!(mesh.faces().all(|face| area(face) > 0.0));
+    assert_eq!(mesh.faces().map(area).sum::<f64>(), 10.0);
+}
+
+#[test]
+fn looks_lights_and_the_camera_are_kept() {
+    let texture = Texture {
+        name: "squares".into(),
+        width: 2,
+        height: 1,
+        texels: vec![[255, 0, 7, 0], [1, 2, 3, 200]],
+        wrap: [Wrap::ClampToEdge, Wrap::MirroredRepeat],
+        filter: Filter::Nearest,
+    };
+    let quad = |z: f64| Mesh {
+        positions: vec![DVec3::new(0.0, 0.0, z), DVec3::new(1.0, 0.0, z), DVec3::new(0.0, 1.0, z)],
+        normals: vec![],
+        uvs: vec![[0.0, 0.5], [2.0, 0.0], [0.25, -1.0]],
+        corners: (0..3).map(|i| Corner { uv: i, ..Corner::at(i) }).collect(),
+        face_ends: vec![3],
+    };
+    let materials = [
+        Material {
+            name: "cut out".into(),
+            diffuse: Color::new(0.5, 0.25, 1.0),
+            diffuse_texture: Some(0),
+            alpha: Alpha::Mask { cutoff: 0.75 },
+            ..Material::default()
+        },
+        Material {
+            name: "veil".into(),
+            alpha: Alpha::Blend,
+            opacity: 0.5,
+            is_double_sided: false,
+            emission: Color::new(4.0, 2.0, 0.0),
+            ..Material::default()
+        },
+        Material {
+            name: "glass".into(),
+            diffuse: Color::splat(0.25),
+            transmission: Color::splat(0.25),
+            ior: 1.25,
+            emission: Color::new(0.5, 0.0, 0.0),
+            ..Material::default()
+        },
+    ];
+    let position = DVec3::new(1.0, 2.0, 3.0);
+    let light = |kind, falls_off| Light {
+        name: "lamp".into(),
+        kind,
+        color: Color::new(3.0, 1.5, 0.0),
+        falls_off,
+    };
+    let axis = DVec3::new(0.0, -0.6, 0.8);
+    let spot = LightKind::Spot {
+        position,
+        axis,
+        inner_cosine: 0.9,
+        outer_cosine: 0.8,
+    };
+    let towards_light = DVec3::Y;
+    let scene = Scene {
+        objects: (0..3)
+            .map(|index| Object {
+                name: format!("o{index}"),
+                shape: Shape::Mesh(quad(index as f64)),
+                material: index,
+            })
+            .collect(),
+        materials: materials.to_vec(),
+        textures: vec![texture],
+        lights: vec![
+            light(LightKind::Point { position }, true),
+            light(LightKind::Directional { towards_light }, false),
+            light(spot, true),
+        ],
+        camera: Some(Camera {
+            eye: DVec3::new(0.0, 0.0, 9.0),
+            at: DVec3::ZERO,
+            up: DVec3::Y,
+            vertical_fov_degrees: 45.0,
+            resolution: Some([640, 480]),
+        }),
+        up: DVec3::Y,
+        is_photometric: true,
+        ..Scene::default()
+    };
+    let (loaded, notes) = glb_of(&scene);
+    assert_eq!(notes, Vec::<String>::new());
+    assert_eq!(loaded.warnings, []);
+    let read = &loaded.scene;
+    assert_eq!(read.textures, scene.textures);
+    assert_eq!(faces(read), faces(&scene));
+    assert_eq!(mesh(read, 0).uvs, quad(0.0).uvs);
+    for (a, b) in scene.materials.iter().zip(&read.materials) {
+        assert_eq!((&a.name, a.alpha, a.opacity), (&b.name, b.alpha, b.opacity));
+        assert_eq!((a.shadow_kind(), a.ior), (b.shadow_kind(), b.ior));
+        assert_eq!((a.is_double_sided, a.diffuse_texture), (b.is_double_sided, b.diffuse_texture));
+        for (a, b) in [
+            (a.diffuse, b.diffuse),
+            (a.transmission, b.transmission),
+            (a.emission, b.emission),
+        ] {
+            assert!((a - b).length() < 1e-12, "{a} {b}");
+        }
+    }
+    assert_eq!(read.lights[0], scene.lights[0]);
+    assert_eq!(read.lights[1], scene.lights[1]);
+    let LightKind::Spot { position: p, axis: a, inner_cosine, outer_cosine } = read.lights[2].kind
+    else {
+        panic!("{:?}", read.lights[2]);
+    };
+    assert!(p == position && (a - axis).length() < 1e-15);
+    assert!((inner_cosine - 0.9).abs() < 1e-15 && (outer_cosine - 0.8).abs() < 1e-15);
+    let camera = read.camera.unwrap();
+    assert!(camera.eye == DVec3::new(0.0, 0.0, 9.0) && camera.up == DVec3::Y);
+    assert_eq!((camera.at - camera.eye).normalize(), DVec3::NEG_Z);
+    assert!((camera.vertical_fov_degrees - 45.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_does_not_fit_is_told() {
+    let (loaded, notes) = glb_of(&tetra(1).unwrap());
+    assert_eq!(loaded.scene.objects.len(), 4);
+    assert_eq!(loaded.scene.lights.len(), 1);
+    let said = |text: &str| assert!(notes.iter().any(|n| n.contains(text)), "{text}: {notes:?}");
+    said("the background is not written");
+    said("the ambient light is not written: readers take 0");
+    said("faces are lit only from the front");
+    said("they are written as candela and lux");
+    said("1 lights do not weaken with distance: in glTF they do");
+    let error = write_glb(&sphereflake(1).unwrap(), &mut Vec::new()).unwrap_err();
+    assert_eq!(error.to_string(), "glTF cannot say a sphere (number 1)");
+    let third = DVec3::splat(1.0 / 3.0);
+    let mut scene = random_scene(&mut Random(1));
+    scene.objects.truncate(1);
+    if let Shape::Mesh(mesh) = &mut scene.objects[0].shape {
+        mesh.positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, third];
+        mesh.corners = [0, 1, 2, 0, 1, 3].map(Corner::at).to_vec();
+        mesh.corners[0].normal = 0;
+        mesh.face_ends = vec![3, 6];
+    }
+    assert_eq!(
+        glb_of(&scene).1,
+        [
+            "3 of 18 coordinates do not fit glTF's 32 bits: they are rounded",
+            "1 corners have a normal or a place in a texture that others of their face lack: it \
+             is not written"
+        ]
+    );
+    let (empty, _) = glb_of(&Scene::default());
+    assert!(empty.scene.objects.is_empty());
+}
+
+#[test]
+fn other_peoples_scenes_survive() {
+    let Some(folder) = shared_scenes() else {
+        return;
+    };
+    for extension in ["glb", "gltf"] {
+        for path in files_below(&folder.join("gltf"), extension) {
+            let Ok(first) = read_file(&path, &Default::default()) else {
+                continue;
+            };
+            let (second, _) = glb_of(&first.scene);
+            let (third, _) = glb_of(&second.scene);
+            assert_eq!(faces(&third.scene).len(), faces(&second.scene).len());
+            let positions = |scene: &Scene| -> Vec<[u64; 3]> {
+                let corners = faces(scene).into_iter().flatten();
+                corners.map(|[x, y, z, ..]| [x, y, z]).collect()
+            };
+            assert_eq!(positions(&third.scene), positions(&second.scene), "{}", path.display());
+            assert_eq!(second.scene.textures, first.scene.textures);
+            let kinds = |scene: &Scene| -> Vec<_> {
+                let materials = scene.objects.iter().map(|o| &scene.materials[o.material]);
+                materials.map(|m| (m.shadow_kind(), m.is_double_sided)).collect()
+            };
+            assert_eq!(kinds(&third.scene), kinds(&second.scene), "{}", path.display());
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! PLY: whatever the bytes are, the reader ends in order.
+#![no_main]
+
+use std::path::Path;
+
+use antumbra_scene::read::read_ply;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(first) = read_ply(Path::new("a.ply"), bytes, &Default::default()) {
+        antumbra_fuzz::check(&first);
+    }
+});

@@ -1,0 +1,13 @@
+//! STL: whatever the bytes are, the reader ends in order.
+#![no_main]
+
+use std::path::Path;
+
+use antumbra_scene::read::read_stl;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(first) = read_stl(Path::new("a.stl"), bytes, &Default::default()) {
+        antumbra_fuzz::check(&first);
+    }
+});
