@@ -17,7 +17,7 @@ use obvhs::{Boundable, BvhBuildParams};
 use super::data::{
     Bvh, Child, ChildKind, Frame, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH,
 };
-use super::ray::PLANE_ROOM;
+use super::ray::{FilterBounds, PLANE_ROOM, USUAL_ORIGIN_ERROR};
 
 /// Cost of visiting a node, in units of testing a group of shapes. Measured together with the build
 /// setting; the optimum is flat.
@@ -42,6 +42,7 @@ impl Bvh {
             others: Vec::new(),
             depth: 0,
             level: Level::new(),
+            usual_bounds: FilterBounds::new(frame.margin_in_frame, USUAL_ORIGIN_ERROR),
         };
         if boxes.is_empty() {
             return bvh;

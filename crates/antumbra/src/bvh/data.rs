@@ -3,6 +3,7 @@
 use antumbra_geometry::{Bounds, DVec3, SurfaceId};
 use fearless_simd::Level;
 
+use super::ray::FilterBounds;
 use crate::grid::Layout;
 
 /// Children of a node.
@@ -24,6 +25,7 @@ pub(crate) struct Bvh {
     /// Nodes on the longest way down.
     pub(super) depth: usize,
     pub(super) level: Level,
+    pub(super) usual_bounds: FilterBounds,
 }
 
 /// Eight boxes, axis by axis, so that one instruction handles all of them.

@@ -29,11 +29,11 @@
 //!
 //! With `C = c - o`, `|d x C|` is the distance of the line from the centre, times `|d|`: its length
 //! errs by `sqrt(3) (4 e + 4 p + 16 u)` and, from its square, `2.5 u` of itself, at most `14`; `r |d|`
-//! by `10 u`, and squaring it costs `6 u`: `7 e + 7 p + 90 u` bounds all. The line surely misses the ball
+//! by `20 u`, and squaring it costs `6 u`: `7 e + 7 p + 100 u` bounds all. The line surely misses the ball
 //! if the distance exceeds `r |d|` by more, and surely meets its inside if `r |d|` exceeds it by more.
 //! The nearest point of the line is strictly between the ends if `d . C` and `d . (c - l)` have
 //! opposite sure signs, errors at most `6 e + 6 p + 32 u` and, with `t |d|^2` at most 27,
-//! `33 e + 6 p + 206 u`: five times the bound. Then the segment has a point inside; it blocks if also
+//! `33 e + 6 p + 320 u`: five times the bound. Then the segment has a point inside; it blocks if also
 //! the start is surely outside, which an excess of the bound over `r` says for `|C|`.
 
 use fearless_simd::prelude::*;
@@ -145,7 +145,7 @@ pub(super) fn spheres<S: Simd>(simd: S, group: &SphereGroup, ray: &FrameRay) -> 
     ];
     let turned = cross(direction, seen);
     let distance_squared = dot(turned, turned);
-    let reach = radius * bounds.length;
+    let reach = radius * ray.length;
     let (wide, narrow) = (reach + bounds.line, reach - bounds.line);
     let is_missed = distance_squared.simd_gt(wide * wide);
     let zero = Lanes::splat(simd, 0.0);
@@ -153,7 +153,7 @@ pub(super) fn spheres<S: Simd>(simd: S, group: &SphereGroup, ray: &FrameRay) -> 
 
     // Where along: d . C from the start, less t |d|^2 from the light.
     let along = dot(direction, seen);
-    let beyond = along - Lanes::splat(simd, ray.light * bounds.length * bounds.length);
+    let beyond = along - Lanes::splat(simd, ray.light * ray.length * ray.length);
     let room = Lanes::splat(simd, 5.0 * bounds.line);
     let is_between = along.simd_gt(room) & beyond.simd_lt(-room);
     let start = dot(seen, seen);

@@ -17,12 +17,12 @@
 //! 2. *Small components.* Components of the direction below `2^-40` of the largest are made that
 //!    large. The segment stays in the frame for `t <= 2`, so that moves a point by `2^-39`.
 //! 3. *Planes.* For a plane at `p` the walk computes `p r - q` with `r = fl(1 / d)`,
-//!    `q = fl(fl(o) r)`. Each of the five operations errs by a factor `1 + u` at most, so the result
-//!    is `(p' - o) / d` exactly for a plane `p'` with
-//!    `|p' - p| <= u |p| + 2 u |o| + 2 u |p - o| + (...)u^2 < 8 u = 2^-21`, all coordinates being at
-//!    most `1 + 2^-19`. A fused multiply-add errs less.
+//!    `q = fl(fl(o) r)`, `d` itself rounded. Each of the six operations errs by a factor `1 + u` at
+//!    most, so the result is `(p' - o) / d` exactly for a plane `p'` with
+//!    `|p' - p| <= u |p| + 2 u |o| + 3 u |p - o| + (...)u^2 < 10 u`, all coordinates being at most
+//!    `1 + 2^-19`. A fused multiply-add errs less.
 //! 4. *Boxes.* A box is its surface's, which is right up to `m / 4` (its own rounding), moved outwards
-//!    by `m` and [`PLANE_ROOM`], `2^-21 + 2^-31`, and rounded outwards; a node's box holds its
+//!    by `m` and [`PLANE_ROOM`], `10 u` and a bit, and rounded outwards; a node's box holds its
 //!    children's. By 1 and 2 the segment's point lies in the surface's box moved by `3 m / 4` and
 //!    `2^-39`, by 3 the interval that the walk computes for each axis holds `t`.
 //! 5. *Ends.* `0 <= t <= end` with `end` rounded up. So the intervals overlap, and the box is visited.
@@ -36,7 +36,7 @@ use crate::grid::point_along;
 const U: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// How far boxes are moved outwards beside the margin.
-pub(super) const PLANE_ROOM: f64 = (1.0 + 1.0 / 1024.0) / (1u64 << 21) as f64;
+pub(super) const PLANE_ROOM: f64 = 10.01 * U;
 
 /// The farthest parameter inside the frame is 2: the largest component of the direction is at least
 /// 1, and the frame is 2 wide.
@@ -75,13 +75,15 @@ pub(super) struct FrameRay {
     pub(super) end: f32,
     /// Where the light is, or a place outside the frame on the way to it.
     pub(super) light: f32,
+    /// The direction's length.
+    pub(super) length: f32,
     pub(super) bounds: FilterBounds,
     /// Parameters of the segment become the ray's by `(parameter - entry) * rate`.
     pub(super) entry: f64,
     pub(super) rate: f64,
 }
 
-/// Error bounds of the filters for one ray; derived in `filter`.
+/// Error bounds of the filters, for rays whose direction is no worse than usual; derived in `filter`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FilterBounds {
     /// Of the edge signs `ab` and `ca`, times the triangle's reach.
@@ -94,14 +96,14 @@ pub(super) struct FilterBounds {
     pub(super) light_height_scale: f32,
     /// Of the distance of a sphere's centre from the line, times the direction's length.
     pub(super) line: f32,
-    /// The direction's length.
-    pub(super) length: f32,
 }
 
 impl FilterBounds {
-    /// `position` bounds the error of a corner seen from the start, `direction` that of a component of
-    /// the direction.
-    fn new(position: f64, direction: f64, length: f64) -> Self {
+    /// `margin` is the frame's, `origin_error` that of the start in lengths of the direction.
+    pub(super) fn new(margin: f64, origin_error: f64) -> Self {
+        // Of a corner seen from the start, and of a component of the direction.
+        let position = 5.0 * U + 1.01 * margin;
+        let direction = 2.01 * U + SMALLEST_COMPONENT + origin_error;
         // Two percent more than derived, for the rounding of the bounds themselves.
         let generous = |bound: f64| (bound * 1.02) as f32;
         let edge = 12.0 * direction + 12.0 * position + 136.0 * U;
@@ -113,11 +115,14 @@ impl FilterBounds {
             third_edge_scale: (0.98 * edge / third_edge) as f32,
             height: generous(height),
             light_height_scale: (0.98 * height / light_height) as f32,
-            line: generous(7.0 * direction + 7.0 * position + 90.0 * U),
-            length: length as f32,
+            line: generous(7.0 * direction + 7.0 * position + 100.0 * U),
         }
     }
 }
+
+/// The error of the start in lengths of the direction that the tree's own bounds allow for; it is more
+/// only where the light is very near.
+pub(super) const USUAL_ORIGIN_ERROR: f64 = 1.0 / (1u64 << 32) as f64;
 
 impl Bvh {
     /// Returns the segment as the tree sees it.
@@ -164,17 +169,19 @@ impl Bvh {
             FARTHEST
         };
         let end = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
-        let position = 5.0 * U + 1.01 * frame.margin_in_frame;
-        let direction_error = 2.01 * U + SMALLEST_COMPONENT + to_unit * segment.origin_error();
+        let origin_error = to_unit * segment.origin_error();
+        let bounds = if origin_error <= USUAL_ORIGIN_ERROR {
+            self.usual_bounds
+        } else {
+            FilterBounds::new(frame.margin_in_frame, origin_error)
+        };
         let origin32 = origin.to_array().map(|x| x as f32);
-        let inverse = [
-            (1.0 / unit.x) as f32,
-            (1.0 / unit.y) as f32,
-            (1.0 / unit.z) as f32,
-        ];
+        let unit32 = unit.to_array().map(|x| x as f32);
+        let inverse = unit32.map(|x| 1.0 / x);
+        let length_squared = unit32[0] * unit32[0] + unit32[1] * unit32[1] + unit32[2] * unit32[2];
         Prepared::Ray(FrameRay {
             origin: origin32,
-            direction: unit.to_array().map(|x| x as f32),
+            direction: unit32,
             inverse,
             offset: [
                 origin32[0] * inverse[0],
@@ -193,7 +200,8 @@ impl Bvh {
             ],
             end,
             light: light as f32,
-            bounds: FilterBounds::new(position, direction_error, unit.length()),
+            length: length_squared.sqrt(),
+            bounds,
             entry,
             rate,
         })

@@ -30,6 +30,18 @@ impl Bvh {
         segment: &Segment,
         counters: &mut Counters,
     ) -> bool {
+        dispatch!(self.level, simd => self.any_hit_with(simd, occluders, segment, counters))
+    }
+
+    /// The whole of it, so that also the preparation has the wide registers.
+    #[inline(always)]
+    fn any_hit_with<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> bool {
         match self.prepare(segment) {
             Prepared::Miss => false,
             Prepared::Unfit => {
@@ -46,11 +58,9 @@ impl Bvh {
                     own: segment.start().surface,
                 };
                 if self.depth <= USUAL_DEPTH {
-                    let stack = &mut [Waiting::default(); USUAL_DEPTH];
-                    dispatch!(self.level, simd => query.walk(simd, stack, counters))
+                    query.walk(simd, &mut [Waiting::default(); USUAL_DEPTH], counters)
                 } else {
-                    let stack = &mut vec![Waiting::default(); self.depth];
-                    dispatch!(self.level, simd => query.walk(simd, stack, counters))
+                    query.walk_deep(simd, self.depth, counters)
                 }
             }
         }
@@ -127,6 +137,16 @@ impl AnyHit<'_> {
         counters.steps += steps;
         counters.intersections += tests;
         is_blocked
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn walk_deep<S: Simd>(&self, simd: S, depth: usize, counters: &mut Counters) -> bool {
+        let stack = &mut vec![Waiting::default(); depth];
+        simd.vectorize(
+            #[inline(always)]
+            || self.walk(simd, stack, counters),
+        )
     }
 
     #[inline(always)]
