@@ -1,5 +1,5 @@
 //! MTL: whatever the bytes of a material library are, the reader of the OBJ that names it ends
-//! in order.
+//! in order; what it reads is written and read back equal.
 #![no_main]
 
 use std::path::Path;
@@ -17,6 +17,7 @@ fuzz_target!(|bytes: &[u8]| {
         return;
     };
     antumbra_fuzz::check(&first);
+    antumbra_fuzz::check_obj(&first.scene);
     for material in &first.scene.materials {
         for color in [
             material.diffuse,
@@ -25,7 +26,10 @@ fuzz_target!(|bytes: &[u8]| {
             material.transmission,
             material.emission,
         ] {
-            assert!(color.is_finite() && color.min_element() >= 0.0, "{material:?}");
+            assert!(
+                color.is_finite() && color.min_element() >= 0.0,
+                "{material:?}"
+            );
         }
         assert!(material.ior > 0.0 && material.shininess >= 0.0);
         assert!(material.ior.is_finite() && material.shininess.is_finite());

@@ -1,4 +1,5 @@
-//! OBJ: whatever the bytes are, the reader ends in order.
+//! OBJ: whatever the bytes are, the reader ends in order; what it reads is written and read back
+//! equal.
 #![no_main]
 
 use std::{io, path::Path};
@@ -15,5 +16,8 @@ fuzz_target!(|bytes: &[u8]| {
     };
     if let Ok(first) = read_obj(file, bytes, &Default::default(), open) {
         antumbra_fuzz::check(&first);
+        antumbra_fuzz::check_obj(&first.scene);
+        antumbra_fuzz::check_ply(&first.scene);
+        antumbra_fuzz::check_glb(&first.scene);
     }
 });

@@ -1,4 +1,5 @@
-//! STL: whatever the bytes are, the reader ends in order.
+//! STL: whatever the bytes are, the reader ends in order; what it reads is written as PLY
+//! and OBJ and read back with the same faces.
 #![no_main]
 
 use std::path::Path;
@@ -9,5 +10,7 @@ use libfuzzer_sys::fuzz_target;
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(first) = read_stl(Path::new("a.stl"), bytes, &Default::default()) {
         antumbra_fuzz::check(&first);
+        antumbra_fuzz::check_ply(&first.scene);
+        antumbra_fuzz::check_obj(&first.scene);
     }
 });

@@ -171,6 +171,19 @@ impl Segment {
         }
     }
 
+    /// Returns three times the middle of the start's own triangle, as a point of weight 3: what
+    /// decides where the start itself lies on a border.
+    pub(crate) fn inner<N: Number>(&self) -> Option<Point4<N>> {
+        let StartSurface::Triangle { corners, .. } = self.surface? else {
+            return None;
+        };
+        let [a, b, c] = corners.map(Vector::from_f64);
+        Some(Point4 {
+            x: a.plus(&b).plus(&c),
+            w: N::from_f64(3.0),
+        })
+    }
+
     pub(crate) fn exact(&self) -> Ends<Exact> {
         let start = match &self.surface {
             None => Point4::from_f64((self.start.point, 1.0)),

@@ -163,15 +163,19 @@ impl Aovs {
 }
 
 /// Returns a name for each light that is good for layers and for files: ASCII letters, digits, `-` and
-/// `_`, 64 of them at most, all different also where case does not count. A light without a name
+/// `_`, 64 of them at most, all different also where case does not count. Blanks become `-`, other
+/// characters `_`. A light without a name
 /// gets its number, from 1; of lights with one name the later ones get a number behind it.
 pub fn light_names(lights: &[Light]) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut names = Vec::with_capacity(lights.len());
     for (number, light) in (1..).zip(lights) {
-        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        let kept = light.name.trim().chars().take(64);
-        let kept: String = kept.map(|c| if allowed(c) { c } else { '_' }).collect();
+        let fit = |c: char| match c {
+            _ if c.is_ascii_alphanumeric() || c == '-' => c,
+            _ if c.is_whitespace() => '-',
+            _ => '_',
+        };
+        let kept: String = light.name.trim().chars().take(64).map(fit).collect();
         let base = if kept.is_empty() {
             format!("light-{number}")
         } else {
@@ -222,7 +226,7 @@ mod tests {
                 "lamp-2",
                 "a_b",
                 "lamp-2-2",
-                "Sonne__ber",
+                "Sonne-_ber",
                 "light-2-2",
                 "__"
             ]

@@ -21,7 +21,7 @@ mod planar;
 mod quadric;
 
 use crate::exact::{Exact, Vec3};
-use planar::{Disk, Plane, Triangle};
+use planar::{Disk, Triangle};
 use quadric::{Sphere, Tube};
 
 /// The shape of one surface, as exact values of the given numbers.
@@ -212,10 +212,12 @@ struct Segment {
     start: Start,
     delta: Vec3,
     light: Light,
+    /// Three times the centroid of the triangle that the start lies on.
+    own_centroid: Option<Vec3>,
 }
 
 impl Segment {
-    fn new(start: Start, light: Light) -> Self {
+    fn new(start: Start, light: Light, own_centroid: Option<Vec3>) -> Self {
         let delta = if light.is_direction() {
             light.position.clone()
         } else {
@@ -225,7 +227,31 @@ impl Segment {
             start,
             delta,
             light,
+            own_centroid,
         }
+    }
+
+    /// The same segment with its start moved into its own triangle by a share of 2^-16000, which
+    /// stands for an infinitely small one: every form over `f64`s that is not zero is larger than
+    /// anything that the share could do to it.
+    fn nudged(&self) -> Option<Self> {
+        let centroid = self.own_centroid.as_ref()?;
+        let mut share = Exact::new(2.0_f64.powi(-1000));
+        for _ in 0..4 {
+            share = share.square();
+        }
+        let three = Exact::new(3.0);
+        let scaled = self.start.scaled.scale(&three);
+        let inwards = &centroid.scale(&self.start.scale) - &scaled;
+        let start = Start {
+            scaled: &scaled + &inwards.scale(&share),
+            scale: &self.start.scale * &three,
+        };
+        let light = Light {
+            position: self.light.position.clone(),
+            weight: self.light.weight.clone(),
+        };
+        Some(Self::new(start, light, None))
     }
 }
 
@@ -275,14 +301,6 @@ impl Prepared {
                 .map(|tube| Self::Tube(Box::new(tube))),
         }
         .unwrap_or(Self::Nothing)
-    }
-
-    fn plane(&self) -> Option<&Plane> {
-        match self {
-            Self::Triangle(triangle) => Some(&triangle.plane),
-            Self::Disk(disk) => Some(&disk.plane),
-            _ => None,
-        }
     }
 }
 
@@ -393,14 +411,19 @@ impl Oracle {
 
     fn segment(&self, point: [f64; 3], surface: Option<usize>, light: OracleLight) -> Segment {
         let point = Vec3::new(point);
-        let start = match surface.and_then(|s| self.prepared[s].plane()) {
-            Some(plane) => plane.start(point),
-            None => Start {
+        let own_centroid = match surface.map(|s| &self.prepared[s]) {
+            Some(Prepared::Triangle(triangle)) => Some(triangle.three_centroids()),
+            _ => None,
+        };
+        let start = match surface.map(|s| &self.prepared[s]) {
+            Some(Prepared::Triangle(triangle)) => triangle.start(point),
+            Some(Prepared::Disk(disk)) => disk.plane.start(point),
+            _ => Start {
                 scaled: point,
                 scale: Exact::ONE,
             },
         };
-        Segment::new(start, Light::new(light))
+        Segment::new(start, Light::new(light), own_centroid)
     }
 
     fn side(&self, s: usize, segment: &Segment) -> i8 {
@@ -424,13 +447,7 @@ impl Oracle {
         }
         match &self.prepared[t] {
             Prepared::Nothing => false,
-            Prepared::Triangle(triangle) => {
-                triangle.is_crossed(segment)
-                    && match surface.map(|s| &self.prepared[s]) {
-                        Some(Prepared::Triangle(own)) => own.may_be_hidden_by(triangle, segment),
-                        _ => true,
-                    }
-            }
+            Prepared::Triangle(triangle) => triangle.is_crossed(segment),
             Prepared::Disk(disk) => disk.is_crossed(segment),
             Prepared::Sphere(sphere) => sphere.is_crossed(segment),
             Prepared::Tube(tube) => tube.is_crossed(segment),

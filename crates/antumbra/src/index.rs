@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use antumbra_geometry::{Hit, LightShape, Occluders, Ray, Start};
+use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
 
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
@@ -126,6 +126,20 @@ pub enum BuildError {
     },
 }
 
+/// Why a query has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum QueryError {
+    /// The start's point is NaN, infinite or beyond 2^100.
+    #[error("start {0}: coordinates must be finite and at most 2^100 in magnitude")]
+    BadPoint(DVec3),
+    /// The start names a surface that is not there.
+    #[error("surface {0} does not exist")]
+    UnknownSurface(u32),
+    /// The query names a light that is not there.
+    #[error("light {0} does not exist")]
+    UnknownLight(usize),
+}
+
 /// Collects settings for a [`ShadowIndex`].
 #[derive(Clone, Debug)]
 pub struct Builder {
@@ -231,12 +245,13 @@ impl Builder {
     }
 }
 
+/// 2^100, as for geometry.
+const LARGEST: f64 = 1.2676506002282294e30;
+
 fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
-    const LARGEST: f64 = 1.2676506002282294e30; // 2^100, as for geometry
     let (x, weight) = light.homogeneous();
-    let is_fine = x.is_finite()
-        && x.abs().max_element() <= LARGEST
-        && (weight != 0.0 || x != antumbra_geometry::DVec3::ZERO);
+    let is_fine =
+        x.is_finite() && x.abs().max_element() <= LARGEST && (weight != 0.0 || x != DVec3::ZERO);
     if is_fine {
         Ok(())
     } else {
@@ -283,10 +298,9 @@ fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, B
         }
         GridResolution::Fixed(resolution) => resolution,
     };
-    // Voxels are numbered in 32 bits.
-    let voxel_count: u64 = resolution.iter().map(|&n| u64::from(n)).product();
-    let is_fine =
-        resolution.iter().all(|n| (1..=2048).contains(n)) && voxel_count < u64::from(u32::MAX);
+    // Voxels are numbered in 32 bits. Axes within their range cannot overflow the product.
+    let is_fine = resolution.iter().all(|n| (1..=2048).contains(n))
+        && resolution.iter().map(|&n| u64::from(n)).product::<u64>() < u64::from(u32::MAX);
     if is_fine {
         Ok(Layout::new(bounds, resolution))
     } else {
@@ -316,10 +330,11 @@ fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, B
 /// let mut counters = Counters::default();
 /// let mut shadow_at = |x: f64| {
 ///     let start = Start { point: DVec3::new(x, 0.1, 0.0), surface: Some(SurfaceId(0)) };
-///     index.shadow(&start, 0, &mut counters).shadow
+///     index.shadow(&start, 0, &mut counters).map(|answer| answer.shadow)
 /// };
-/// assert_eq!(shadow_at(0.0), Shadow::Shadowed);
-/// assert_eq!(shadow_at(3.0), Shadow::Lit);
+/// assert_eq!(shadow_at(0.0)?, Shadow::Shadowed);
+/// assert_eq!(shadow_at(3.0)?, Shadow::Lit);
+/// assert!(shadow_at(f64::NAN).is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -379,10 +394,11 @@ impl ShadowIndex {
     /// the light"): positive on the side of the normal, negative behind, zero in the tangent plane
     /// and for free starts.
     ///
-    /// # Panics
-    /// `light` is no light's number, or the start's surface is no surface's.
-    pub fn light_side(&self, start: &Start, light: usize) -> i8 {
-        self.occluders.light_side(start, &self.lights[light])
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
+    pub fn light_side(&self, start: &Start, light: usize) -> Result<i8, QueryError> {
+        self.check_query(start, light)?;
+        Ok(self.occluders.light_side(start, &self.lights[light]))
     }
 
     /// Answers a shadow query exactly. Counts under `counters.shadow`.
@@ -390,9 +406,15 @@ impl ShadowIndex {
     /// The answer does not depend on the method. A start on a surface is expected to lie on it up
     /// to rounding, 2^-40 of the scene's size.
     ///
-    /// # Panics
-    /// `light` is no light's number, or the start's surface is no surface's.
-    pub fn shadow(&self, start: &Start, light: usize, counters: &mut Counters) -> Answer {
+    /// # Errors
+    /// The start is not finite or beyond 2^100, or its surface or the light does not exist.
+    pub fn shadow(
+        &self,
+        start: &Start,
+        light: usize,
+        counters: &mut Counters,
+    ) -> Result<Answer, QueryError> {
+        self.check_query(start, light)?;
         let segment = self.occluders.segment(start, &self.lights[light]);
         let (occluders, grid) = (&*self.occluders, &self.grid);
         let answer = match self.method {
@@ -407,16 +429,31 @@ impl ShadowIndex {
             Method::Naive => shadow::by_reference(occluders, &segment, counters),
         };
         counters.shadow.count(answer);
-        answer
+        Ok(answer)
     }
 
     /// Answers a shadow query by testing every surface: the reference of EXACTNESS.md.
     ///
-    /// # Panics
+    /// # Errors
     /// As [`ShadowIndex::shadow`].
-    pub fn shadow_by_reference(&self, start: &Start, light: usize) -> Shadow {
+    pub fn shadow_by_reference(&self, start: &Start, light: usize) -> Result<Shadow, QueryError> {
+        self.check_query(start, light)?;
         let segment = self.occluders.segment(start, &self.lights[light]);
-        shadow::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow
+        Ok(shadow::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow)
+    }
+
+    fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
+        let Start { point, surface } = *start;
+        if !point.is_finite() || point.abs().max_element() > LARGEST {
+            return Err(QueryError::BadPoint(point));
+        }
+        match surface {
+            Some(SurfaceId(surface)) if surface as usize >= self.occluders.surface_count() => {
+                Err(QueryError::UnknownSurface(surface))
+            }
+            _ if light >= self.lights.len() => Err(QueryError::UnknownLight(light)),
+            _ => Ok(()),
+        }
     }
 
     /// Returns the grid's voxels along x, y and z.

@@ -8,7 +8,7 @@ mod shadow;
 mod stats;
 
 pub use index::{
-    Answer, BuildError, Builder, Decided, GridResolution, Method, QuickCheck, QuickCheckVerdict,
-    RayMethod, Shadow, ShadowIndex,
+    Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
+    QuickCheckVerdict, RayMethod, Shadow, ShadowIndex,
 };
 pub use stats::{Counters, ShadowCounters};

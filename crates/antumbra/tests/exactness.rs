@@ -124,7 +124,8 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
 }
 
 fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
-    index.shadow(start, light, &mut Counters::default()).shadow == Shadow::Shadowed
+    let answer = index.shadow(start, light, &mut Counters::default());
+    answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
 /// Asks one question of the oracle, the reference and all methods; returns the differences.
@@ -146,13 +147,16 @@ fn differences(
             lights[light],
         ));
     };
-    let reference = indices[0].1.shadow_by_reference(&start, light) == Shadow::Shadowed;
+    let reference = indices[0].1.shadow_by_reference(&start, light) == Ok(Shadow::Shadowed);
     if reference != truth {
         note("reference", reference.to_string());
     }
     if let Some(surface) = surface {
         let side = oracle.light_side(point, surface, lights[light]);
-        let ours = indices[0].1.light_side(&start, light);
+        let ours = indices[0]
+            .1
+            .light_side(&start, light)
+            .expect("a fine query");
         if ours != side {
             note("light side", format!("{ours}, not {side}"));
         }
@@ -237,6 +241,8 @@ fixture_tests!(
     down_from_apex,
     pipe_of_two_tubes,
     start_is_light_on_solid,
+    aligned_tiles,
+    start_off_its_triangle,
 );
 
 /// How many nasty scenes the suite asks; `ANTUMBRA_NASTY_SEEDS=from..to` asks others.
@@ -283,4 +289,40 @@ fn nasty_scenes_agree_with_the_oracle() {
         blocked * 10 > asked && blocked * 10 < asked * 9,
         "{blocked} of {asked} are blocked"
     );
+}
+
+/// Nasty seed 951 (Fan, Huge): the start's shift onto its plane, a quarter of the smallest number,
+/// underflowed to nothing, and so did its error bound; the start was taken to be exact while it
+/// lay on the other side of a face through the same vertex.
+#[test]
+fn start_shift_that_underflows() {
+    let size = 2f64.powi(40);
+    let place = |corners: [[f64; 3]; 3]| {
+        OracleSurface::triangle(corners.map(|corner| corner.map(|x| x * size)))
+    };
+    // The start's own face in the plane y + 4 z = 0, the other one in the plane y + 8 z = 0, both
+    // from the origin towards `side` along y.
+    for side in [-1.0, 1.0] {
+        let own = place([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 4.0 * side, -side]]);
+        let other = place([
+            [0.0; 3],
+            [4.0, 8.0 * side, -side],
+            [-4.0, 8.0 * side, -side],
+        ]);
+        let light = OracleLight::Point([0.0, 0.0, 2.0 * side * size]);
+        // With e the smallest number and side 1 the start belongs on (0, e, -e / 4), under the
+        // other face; (0, e, 0) is over it, as is the light.
+        let point = [0.0, 5e-324 * side, 0.0];
+        let surfaces = [own, other];
+        let oracle = Oracle::new(surfaces.to_vec());
+        assert!(oracle.is_blocked(point, Some(0), light));
+        let found = differences(
+            "underflow",
+            &oracle,
+            &indices(&surfaces, &[light]),
+            &[light],
+            (point, Some(0), 0),
+        );
+        assert!(found.is_empty(), "{}", found.join("\n"));
+    }
 }

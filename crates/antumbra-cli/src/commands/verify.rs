@@ -114,12 +114,15 @@ fn differences_of(
         return Vec::new();
     };
     let start = starts::start(query / light_count, seed, scene, gathered, first);
-    let expected = first.shadow_by_reference(&start, light);
+    let expected = first
+        .shadow_by_reference(&start, light)
+        .expect("sampled starts lie on surfaces");
     let mut counters = Counters::default();
     indices
         .iter()
         .filter_map(|&(method, ref index)| {
-            let found = index.shadow(&start, light, &mut counters).shadow;
+            let answer = index.shadow(&start, light, &mut counters);
+            let found = answer.expect("sampled starts lie on surfaces").shadow;
             (found != expected).then_some(Difference {
                 start,
                 light,

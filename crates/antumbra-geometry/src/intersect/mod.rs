@@ -18,9 +18,9 @@ pub(crate) use box_shapes::{
 pub(crate) use box_triangle::box_meets_triangle;
 pub(crate) use segment_cone::{
     cone_distance, cone_is_outside, cone_meets_interior, is_behind_wall, own_tube_blocks,
-    tube_blocks, tube_side,
+    tube_blocks, tube_side, wall_exit,
 };
-pub(crate) use segment_disk::{DiskPlane, disk_blocks, disk_distance};
+pub(crate) use segment_disk::{DiskPlane, cap_exit, disk_blocks, disk_distance};
 pub(crate) use segment_sphere::{
     line_surely_misses_ball, own_sphere_blocks, sphere_blocks, sphere_distance, sphere_side,
 };

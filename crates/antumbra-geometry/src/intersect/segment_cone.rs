@@ -256,6 +256,41 @@ pub(crate) fn own_tube_blocks(cone: &Cone, segment: &Segment) -> bool {
     })
 }
 
+/// Returns where a segment that goes into a closed cone, from its wall or from a cap, leaves the
+/// infinite cone; infinity if it stays in it.
+pub(crate) fn wall_exit(cone: &Cone, segment: &Segment, is_from_wall: bool) -> f64 {
+    let axis_length = (cone.apex - cone.base).length();
+    let axis = (cone.apex - cone.base) / axis_length;
+    let slope = (cone.apex_radius - cone.base_radius) / axis_length;
+    let direction = segment.direction();
+    let from_base = segment.origin() - cone.base;
+    // As in `cone_distance`: the form a t^2 + 2 b t + c is negative inside.
+    let (z, dz) = (from_base.dot(axis), direction.dot(axis));
+    let (off_axis, across): (DVec3, DVec3) = (from_base - axis * z, direction - axis * dz);
+    let radius = cone.base_radius + slope * z;
+    let a = across.length_squared() - (slope * dz) * (slope * dz);
+    let half_b = off_axis.dot(across) - radius * slope * dz;
+    if is_from_wall {
+        // One root is the start itself.
+        return if a > 0.0 {
+            (-2.0 * half_b / a).max(0.0)
+        } else {
+            f64::INFINITY
+        };
+    }
+    let c = (off_axis.length_squared() - radius * radius).min(0.0);
+    let discriminant = half_b * half_b - a * c;
+    if discriminant < 0.0 {
+        f64::INFINITY
+    } else if half_b > 0.0 {
+        -c / (half_b + discriminant.sqrt())
+    } else if a > 0.0 {
+        (discriminant.sqrt() - half_b) / a
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Returns the distance of the nearest crossing with the wall, in lengths of the segment's
 /// direction, once the rule has found one; for the own surface the start itself does not count.
 pub(crate) fn cone_distance(cone: &Cone, segment: &Segment, is_own: bool) -> f64 {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::segment_triangle::{clear_plane_distance, exact_plane_distance};
 use crate::number::{Number, Vector, decide};
 use crate::segment::{Ends, Plane, Segment};
 
@@ -57,8 +58,20 @@ pub(crate) fn disk_blocks(disk: &DiskPlane, segment: &Segment) -> bool {
     })
 }
 
+/// Returns where a segment that goes into a closed cone leaves through the plane of a cap; infinity if
+/// it goes away from it.
+pub(crate) fn cap_exit(cap: &DiskPlane, segment: &Segment) -> f64 {
+    let rate = segment.direction().dot(cap.normal());
+    if rate > 0.0 {
+        ((cap.center - segment.origin()).dot(cap.normal()) / rate).max(0.0)
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Returns the distance of the crossing in lengths of the segment's direction.
 pub(crate) fn disk_distance(disk: &DiskPlane, segment: &Segment) -> f64 {
     let normal = disk.normal();
-    ((disk.center - segment.origin()).dot(normal) / segment.direction().dot(normal)).max(0.0)
+    clear_plane_distance(normal, normal.abs().max_element(), disk.center, segment)
+        .unwrap_or_else(|| exact_plane_distance(&disk.plane(), segment))
 }

@@ -24,10 +24,35 @@ fn edge_side<N: Number>(ends: &Ends<N>, a: DVec3, b: DVec3) -> N {
     light.dot(&seen(a).cross(&seen(b)))
 }
 
-fn exact_edge_side(segment: &Segment, a: DVec3, b: DVec3) -> Sign {
-    decide(edge_side(&segment.approximate(), a, b).sign(), || {
-        edge_side(&segment.exact(), a, b).sign()
+/// Returns the sign of a form at the start, and where that is zero at the middle of the start's own
+/// triangle: the form's sign at starts a little further inside.
+fn sign_at_start(
+    segment: &Segment,
+    approximate: impl Fn(&Ends<Approximate>) -> Approximate,
+    exact: impl Fn(&Ends<Exact>) -> Exact,
+) -> Sign {
+    let ends = segment.approximate();
+    let sign = decide(approximate(&ends).sign(), || exact(&segment.exact()).sign());
+    if sign != Sign::Zero {
+        return sign;
+    }
+    let Some(start) = segment.inner() else {
+        return Sign::Zero;
+    };
+    let light = ends.light;
+    decide(approximate(&Ends { start, light }).sign(), || {
+        let start = segment.inner()?;
+        let light = Point4::from_f64(segment.light);
+        exact(&Ends { start, light }).sign()
     })
+}
+
+fn exact_edge_side(segment: &Segment, a: DVec3, b: DVec3) -> Sign {
+    sign_at_start(
+        segment,
+        |ends| edge_side(ends, a, b),
+        |ends| edge_side(ends, a, b),
+    )
 }
 
 /// Returns on which side of a plane the light is.
@@ -42,9 +67,11 @@ pub(crate) fn plane_side(plane: &Plane, light: (DVec3, f64)) -> Sign {
 
 /// Returns on which side of a plane the start is.
 fn start_side(plane: &Plane, segment: &Segment) -> Sign {
-    decide(plane.height(&segment.approximate().start).sign(), || {
-        plane.height(&segment.exact().start).sign()
-    })
+    sign_at_start(
+        segment,
+        |ends| plane.height(&ends.start),
+        |ends| plane.height(&ends.start),
+    )
 }
 
 fn certain(value: f64, bound: f64) -> Option<Sign> {
@@ -136,13 +163,67 @@ pub(crate) fn triangle_blocks([a, b, c]: [DVec3; 3], segment: &Segment) -> bool 
     start_sign.is_opposite(light_sign)
 }
 
+/// Largest error of a plane's distance, in shares of the lengths it is made of: as much as the grids
+/// allow for ([`crate::Occluders::hit`]).
+const DISTANCE_ERROR: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Returns the distance of the crossing with a plane in lengths of the segment's direction, or `None`
+/// where the plane is seen so much from the edge that `f64` cannot tell it well; `normal_size`
+/// bounds the products that the normal is made of.
+pub(crate) fn clear_plane_distance(
+    normal: DVec3,
+    normal_size: f64,
+    point: DVec3,
+    segment: &Segment,
+) -> Option<f64> {
+    let largest = |v: DVec3| v.abs().max_element();
+    let direction = segment.direction();
+    let seen = point - segment.origin();
+    let rate = normal.dot(direction);
+    let distance = (normal.dot(seen) / rate).max(0.0);
+    // As in `triangle_blocks`.
+    let roundoff = 64.0 * UNIT_ROUNDOFF * normal_size;
+    let height_error =
+        roundoff * largest(seen) + 8.0 * normal_size * segment.origin_error + f64::MIN_POSITIVE;
+    let rate_error = roundoff * largest(direction) + f64::MIN_POSITIVE;
+    let error = (height_error + distance * rate_error) / (rate.abs() - rate_error);
+    let room = DISTANCE_ERROR * largest(seen) / largest(direction);
+    (0.0..=room).contains(&error).then_some(distance)
+}
+
+/// The same, exactly, rounded.
+pub(crate) fn exact_plane_distance(plane: &Plane, segment: &Segment) -> f64 {
+    let Ends { start, light } = segment.exact();
+    let (at_start, at_light) = (plane.height(&start), plane.height(&light));
+    let distance = if segment.is_finite() {
+        let reach = at_start.times(&light.w);
+        reach.over(&reach.minus(&at_light.times(&start.w)))
+    } else {
+        at_start.negated().over(&at_light.times(&start.w))
+    };
+    distance.max(0.0)
+}
+
 /// Returns the distance of the crossing in lengths of the segment's direction, and the weights of
 /// `b` and `c` there.
 pub(crate) fn triangle_distance([a, b, c]: [DVec3; 3], segment: &Segment) -> (f64, [f64; 2]) {
     let (origin, direction) = (segment.origin(), segment.direction());
+    let (edge_ab, edge_ac) = (b - a, c - a);
+    let normal_size = edge_ab.abs().max_element() * edge_ac.abs().max_element();
+    let Some(distance) = clear_plane_distance(edge_ab.cross(edge_ac), normal_size, a, segment)
+    else {
+        // Seen almost from the edge: a rounded crossing could be anywhere along it.
+        let ends = segment.exact();
+        let weights = [
+            edge_side(&ends, b, c),
+            edge_side(&ends, c, a),
+            edge_side(&ends, a, b),
+        ];
+        let total = weights[0].plus(&weights[1]).plus(&weights[2]);
+        let distance = exact_plane_distance(&Plane::Points([a, b, c]), segment);
+        return (distance, [weights[1].over(&total), weights[2].over(&total)]);
+    };
     let (a_seen, b_seen, c_seen) = (a - origin, b - origin, c - origin);
-    let normal = (b - a).cross(c - a);
-    let distance = (normal.dot(a_seen) / normal.dot(direction)).max(0.0);
     // The three edge determinants are the weights of the opposite corners, up to a factor.
     let weight_a = direction.dot(b_seen.cross(c_seen));
     let weight_b = direction.dot(c_seen.cross(a_seen));

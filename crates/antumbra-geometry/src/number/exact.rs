@@ -26,6 +26,26 @@ impl Exact {
         (shifted(self), shifted(other), exponent)
     }
 
+    /// Returns `self / other` to the last bit or two; infinite or NaN for a zero `other`.
+    pub(crate) fn over(&self, other: &Self) -> f64 {
+        if other.is_zero() {
+            return f64::NAN;
+        }
+        // A quotient of about 100 bits, whatever the operands' sizes.
+        let shift = 100 + other.mantissa.bits() as i64 - self.mantissa.bits() as i64;
+        let numerator = if shift >= 0 {
+            &self.mantissa << shift as u64
+        } else {
+            &self.mantissa >> shift.unsigned_abs()
+        };
+        let quotient = i128::try_from(numerator / &other.mantissa).unwrap_or(0) as f64;
+        let exponent = self.exponent - other.exponent - shift;
+        // In two steps: the power alone may leave the range of f64.
+        let half = (exponent / 2).clamp(-2000, 2000) as i32;
+        let rest = (exponent - exponent / 2).clamp(-2000, 2000) as i32;
+        quotient * 2f64.powi(half) * 2f64.powi(rest)
+    }
+
     fn is_zero(&self) -> bool {
         self.mantissa.sign() == num_bigint::Sign::NoSign
     }
@@ -159,6 +179,27 @@ mod tests {
             Sign::Positive,
             "0.1 is a little more than 1/10"
         );
+    }
+
+    #[test]
+    fn divides_as_f64_does() {
+        for (a, b) in [
+            (1.0, 3.0),
+            (-0.1, 0.7),
+            (1e300, 1e-5),
+            (5e-324, 3.0),
+            (0.0, 2.0),
+            (7e22, -3.3),
+        ] {
+            let quotient = Exact::from_f64(a).over(&Exact::from_f64(b));
+            assert!(
+                (quotient - a / b).abs() <= f64::EPSILON * (a / b).abs(),
+                "{a} / {b}: {quotient}"
+            );
+        }
+        let huge = Exact::from_f64(1e300).times(&Exact::from_f64(1e300));
+        assert_eq!(huge.over(&huge), 1.0);
+        assert!(huge.over(&Exact::from_f64(0.0)).is_nan());
     }
 
     #[test]

@@ -5,9 +5,9 @@ use super::{
     Surface, SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
-    cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall, own_sphere_blocks,
-    own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side, triangle_blocks,
-    triangle_distance, tube_blocks, tube_side,
+    cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall,
+    own_sphere_blocks, own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side,
+    triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
 };
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartSurface};
@@ -138,6 +138,16 @@ impl Occluders {
                         let radial = (along(distance) - sphere.center).normalize_or_zero();
                         (distance, sphere.center + radial * sphere.radius)
                     }
+                    // All parts of an own closed cone are crossed by the rule; it is left through the
+                    // nearest of them.
+                    CurvedShape::Tube(cone) if is_own && cone.is_closed => {
+                        let distance = wall_exit(cone, segment, self.starts_on_tube(segment));
+                        (distance, along(distance))
+                    }
+                    CurvedShape::Cap(disk, _) if is_own => {
+                        let distance = cap_exit(disk, segment);
+                        (distance, along(distance))
+                    }
                     CurvedShape::Tube(cone) => {
                         let distance = cone_distance(cone, segment, is_own);
                         (distance, along(distance))
@@ -156,6 +166,12 @@ impl Occluders {
             point,
             barycentric,
         }
+    }
+
+    fn starts_on_tube(&self, segment: &Segment) -> bool {
+        segment.start().surface.is_some_and(|own| {
+            matches!(self.surface(own), Surface::Curved(own) if matches!(own.shape, CurvedShape::Tube(_)))
+        })
     }
 
     /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of

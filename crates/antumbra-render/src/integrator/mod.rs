@@ -119,6 +119,10 @@ pub struct SurfacePoint {
     pub viewer_side: i8,
 }
 
+/// Why no query of the integrator is refused: hits lie on surfaces of the index, whose coordinates
+/// are finite, and lights are numbered as the index numbers them.
+const FINE: &str = "a hit is a fine start";
+
 /// Follows rays through a prepared scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Integrator<'a> {
@@ -236,7 +240,7 @@ impl<'a> Integrator<'a> {
         };
 
         // In front of which side is the light, exactly?
-        let side = self.index().light_side(&start, light);
+        let side = self.index().light_side(&start, light).expect(FINE);
         let is_facing = match self.prepared.scene().facing {
             Facing::Winding => side > 0,
             Facing::Viewer => side != 0 && side.signum() == point.viewer_side,
@@ -253,7 +257,10 @@ impl<'a> Integrator<'a> {
             return LightQuery::OutOfCone;
         }
 
-        let answer = self.index().shadow(&start, light, &mut tally.counters);
+        let answer = self
+            .index()
+            .shadow(&start, light, &mut tally.counters)
+            .expect(FINE);
         LightQuery::Asked { answer, cone_share }
     }
 

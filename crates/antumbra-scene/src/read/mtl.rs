@@ -25,6 +25,10 @@ use super::{
     text::{decode, parse_number},
 };
 
+/// The most materials of a library. One takes half a kilobyte and as little as 9 bytes of text; no
+/// real library comes near this number.
+const MOST_MATERIALS: usize = 1 << 16;
+
 /// A material library and what was not used of it.
 #[derive(Debug)]
 pub(super) struct Library {
@@ -37,7 +41,7 @@ pub(super) struct Library {
 /// Reads a material library. `file` is only a name for messages.
 ///
 /// # Errors
-/// The bytes are no text, or a number is none.
+/// The bytes are no text, a number is none, or there are too many materials.
 pub(super) fn read_mtl(file: &Path, bytes: &[u8]) -> Result<Library, ReadError> {
     let text = decode(file, bytes)?;
     let mut reader = Reader {
@@ -81,6 +85,18 @@ impl Reader<'_> {
         let place = Place::Line(statement.line);
         if keyword == "newmtl" {
             self.close();
+            if self.materials.len() == MOST_MATERIALS {
+                let kind = ReadErrorKind::Invalid {
+                    entity: "newmtl",
+                    problem: format!("there are more than {MOST_MATERIALS} materials").into(),
+                    help: "remove those that are not used",
+                };
+                return Err(ReadError {
+                    file: self.file.to_path_buf(),
+                    place,
+                    kind,
+                });
+            }
             let material = Material {
                 name: statement.name().to_owned(),
                 ..Material::default()

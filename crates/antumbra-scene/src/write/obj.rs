@@ -116,19 +116,15 @@ pub fn write_obj(
     Ok(notes)
 }
 
-/// Returns a name that reads back as it is: one line, no white space around it, none that would
-/// begin a comment or continue the line.
+/// Returns a name that reads back as it is: one line, no white space around it, no `#` that would
+/// begin a comment, no `\` that would continue the line.
 fn plain_name(name: &str) -> String {
-    let mut plain: String = name
-        .chars()
-        .map(|c| match c {
-            c if c.is_control() => '_',
-            c => c,
-        })
-        .collect();
-    plain = plain.trim_ascii().replace(" #", " _");
-    if plain.starts_with('#') {
-        plain.replace_range(..1, "_");
+    let mut plain = String::with_capacity(name.len());
+    let mut begins_word = true;
+    for c in name.trim_ascii().chars() {
+        let is_fine = !matches!(c, '\n' | '\r') && !(c == '#' && begins_word);
+        plain.push(if is_fine { c } else { '_' });
+        begins_word = c.is_ascii_whitespace();
     }
     if plain.ends_with('\\') {
         plain.replace_range(plain.len() - 1.., "_");

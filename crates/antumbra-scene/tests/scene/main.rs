@@ -2,6 +2,10 @@
 
 mod generated;
 mod glb;
+mod gltf;
+mod gltf_looks;
+mod gltf_nodes;
+mod gltf_shared;
 mod malformed;
 mod nff;
 mod obj;

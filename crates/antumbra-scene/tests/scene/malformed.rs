@@ -203,6 +203,28 @@ fn random_splices_end_in_order() {
     assert!(loaded_count > 1000, "{loaded_count} of the splices load");
 }
 
+/// Names are what takes most memory for a byte, so there is an end to them.
+#[test]
+fn names_are_limited() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let parts = |count: usize| -> String {
+        let part = |i| format!("g {i:x}\nf 1 2 3\n");
+        (0..count).map(part).collect()
+    };
+    let error = obj(&(vertices.to_owned() + &parts((1 << 20) + 1)), "").unwrap_err();
+    let reason = "in `f`: there are more than 1048576 pairs of name and material";
+    assert!(error.to_string().contains(reason), "{error}");
+    let library =
+        |count: usize| -> String { (0..count).map(|i| format!("newmtl {i}\n")).collect() };
+    let scene = format!("mtllib a.mtl\n{vertices}usemtl 7\nf 1 2 3\n");
+    assert!(obj(&scene, &library(1 << 16)).is_ok());
+    let error = obj(&scene, &library((1 << 16) + 1))
+        .unwrap_err()
+        .to_string();
+    let reason = "a.mtl:65537: in `newmtl`: there are more than 65536 materials";
+    assert!(error.contains(reason), "{error}");
+}
+
 /// Claims and repetitions that would make a quadratic or trusting reader hang.
 #[test]
 fn large_nonsense_takes_no_time() {

@@ -333,8 +333,8 @@ fn paths_that_cannot_be_read_say_why() {
     assert!(refusal("none.obj").starts_with("none.obj: cannot read the file: "));
     assert_eq!(
         refusal("scene.blend"),
-        "scene.blend: no reader for `.blend`; expected a name that ends in .nff, .obj, .gltf, .glb, .ply or .stl; \
-         help: convert the scene to NFF, OBJ, glTF, PLY or STL"
+        "scene.blend: no reader for `.blend`; expected a name that ends in .nff, .obj, .gltf, .glb, \
+         .ply or .stl; help: convert the scene to NFF, OBJ, glTF, PLY or STL"
     );
     assert!(refusal("scene").contains("no reader for a name without an ending"));
     std::fs::create_dir(folder.path().join("folder.nff")).unwrap();

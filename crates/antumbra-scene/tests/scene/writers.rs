@@ -176,6 +176,20 @@ fn ply_keeps_every_face() {
     assert!(face_count > 900, "{face_count}");
 }
 
+/// Found by fuzzing: a tab in a name was replaced, although OBJ can say it.
+#[test]
+fn names_with_white_space_inside_are_kept() {
+    let text = "v 0 0 4\nv 1 0 1\nv 0 1 0\no a\tb\u{b} c\\d\nusemtl o\t1#\nf 1 2 3\n";
+    let no_library = &mut |_: &str| Err(std::io::ErrorKind::NotFound.into());
+    let options = ReadOptions::default();
+    let first = read_obj(Path::new("a.obj"), text.as_bytes(), &options, no_library).unwrap();
+    assert_eq!(first.scene.objects[0].name, "a\tb\u{b} c\\d");
+    assert_eq!(first.scene.materials[0].name, "o\t1#");
+    let (second, notes) = obj_of(&first.scene);
+    assert_eq!(notes, Vec::<String>::new());
+    assert_eq!(second.scene, first.scene);
+}
+
 #[test]
 fn wide_faces_have_wide_counts() {
     let vertex = |i: usize| DVec3::new(i as f64, (i * i) as f64, 0.0);

@@ -114,6 +114,36 @@ fn a_far_away_point_light_is_not_asked_to_be_a_direction() {
     assert!(oracle.is_blocked([0.0; 3], None, OracleLight::Direction([0.0, 0.0, 1e-300])));
 }
 
+#[test]
+fn starts_lie_on_their_triangle_and_corners_stay() {
+    for seed in 0..48 {
+        let scene = nasty::scene(seed);
+        let oracle = Oracle::new(scene.surfaces.clone());
+        for query in &scene.queries {
+            let Some(s) = query.surface else { continue };
+            let (OracleShape::Triangle(corners), Prepared::Triangle(own)) =
+                (scene.surfaces[s].shape, &oracle.prepared[s])
+            else {
+                continue;
+            };
+            let start = own.start(Vec3::new(query.point));
+            assert!(start.scale.sign() > 0, "{}", scene.label());
+            let [a, b, c] = corners.map(|x| &Vec3::new(x).scale(&start.scale) - &start.scaled);
+            let normal = (&b - &a).cross(&(&c - &a));
+            assert!(normal.dot(&a).is_zero(), "{}", scene.label());
+            for (x, y) in [(&a, &b), (&b, &c), (&c, &a)] {
+                let sign = x.cross(y).dot(&normal).sign();
+                assert!(sign >= 0, "{}: {query:?}", scene.label());
+            }
+            for corner in corners {
+                let again = own.start(Vec3::new(corner));
+                let step = &again.scaled - &Vec3::new(corner).scale(&again.scale);
+                assert!(step.is_zero(), "{}", scene.label());
+            }
+        }
+    }
+}
+
 /// How often a rule was asked, by its answer.
 #[derive(Debug, Default)]
 struct Count {
@@ -129,7 +159,7 @@ impl Count {
 
 #[test]
 fn nasty_scenes_put_every_rule_to_work() {
-    let (mut rule_4, mut own_sphere) = (Count::default(), Count::default());
+    let (mut moved, mut own_sphere) = (Count::default(), Count::default());
     let (mut own_tube, mut own_solid, mut twin) =
         (Count::default(), Count::default(), Count::default());
     let (mut sphere, mut tube, mut disk) = (Count::default(), Count::default(), Count::default());
@@ -137,29 +167,34 @@ fn nasty_scenes_put_every_rule_to_work() {
         let scene = nasty::scene(seed);
         let oracle = Oracle::new(scene.surfaces);
         for query in &scene.queries {
+            if let Some(s) = query.surface
+                && let Prepared::Triangle(own) = &oracle.prepared[s]
+            {
+                let (start, in_plane) = (
+                    own.start(Vec3::new(query.point)),
+                    own.plane.start(Vec3::new(query.point)),
+                );
+                let step =
+                    &start.scaled.scale(&in_plane.scale) - &in_plane.scaled.scale(&start.scale);
+                moved.add(!step.is_zero());
+            }
             for &light in &scene.lights {
                 let segment = oracle.segment(query.point, query.surface, light);
                 for t in (0..oracle.surfaces.len()).filter(|&t| oracle.surfaces[t].opaque) {
-                    if let Some(s) = query.surface {
-                        if let Some(answer) = oracle.own_rule(t, s, &segment) {
-                            match (&oracle.prepared[t], oracle.closed_tube[t]) {
-                                (_, Some(_)) => own_solid.add(answer),
-                                (Prepared::Sphere(_), None) => own_sphere.add(answer),
-                                (Prepared::Tube(_), None) => own_tube.add(answer),
-                                _ => {}
-                            }
-                            let both = [s, t].map(|i| oracle.surfaces[i].solid);
-                            if s != t && (both[0].is_none() || both[0] != both[1]) {
-                                twin.add(answer);
-                            }
-                            continue;
+                    if let Some(s) = query.surface
+                        && let Some(answer) = oracle.own_rule(t, s, &segment)
+                    {
+                        match (&oracle.prepared[t], oracle.closed_tube[t]) {
+                            (_, Some(_)) => own_solid.add(answer),
+                            (Prepared::Sphere(_), None) => own_sphere.add(answer),
+                            (Prepared::Tube(_), None) => own_tube.add(answer),
+                            _ => {}
                         }
-                        if let (Prepared::Triangle(own), Prepared::Triangle(other)) =
-                            (&oracle.prepared[s], &oracle.prepared[t])
-                            && other.is_crossed(&segment)
-                        {
-                            rule_4.add(own.may_be_hidden_by(other, &segment));
+                        let both = [s, t].map(|i| oracle.surfaces[i].solid);
+                        if s != t && (both[0].is_none() || both[0] != both[1]) {
+                            twin.add(answer);
                         }
+                        continue;
                     }
                     match &oracle.prepared[t] {
                         Prepared::Sphere(shape) => sphere.add(shape.is_crossed(&segment)),
@@ -172,7 +207,7 @@ fn nasty_scenes_put_every_rule_to_work() {
         }
     }
     for (rule, count) in [
-        ("rule 4", rule_4),
+        ("start moved to its triangle", moved),
         ("own sphere", own_sphere),
         ("own open tube", own_tube),
         ("own closed cone", own_solid),

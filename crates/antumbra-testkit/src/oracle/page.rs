@@ -60,13 +60,19 @@ fn det(points: [&Point; 4]) -> i8 {
     sum.sign()
 }
 
-fn plane_start(normal: &Vec3, anchor: &Vec3, p: [f64; 3]) -> Point {
+/// The axis of the largest component, the lowest on ties.
+fn dominant_axis(normal: &Vec3) -> usize {
     let mut k = 0;
     for axis in 1..3 {
         if normal.0[axis].abs().compare(&normal.0[k].abs()).is_gt() {
             k = axis;
         }
     }
+    k
+}
+
+fn plane_start(normal: &Vec3, anchor: &Vec3, p: [f64; 3]) -> Point {
+    let k = dominant_axis(normal);
     let p = Vec3::new(p);
     let mut value = normal.dot(anchor);
     for axis in (0..3).filter(|&axis| axis != k) {
@@ -83,6 +89,53 @@ fn plane_start(normal: &Vec3, anchor: &Vec3, p: [f64; 3]) -> Point {
     } else {
         Point { x, w }
     }
+}
+
+/// The nearest point of the closed triangle: `p` itself where it lies over the triangle, else the
+/// nearest of the nearest points of the edges, the first of `ab`, `bc`, `ca` on ties.
+fn triangle_start(corners: [[f64; 3]; 3], p: [f64; 3]) -> Point {
+    let normal = normal_of(corners);
+    let k = dominant_axis(&normal);
+    let seen = |x: [f64; 3]| {
+        let mut x = Point::new(x);
+        x.x.0[k] = Exact::ZERO;
+        x
+    };
+    let flat = seen(p);
+    let [a, b, c] = corners.map(seen);
+    let sides = [(&a, &b), (&b, &c), (&c, &a)]
+        .map(|(e, f)| (&f.x - &e.x).cross(&(&flat.x - &e.x)).0[k].sign());
+    if sides.iter().all(|&x| x >= 0) || sides.iter().all(|&x| x <= 0) {
+        return plane_start(&normal, &Vec3::new(corners[0]), p);
+    }
+    let mut nearest: Option<(Point, Exact)> = None;
+    for i in 0..3 {
+        let [e, f] = [i, (i + 1) % 3].map(|i| Vec3::new(corners[i]));
+        let [e_seen, f_seen] = [i, (i + 1) % 3].map(|i| seen(corners[i]).x);
+        let edge = &f_seen - &e_seen;
+        // The foot of the perpendicular is e + (v / w) (f - e), v held between 0 and w.
+        let w = edge.norm_squared();
+        let mut v = edge.dot(&(&flat.x - &e_seen));
+        if v.sign() < 0 {
+            v = Exact::ZERO;
+        } else if v.compare(&w).is_gt() {
+            v = w.clone();
+        }
+        let x = &e.scale(&w) + &(&f - &e).scale(&v);
+        let mut away = &x - &flat.x.scale(&w);
+        away.0[k] = Exact::ZERO;
+        let distance = away.norm_squared();
+        let is_nearer = nearest.as_ref().is_none_or(|(other, least)| {
+            // distance / w^2 < least / other.w^2
+            (&distance * &other.w.square())
+                .compare(&(least * &w.square()))
+                .is_lt()
+        });
+        if is_nearer {
+            nearest = Some((Point { x, w }, distance));
+        }
+    }
+    nearest.unwrap().0
 }
 
 fn height(normal: &Vec3, anchor: &Vec3, point: &Point) -> Exact {
@@ -221,9 +274,7 @@ impl<'a> Page<'a> {
             .map(|s| oracle.surfaces[s].shape)
             .filter(|&shape| !is_degenerate(shape));
         let start = match shape {
-            Some(OracleShape::Triangle(corners)) => {
-                plane_start(&normal_of(corners), &Vec3::new(corners[0]), p)
-            }
+            Some(OracleShape::Triangle(corners)) => triangle_start(corners, p),
             Some(shape) => match disk_data(shape) {
                 Some((c, n, _)) => plane_start(&n, &c, p),
                 None => Point::new(p),
@@ -311,7 +362,7 @@ impl<'a> Page<'a> {
             }
         }
         match surface.shape {
-            OracleShape::Triangle(corners) => self.triangle(corners, own_shape),
+            OracleShape::Triangle(corners) => self.triangle(corners),
             OracleShape::Sphere { center, radius } => {
                 let (center, r) = (Vec3::new(center), Exact::new(radius));
                 let a = sphere_form(&center, &r, start, start);
@@ -335,50 +386,30 @@ impl<'a> Page<'a> {
         }
     }
 
-    fn triangle(&self, corners: [[f64; 3]; 3], own: Option<OracleShape>) -> bool {
+    fn triangle(&self, corners: [[f64; 3]; 3]) -> bool {
         let (start, light) = (&self.start, &self.light);
+        // Signs at the start, or where they are zero at the middle of its own triangle.
+        let own = self.s.map(|s| self.oracle.surfaces[s].shape);
+        let middle = match own.filter(|&shape| !is_degenerate(shape)) {
+            Some(OracleShape::Triangle([a, b, c])) => Some(Point {
+                x: &(&Vec3::new(a) + &Vec3::new(b)) + &Vec3::new(c),
+                w: Exact::new(3.0),
+            }),
+            _ => None,
+        };
+        let sign = |form: &dyn Fn(&Point) -> i8| match (form(start), &middle) {
+            (0, Some(middle)) => form(middle),
+            (sign, _) => sign,
+        };
         let normal = normal_of(corners);
         let anchor = Vec3::new(corners[0]);
-        if height(&normal, &anchor, start).sign() * height(&normal, &anchor, light).sign() >= 0 {
+        let start_side = sign(&|x| height(&normal, &anchor, x).sign());
+        if start_side * height(&normal, &anchor, light).sign() >= 0 {
             return false;
         }
         let t = corners.map(Point::new);
-        let turns = [0, 1, 2].map(|i| det([start, light, &t[i], &t[(i + 1) % 3]]));
-        if !(turns.iter().all(|&x| x >= 0) || turns.iter().all(|&x| x <= 0)) {
-            return false;
-        }
-        let Some(OracleShape::Triangle(own)) = own else {
-            return true;
-        };
-        let own_height = |x: &Point| height(&normal_of(own), &Vec3::new(own[0]), x);
-        let side = own_height(light).sign();
-        if side == 0 {
-            return true;
-        }
-        // The part of t in the closed half-space that holds the light.
-        let mut part = Vec::new();
-        for i in 0..3 {
-            let (e, f) = (&t[i], &t[(i + 1) % 3]);
-            let (he, hf) = (own_height(e), own_height(f));
-            if he.sign() * side >= 0 {
-                part.push(e.clone());
-            }
-            if he.sign() * hf.sign() < 0 {
-                part.push(crossing(e, &he, f, &hf));
-            }
-        }
-        // The segment is in the open half-space, and crosses t there.
-        assert!(part.len() >= 3, "rules 2 and 3 leave a part with an area");
-        let separates = |one: &[Point], other: &[Point]| {
-            (0..one.len()).any(|i| {
-                let (e, f) = (&one[i], &one[(i + 1) % one.len()]);
-                let turn = |x: &Point| det([e, f, x, light]);
-                one.iter()
-                    .all(|g| other.iter().all(|x| turn(x) * turn(g) <= 0))
-            })
-        };
-        let s = own.map(Point::new);
-        !separates(&s, &part) && !separates(&part, &s)
+        let turns = [0, 1, 2].map(|i| sign(&|x| det([x, light, &t[i], &t[(i + 1) % 3]])));
+        turns.iter().all(|&x| x >= 0) || turns.iter().all(|&x| x <= 0)
     }
 
     fn tube(&self, form: &TubeForm) -> bool {
@@ -441,6 +472,9 @@ impl<'a> Page<'a> {
 
 fn compare(oracle: &Oracle, p: [f64; 3], s: Option<usize>, light: OracleLight, label: &str) {
     let page = Page::new(oracle, p, s, light);
+    let start = oracle.segment(p, s, light).start;
+    let step = &start.scaled.scale(&page.start.w) - &page.start.x.scale(&start.scale);
+    assert!(step.is_zero(), "{label}: start {p:?} {s:?}");
     if let Some(s) = s {
         assert_eq!(
             page.side(s),

@@ -13,7 +13,6 @@ pub(super) struct Plane {
 }
 
 /// A point with rational coordinates `scaled / scale`, `scale > 0`.
-#[derive(Clone)]
 struct Crossing {
     scaled: Vec3,
     scale: Exact,
@@ -66,28 +65,10 @@ impl Plane {
         (&self.normal.dot(&light.position) - offset).sign()
     }
 
-    /// The part of a polygon in the closed half-space on the given side.
-    fn clip(&self, polygon: Vec<Crossing>, side: i8) -> Vec<Crossing> {
-        let height = |x: &Crossing| {
-            let height = &self.normal.dot(&x.scaled) - &(&self.offset * &x.scale);
-            if side < 0 { -&height } else { height }
-        };
-        let mut part = Vec::new();
-        for (i, from) in polygon.iter().enumerate() {
-            let to = &polygon[(i + 1) % polygon.len()];
-            let (start, end) = (height(from), height(to));
-            if start.sign() >= 0 {
-                part.push(from.clone());
-            }
-            if start.sign() * end.sign() < 0 {
-                let (start, end) = (start.abs(), end.abs());
-                part.push(Crossing {
-                    scaled: &from.scaled.scale(&end) + &to.scaled.scale(&start),
-                    scale: &from.scale * &end + &to.scale * &start,
-                });
-            }
-        }
-        part
+    /// Whether the start lies in the plane.
+    fn holds_start(&self, segment: &Segment) -> bool {
+        let start = &segment.start;
+        (&self.normal.dot(&start.scaled) - &(&self.offset * &start.scale)).is_zero()
     }
 
     /// Where the open segment goes through the plane from one strict side to the other.
@@ -97,6 +78,7 @@ impl Plane {
             start,
             delta,
             light,
+            ..
         } = segment;
         let height = &self.normal.dot(&start.scaled) - &(&self.offset * &start.scale);
         if height.is_zero() {
@@ -139,80 +121,91 @@ impl Triangle {
         Some(Self { corners, plane })
     }
 
-    /// Rules 2 and 3: the segment goes through the plane, at a point of the closed triangle.
+    /// Rules 2 and 3: the segment goes through the plane, at a point of the closed triangle; where
+    /// the start itself lies in the plane, or the line meets an edge, a start a little further
+    /// inside its own triangle decides.
     pub(super) fn is_crossed(&self, segment: &Segment) -> bool {
-        let Some(crossing) = self.plane.crossing(segment) else {
-            return false;
+        let turns = self.turns_at_crossing(segment);
+        let is_tied = match &turns {
+            Some(turns) => turns.contains(&0) && !turns.contains(&-1),
+            None => self.plane.holds_start(segment),
         };
-        // In the coordinate plane where the triangle looks largest, the point must lie to the
-        // left of every edge of the triangle (to its right if the projection turns it over).
-        let (i, j) = ((self.plane.axis + 1) % 3, (self.plane.axis + 2) % 3);
-        let turn = self.plane.normal.0[self.plane.axis].sign();
-        self.edges().all(|(from, to, _)| {
-            let edge = to - from;
-            let to_point = &crossing.scaled - &from.scale(&crossing.scale);
-            let area = &edge.0[i] * &to_point.0[j] - &edge.0[j] * &to_point.0[i];
-            area.sign() * turn >= 0
-        })
-    }
-
-    /// Rule 4, for `self` the triangle of the start: whether it and the part of `other` that is on
-    /// the light's side of its plane overlap seen from the light. Always so when the light is in
-    /// the plane of `self`.
-    pub(super) fn may_be_hidden_by(&self, other: &Self, segment: &Segment) -> bool {
-        let light = &segment.light;
-        let side = self.plane.side_of_light(light);
-        if side == 0 {
-            return true;
+        match segment.nudged() {
+            Some(nudged) if is_tied => self
+                .turns_at_crossing(&nudged)
+                .is_some_and(|turns| !turns.contains(&-1)),
+            _ => turns.is_some_and(|turns| !turns.contains(&-1)),
         }
-        let whole = |triangle: &Self| {
-            triangle
-                .corners
-                .clone()
-                .map(|scaled| Crossing {
-                    scaled,
-                    scale: Exact::ONE,
-                })
-                .to_vec()
+    }
+
+    /// Where the segment goes through the plane: to which side of each edge, seen in the coordinate
+    /// plane where the triangle looks largest.
+    fn turns_at_crossing(&self, segment: &Segment) -> Option<Vec<i8>> {
+        let crossing = self.plane.crossing(segment)?;
+        let turn = |(from, to): (&Vec3, &Vec3)| {
+            let to_point = &crossing.scaled - &from.scale(&crossing.scale);
+            self.turn(&(to - from), &to_point)
         };
-        let own = whole(self);
-        let part = self.plane.clip(whole(other), side);
-        part.len() >= 3
-            && !has_edge_separating(&own, &part, light)
-            && !has_edge_separating(&part, &own, light)
+        Some(self.edges().map(turn).collect())
     }
 
-    /// The edges, each with the corner opposite to it.
-    fn edges(&self) -> impl Iterator<Item = (&Vec3, &Vec3, &Vec3)> {
-        (0..3).map(|i| {
-            (
-                &self.corners[i],
-                &self.corners[(i + 1) % 3],
-                &self.corners[(i + 2) % 3],
-            )
-        })
+    /// Three times the middle of the corners.
+    pub(super) fn three_centroids(&self) -> Vec3 {
+        let [a, b, c] = &self.corners;
+        &(a + b) + c
     }
-}
 
-/// Whether the plane through the light and an edge of `one` has it on one side and `other` on
-/// the opposite one, both weakly.
-fn has_edge_separating(one: &[Crossing], other: &[Crossing], light: &Light) -> bool {
-    (0..one.len()).any(|i| {
-        let (from, to) = (&one[i], &one[(i + 1) % one.len()]);
-        let turn = |x: &Crossing| turn_seen_from(light, from, to, x);
-        let inner = one.iter().map(turn).find(|&turn| turn != 0).unwrap_or(0);
-        other.iter().all(|x| turn(x) * inner <= 0)
-    })
-}
+    /// The point of the closed triangle nearest to `point`, seen along the plane's own axis.
+    ///
+    /// The outside of a convex figure is divided among its corners (both edges lead away from
+    /// `point`) and its edges (`point` is beyond the edge and between the ends of it).
+    pub(super) fn start(&self, point: Vec3) -> Start {
+        let (i, j) = self.axes_seen();
+        let dot = |x: &Vec3, y: &Vec3| &x.0[i] * &y.0[i] + &x.0[j] * &y.0[j];
+        let is_outside = |(from, to): (&Vec3, &Vec3)| self.turn(&(to - from), &(&point - from)) < 0;
+        if !self.edges().any(is_outside) {
+            return self.plane.start(point);
+        }
+        for k in 0..3 {
+            let [corner, next, last] = [0, 1, 2].map(|step| &self.corners[(k + step) % 3]);
+            let to_point = &point - corner;
+            let leads_away = |end: &Vec3| dot(&(end - corner), &to_point).sign() <= 0;
+            if leads_away(next) && leads_away(last) {
+                return Start {
+                    scaled: corner.clone(),
+                    scale: Exact::ONE,
+                };
+            }
+        }
+        for (from, to) in self.edges().filter(|&edge| is_outside(edge)) {
+            let edge = to - from;
+            let (along, scale) = (dot(&edge, &(&point - from)), dot(&edge, &edge));
+            if along.sign() > 0 && along.compare(&scale).is_lt() {
+                return Start {
+                    scaled: &from.scale(&scale) + &edge.scale(&along),
+                    scale,
+                };
+            }
+        }
+        unreachable!("a point outside a triangle is nearest to a corner or to an edge of it")
+    }
 
-/// Which way `a`, `b`, `c` turn seen from the light: the sign of the volume they span with it.
-fn turn_seen_from(light: &Light, a: &Crossing, b: &Crossing, c: &Crossing) -> i8 {
-    if light.is_direction() {
-        let from_a = |x: &Crossing| &x.scaled.scale(&a.scale) - &a.scaled.scale(&x.scale);
-        from_a(b).cross(&from_a(c)).dot(&light.position).sign()
-    } else {
-        let [a, b, c] = [a, b, c].map(|x| &x.scaled - &light.position.scale(&x.scale));
-        a.dot(&b.cross(&c)).sign()
+    /// The two axes in which the triangle is seen along its plane's own axis.
+    fn axes_seen(&self) -> (usize, usize) {
+        ((self.plane.axis + 1) % 3, (self.plane.axis + 2) % 3)
+    }
+
+    /// Whether `x` is to the left of an edge's direction (1), to its right (-1) or neither (0),
+    /// seen from the side from which the corners go round to the left.
+    fn turn(&self, edge: &Vec3, x: &Vec3) -> i8 {
+        let (i, j) = self.axes_seen();
+        let area = &edge.0[i] * &x.0[j] - &edge.0[j] * &x.0[i];
+        area.sign() * self.plane.normal.0[self.plane.axis].sign()
+    }
+
+    /// The edges, in the order of the corners.
+    fn edges(&self) -> impl Iterator<Item = (&Vec3, &Vec3)> {
+        (0..3).map(|i| (&self.corners[i], &self.corners[(i + 1) % 3]))
     }
 }
 

@@ -94,8 +94,10 @@ impl Grid {
         let mut mailbox = Mailbox::new();
         let mut best: Option<Hit> = None;
         // A hit is final once the ray has left the voxels near it; the slack covers the rounding of
-        // distances, so that ties in the next voxel are seen.
-        let slack = 4.0 * self.layout.margin / segment.direction().abs().max_element();
+        // distances (2^-40 of the way, as the margin is of the scene), so that ties in the next
+        // voxel are seen.
+        let slack = 16.0 * self.layout.margin / segment.direction().abs().max_element();
+        let share = 1.0 + 16.0 / (1u64 << 40) as f64;
         for visit in Walk::new(&self.layout, segment) {
             counters.steps += 1;
             let fresh = self
@@ -108,7 +110,7 @@ impl Grid {
                     is_new
                 });
             best = nearest_of(occluders, fresh, segment, best);
-            if best.is_some_and(|hit| hit.distance + slack < visit.leaves_at) {
+            if best.is_some_and(|hit| hit.distance * share + slack < visit.leaves_at) {
                 break;
             }
         }

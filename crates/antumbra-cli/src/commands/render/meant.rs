@@ -102,7 +102,8 @@ impl Meant {
         let Aovs { shadow, decided } = self.settings.aovs;
         [(shadow, "shadow"), (decided, "decided")]
             .into_iter()
-            .filter_map(|(is_on, name)| is_on.then(|| name.to_owned()))
+            .filter(|&(is_on, _)| is_on)
+            .map(|(_, name)| name.to_owned())
             .collect()
     }
 }

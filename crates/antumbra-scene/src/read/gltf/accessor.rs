@@ -10,82 +10,14 @@ use std::{cell::RefCell, collections::HashSet};
 use super::{
     Fault,
     buffers::{Buffers, slice},
+    component::Component,
     document::{AccessorEntry, SparseEntry},
 };
 
 /// Elements that an accessor without bytes may have; glTF says they are zero.
 const MAX_ZEROS: u64 = 1 << 22;
-
-/// The type of one number (glTF 2.0, 3.6.2.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn of(code: u32) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    /// Reads a number from the beginning of `bytes`; with `is_normalized`, integers become
-    /// 0 to 1 or -1 to 1 (glTF 2.0, 3.6.2.2; exact but for the division).
-    fn read(self, bytes: &[u8], is_normalized: bool) -> f64 {
-        let whole = |number: f64, largest: f64| {
-            if is_normalized {
-                (number / largest).max(-1.0)
-            } else {
-                number
-            }
-        };
-        match self {
-            Self::I8 => whole(f64::from(bytes[0].cast_signed()), 127.0),
-            Self::U8 => whole(f64::from(bytes[0]), 255.0),
-            Self::I16 => whole(f64::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32767.0),
-            Self::U16 => whole(f64::from(u16::from_le_bytes([bytes[0], bytes[1]])), 65535.0),
-            Self::U32 => f64::from(four(bytes)),
-            Self::F32 => f64::from(f32::from_bits(four(bytes))),
-        }
-    }
-
-    /// Reads an unsigned whole number; other types give 0.
-    fn read_whole(self, bytes: &[u8]) -> u32 {
-        match self {
-            Self::U8 => bytes[0].into(),
-            Self::U16 => u16::from_le_bytes([bytes[0], bytes[1]]).into(),
-            Self::U32 => four(bytes),
-            Self::I8 | Self::I16 | Self::F32 => 0,
-        }
-    }
-
-    fn is_unsigned(self) -> bool {
-        matches!(self, Self::U8 | Self::U16 | Self::U32)
-    }
-}
-
-fn four(bytes: &[u8]) -> u32 {
-    u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
-}
+/// Replaced elements of all sparse accessors together; many accessors can share the same bytes.
+const MAX_REPLACED: u64 = 1 << 28;
 
 /// Elements of one type.
 #[derive(Clone, Copy, Debug)]
@@ -190,8 +122,8 @@ impl Sparse<'_> {
 /// The accessors of a document.
 pub(super) struct Accessors<'a> {
     buffers: &'a Buffers<'a>,
-    /// Those whose replacements are known to ascend.
-    checked: RefCell<HashSet<usize>>,
+    /// Those whose replacements are known to ascend, and how many of these there are.
+    checked: RefCell<(HashSet<usize>, u64)>,
 }
 
 impl<'a> Accessors<'a> {
@@ -398,7 +330,13 @@ impl<'a> Accessors<'a> {
                 ".values",
             )?,
         };
-        if self.checked.borrow_mut().insert(index) {
+        let (checked, replaced) = &mut *self.checked.borrow_mut();
+        if checked.insert(index) {
+            *replaced = replaced.saturating_add(entry.count);
+            if *replaced > MAX_REPLACED {
+                let problem = format!("sparse accessors replace more than {MAX_REPLACED} elements");
+                return Err(Fault::at(here(".count"), problem, "split the scene"));
+            }
             let mut last = None;
             for at in 0..sparse.len() {
                 let element = sparse.index(at);

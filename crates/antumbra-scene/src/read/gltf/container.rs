@@ -146,7 +146,13 @@ mod tests {
     fn glb(chunks: &[Vec<u8>]) -> Vec<u8> {
         let body = chunks.concat();
         let length = 12 + body.len() as u32;
-        [b"glTF", &2_u32.to_le_bytes(), &length.to_le_bytes(), &*body].concat()
+        [
+            &b"glTF"[..],
+            &2_u32.to_le_bytes(),
+            &length.to_le_bytes(),
+            &*body,
+        ]
+        .concat()
     }
 
     fn log() -> WarningLog {
@@ -184,7 +190,7 @@ mod tests {
 
     #[test]
     fn other_files_are_refused() {
-        let old = [b"glTF", &1_u32.to_le_bytes(), &12_u32.to_le_bytes()].concat();
+        let old = [&b"glTF"[..], &1_u32.to_le_bytes(), &12_u32.to_le_bytes()].concat();
         for bytes in [&b""[..], b"\0\0\0\0", b"[]", &old] {
             assert!(open(bytes, &mut log()).is_err());
         }

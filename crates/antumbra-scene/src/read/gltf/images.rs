@@ -105,8 +105,8 @@ impl<'a, 'w> Images<'a, 'w> {
             return known;
         }
         let known = self.known.iter().find(|((i, ..), _)| *i == image);
-        let means = match known.and_then(|(_, &texture)| texture) {
-            Some(known) => Some(means(&self.textures[known])),
+        let means = match known {
+            Some((_, texture)) => texture.map(|t| means(&self.textures[t])),
             None => self.decode(image, warnings).as_ref().map(means),
         };
         self.means.insert(image, means);

@@ -20,9 +20,10 @@ use crate::{
 use super::{
     Fault,
     accessor::Accessors,
+    budget::Budget,
     document::{Instancing, Node},
     nodes::{Hierarchy, affine, compose},
-    primitives::{Budget, Part},
+    primitives::Part,
     short_name,
 };
 
@@ -80,6 +81,10 @@ impl Stage<'_, '_> {
         no_material: usize,
         objects: &mut Vec<Object>,
     ) -> Result<(), Fault> {
+        // A million copies of nothing would still take their time.
+        if parts.is_empty() {
+            return Ok(());
+        }
         let document = self.accessors.buffers().document();
         let node = &document.nodes[node_index];
         let mesh = node.mesh.and_then(|mesh| document.meshes.get(mesh));
@@ -91,17 +96,21 @@ impl Stage<'_, '_> {
         };
         let world_from_node = self.hierarchy.world_from_node[node_index];
         let instancing = node.extensions.as_ref().and_then(|e| e.instancing.as_ref());
-        let copies: Box<dyn Iterator<Item = DAffine3> + '_> = match instancing {
+        let copies: Box<dyn ExactSizeIterator<Item = DAffine3> + '_> = match instancing {
             Some(instancing) => Box::new(copies(self.accessors, instancing, node_index)?),
             None => Box::new(std::iter::once(DAffine3::IDENTITY)),
         };
+        // All copies are charged before the first is made.
+        let path = || format!("nodes[{node_index}].mesh");
+        for part in parts {
+            let is_morphed = |at: usize| weights.get(at).is_some_and(|&w| w != 0.0);
+            let active = (0..part.targets.len()).filter(|&at| is_morphed(at));
+            let passes = 1 + active.count() + part.joints.len();
+            let passes = passes.saturating_mul(copies.len());
+            self.budget.charge(part.triangles.len(), passes, path)?;
+        }
         for node_from_copy in copies {
             for part in parts {
-                let path = || format!("nodes[{node_index}].mesh");
-                let is_morphed = |at: usize| weights.get(at).is_some_and(|&w| w != 0.0);
-                let active = (0..part.targets.len()).filter(|&at| is_morphed(at));
-                let passes = 1 + active.count() + part.joints.len();
-                self.budget.charge(part.triangles.len(), passes, path)?;
                 let pose = self.pose(node, part, world_from_node * node_from_copy)?;
                 let mesh = self.place(part, weights, &pose, path)?;
                 if !mesh.face_ends.is_empty() {
@@ -228,7 +237,7 @@ fn copies<'a>(
     accessors: &'a Accessors<'a>,
     instancing: &Instancing,
     node: usize,
-) -> Result<impl Iterator<Item = DAffine3> + use<'a>, Fault> {
+) -> Result<impl ExactSizeIterator<Item = DAffine3> + use<'a>, Fault> {
     let path = format!("nodes[{node}].extensions.EXT_mesh_gpu_instancing.attributes");
     let get = |name: &str, shape: &'static str| {
         let index = instancing.attributes.get(name);

@@ -54,6 +54,8 @@ pub(super) fn convert(
     note_unread(entry, warnings);
     let pbr = entry.pbr_metallic_roughness.as_deref();
     let extensions = entry.extensions.as_deref();
+    // Before any means, which can do with what has been decoded.
+    let diffuse_texture = base_texture(entry).and_then(|t| images.texture(t, warnings));
     let mut mean = |texture: Option<&TextureUse>| {
         let texture = texture?;
         images.means(texture, warnings)
@@ -110,7 +112,7 @@ pub(super) fn convert(
     let mut material = Material {
         name: short_name(&entry.name),
         diffuse: base_color * scattered,
-        diffuse_texture: base_texture(entry).and_then(|t| images.texture(t, warnings)),
+        diffuse_texture,
         alpha: alpha(entry, path)?,
         opacity: base[3],
         is_double_sided: entry.double_sided,

@@ -11,7 +11,7 @@
 //! | JSON to data | `document` |
 //! | `data:` and file names | `uri` |
 //! | bytes of buffers and views | `buffers` |
-//! | numbers of accessors | `accessor` |
+//! | numbers of accessors | `accessor`, `component` |
 //! | node tree, chosen scene | `nodes` |
 //! | triangles in a mesh's space | `primitives` |
 //! | copies in world space; skins and morph targets at rest | `instances` |
@@ -22,7 +22,9 @@
 //! read. Extensions that are required and not in [`EXTENSIONS`] refuse the file.
 
 mod accessor;
+mod budget;
 mod buffers;
+mod component;
 mod container;
 mod document;
 mod images;
@@ -46,13 +48,14 @@ use crate::{
 
 use super::Loaded;
 use accessor::Accessors;
+use budget::Budget;
 use buffers::{Buffers, Open};
 use container::Container;
 use document::{Document, MaterialEntry};
 use images::Images;
 use instances::Stage;
 use nodes::Hierarchy;
-use primitives::{Budget, PartReader};
+use primitives::PartReader;
 
 /// Extensions that are read.
 const EXTENSIONS: [&str; 9] = [

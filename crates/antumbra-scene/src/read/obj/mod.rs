@@ -32,6 +32,9 @@ use super::{
     text::{LARGEST_COORDINATE, decode, parse_number},
 };
 
+/// The most pairs of name and material that have faces. A pair takes about a kilobyte and as little
+/// as 17 bytes of text; no real file comes near this number.
+const MOST_PARTS: usize = 1 << 20;
 /// Statements that are read past in silence: they change nothing that is used.
 const SILENT: [&str; 2] = ["vt", "s"];
 /// Statements of the format that are not supported.
@@ -63,11 +66,12 @@ const UNSUPPORTED: [(&str, &[&str]); 3] = [
 /// Reads OBJ from bytes. `file` is only a name for messages; `open` returns the bytes of a
 /// material library by the name the file gives it, or says why not (a warning, not an error).
 ///
-/// Time and memory are linear in the number of bytes.
+/// Time is linear in the number of bytes; memory is at most some 20 times that, and a kilobyte for
+/// each of at most 2^20 pairs of name and material.
 ///
 /// # Errors
 /// The bytes are no text, a number is none, an index names no vertex, a coordinate exceeds
-/// 2^100, a material library is malformed; see [`ReadErrorKind`].
+/// 2^100, there are too many names, a material library is malformed; see [`ReadErrorKind`].
 ///
 /// # Example
 /// ```
@@ -210,7 +214,7 @@ impl Reader<'_> {
             let message = "a face has fewer than 3 corners: dropped";
             self.warnings.add(Place::Line(statement.line), message);
         } else {
-            let part = self.part();
+            let part = self.part(statement.line)?;
             part.corners.extend_from_slice(&corners);
             // A file of 4 GiB holds fewer than 2^31 corners.
             part.face_ends.push(part.corners.len() as u32);
@@ -276,20 +280,29 @@ impl Reader<'_> {
     }
 
     /// Returns the part that the next face belongs to.
-    fn part(&mut self) -> &mut Part {
-        let index = *self.current.get_or_insert_with(|| {
-            let key = (self.name.clone(), self.material.clone());
-            *self.part_of.entry(key).or_insert_with(|| {
-                let (name, material) = (self.name.clone(), self.material.clone());
-                self.parts.push(Part {
-                    name,
-                    material,
-                    ..Part::default()
-                });
-                self.parts.len() - 1
-            })
-        });
-        &mut self.parts[index]
+    fn part(&mut self, line: u32) -> Result<&mut Part, ReadError> {
+        let index = match self.current {
+            Some(index) => index,
+            None => {
+                let key = (self.name.clone(), self.material.clone());
+                let index = *self.part_of.entry(key).or_insert(self.parts.len());
+                if index == MOST_PARTS {
+                    let problem =
+                        format!("there are more than {MOST_PARTS} pairs of name and material");
+                    return Err(self.invalid(line, "f", problem, "split the file, or name less"));
+                }
+                if index == self.parts.len() {
+                    self.parts.push(Part {
+                        name: self.name.clone(),
+                        material: self.material.clone(),
+                        ..Part::default()
+                    });
+                }
+                index
+            }
+        };
+        self.current = Some(index);
+        Ok(&mut self.parts[index])
     }
 
     /// `mtllib` names one file, perhaps with blanks in its name, or several.

@@ -1,127 +1,30 @@
 //! Drives the real `antumbra` program.
 
+mod outputs;
+mod support;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// A floor, a ball, a post, a glass pane and a mirror under two lights.
-const SMALL_SCENE: &str = "\
-v
-from 4 -6 5
-at 0 0 0.5
-up 0 0 1
-angle 40
-hither 0.1
-resolution 64 48
-b 0.1 0.2 0.3
-l 5 -3 8
-l -4 -5 6 0.5 0.4 0.3
-f 0.8 0.7 0.6 0.9 0 1 0 0
-p 4
--3 -3 0
-3 -3 0
-3 3 0
--3 3 0
-f 0.9 0.2 0.1 0.7 0.3 20 0 0
-s 0 0 0.8 0.5
-f 0.1 0.8 0.2 0.9 0 1 0 0
-c
-1 0.5 0 0.3
-1 0.5 1.5 0.1
-f 1 1 1 0.1 0.1 50 0.8 1.5
-p 3
--1.5 -1 0.2
--0.5 -1.5 0.2
--1 -1.2 1.5
-";
-
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn with_scene() -> (Self, PathBuf) {
-        let folder = Self::new();
-        let scene = folder.path("small.nff");
-        fs::write(&scene, SMALL_SCENE).unwrap();
-        (folder, scene)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-}
-
-fn antumbra(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_antumbra"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn assert_code(output: &Output, code: i32) {
-    let streams = || format!("{}{}", stdout(output), stderr(output));
-    assert_eq!(output.status.code(), Some(code), "{}", streams());
-}
-
-/// Renders with more arguments and returns the file's bytes.
-fn rendered(folder: &Folder, scene: &Path, more: &[&str]) -> Vec<u8> {
-    let picture = folder.path("picture.png");
-    let mut arguments = vec!["render", text(scene), "-o", text(&picture)];
-    arguments.extend(more);
-    let output = antumbra(&arguments);
-    assert_code(&output, 0);
-    assert_eq!(
-        stdout(&output),
-        "",
-        "a picture leaves standard output alone"
-    );
-    fs::read(&picture).unwrap()
-}
-
-/// Renders with more arguments and returns the figures.
-fn figures(folder: &Folder, scene: &Path, more: &[&str]) -> Value {
-    let json = folder.path("figures.json");
-    rendered(
-        folder,
-        scene,
-        &[more, &["--stats-json", text(&json)]].concat(),
-    );
-    serde_json::from_slice(&fs::read(&json).unwrap()).unwrap()
-}
-
-fn count(figures: &Value, path: &str) -> u64 {
-    figures
-        .pointer(path)
-        .and_then(Value::as_u64)
-        .unwrap_or_else(|| panic!("{path} in {figures}"))
-}
+use support::{Folder, antumbra, assert_code, count, figures, rendered, stderr, stdout, text};
 
 #[test]
 fn help_names_every_command_and_the_exit_codes() {
     let output = antumbra(&["--help"]);
     assert_code(&output, 0);
-    for part in ["render", "inspect", "verify", "scene", "Exit codes", "130"] {
+    for part in [
+        "render",
+        "inspect",
+        "verify",
+        "scene",
+        "convert",
+        "Exit codes",
+        "130",
+    ] {
         assert!(stdout(&output).contains(part), "{part}");
     }
-    for command in ["render", "inspect", "verify", "scene"] {
+    for command in ["render", "inspect", "verify", "scene", "convert"] {
         assert_code(&antumbra(&[command, "--help"]), 0);
     }
 }
@@ -129,7 +32,7 @@ fn help_names_every_command_and_the_exit_codes() {
 #[test]
 fn bad_usage_ends_with_2_and_says_what_was_expected() {
     let render = |more: &[&str]| antumbra(&[&["render", "a.nff", "-o", "b.png"], more].concat());
-    let cases: [(&[&str], &str); 14] = [
+    let cases: [(&[&str], &str); 17] = [
         (&["--size", "0x5"], "1 to 16384 pixels"),
         (&["--size", "99999x1"], "1 to 16384 pixels"),
         (&["--grid", "0"], "1 to 2048 voxels"),
@@ -139,6 +42,9 @@ fn bad_usage_ends_with_2_and_says_what_was_expected() {
         (&["--spp", "2", "--corner-rays"], "cannot be used with"),
         (&["--max-depth", "1000"], "0..=32"),
         (&["--exposure", "nan"], "expected a finite number"),
+        (&["--exposure", "bright"], "or give `auto`"),
+        (&["--aov", "depth"], "decided"),
+        (&["--background", "1,2"], "expected R,G,B"),
         (&["--camera", "eye:1,2"], "expected X,Y,Z"),
         (&["--light", "sun:1,2,3"], "expected point:X,Y,Z"),
         (&["--sun", "0,100"], "-90 to 90 degrees"),

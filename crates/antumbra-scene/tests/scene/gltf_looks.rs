@@ -1,0 +1,230 @@
+//! glTF by small documents of our own: materials, pictures, lights, cameras.
+
+use std::io::Cursor;
+
+use antumbra_geometry::DVec3;
+use antumbra_scene::{
+    Loaded,
+    model::{Alpha, Color, Filter, LightKind, Material, ShadowKind, Shape, Wrap},
+};
+use image::{ImageFormat, RgbaImage};
+
+use crate::gltf::{document, floats, gltf};
+
+/// A triangle with coordinates in the picture, then a picture of 2 x 1 texels.
+fn bytes(texels: [[u8; 4]; 2]) -> Vec<u8> {
+    let mut bytes = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]);
+    bytes.extend(floats(&[0., 0., 1., 0., 0., 1.]));
+    let image = RgbaImage::from_raw(2, 1, texels.concat()).unwrap();
+    let mut png = Cursor::new(Vec::new());
+    image.write_to(&mut png, ImageFormat::Png).unwrap();
+    bytes.extend(png.into_inner());
+    bytes
+}
+
+fn read(material: &str, rest: &str, texels: [[u8; 4]; 2]) -> Loaded {
+    let bytes = bytes(texels);
+    let length = bytes.len();
+    let accessors = r#"{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}"#;
+    let primitive = r#""attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0"#;
+    let rest = format!(
+        r#", "bufferViews": [{{"buffer": 0, "byteLength": 36}},
+        {{"buffer": 0, "byteOffset": 36, "byteLength": 24}},
+        {{"buffer": 0, "byteOffset": 60, "byteLength": {}}}],
+        "images": [{{"bufferView": 2}}, {{"uri": "none.png"}}],
+        "textures": [{{"source": 0}}, {{"source": 1}}, {{"source": 0, "sampler": 0}}],
+        "samplers": [{{"magFilter": 9728, "wrapS": 33648, "wrapT": 33071}}],
+        "materials": [{{{material}}}] {rest}"#,
+        length - 60
+    );
+    gltf(&document(length, accessors, primitive, &rest), &bytes).unwrap()
+}
+
+const NODE: &str = r#", "nodes": [{"mesh": 0}]"#;
+const GREY: [[u8; 4]; 2] = [[255, 255, 255, 255], [255, 255, 255, 0]];
+
+fn look(material: &str) -> Material {
+    read(material, NODE, GREY).scene.materials[0].clone()
+}
+
+#[test]
+fn metal_roughness_and_glass() {
+    let plain = look("");
+    assert_eq!(plain.diffuse, Color::ONE, "rough metal scatters");
+    assert!(plain.is_opaque() && !plain.is_double_sided);
+    let plastic = look(
+        r#""doubleSided": true, "pbrMetallicRoughness":
+        {"baseColorFactor": [0.5, 0.25, 0, 1], "metallicFactor": 0, "roughnessFactor": 0.5}"#,
+    );
+    assert_eq!(plastic.diffuse, Color::new(0.5, 0.25, 0.0));
+    assert_eq!(plastic.reflection, Color::ZERO);
+    assert_eq!(plastic.shininess, 7.5);
+    assert!(plastic.is_double_sided);
+    let mirror = look(
+        r#""pbrMetallicRoughness":
+        {"baseColorFactor": [0.5, 0.25, 0, 1], "metallicFactor": 1, "roughnessFactor": 0}"#,
+    );
+    assert_eq!(mirror.diffuse, Color::ZERO);
+    assert_eq!(mirror.reflection, Color::new(0.5, 0.25, 0.0));
+    let glass = |volume: &str| {
+        look(&format!(
+            r#""pbrMetallicRoughness": {{"metallicFactor": 0, "roughnessFactor": 0}},
+            "extensions": {{"KHR_materials_transmission": {{"transmissionFactor": 0.75}},
+            "KHR_materials_ior": {{"ior": 1.25}} {volume}}}"#
+        ))
+    };
+    let sheet = glass("");
+    assert_eq!(sheet.shadow_kind(), ShadowKind::Transparent);
+    assert_eq!(sheet.transmission, Color::splat(0.75));
+    assert_eq!(sheet.diffuse, Color::splat(0.25));
+    assert_eq!(sheet.ior, 1.0, "a sheet does not refract");
+    let body = glass(r#", "KHR_materials_volume": {"thicknessFactor": 1}"#);
+    assert_eq!(body.ior, 1.25);
+}
+
+#[test]
+fn what_shines_by_itself() {
+    let lamp = look(
+        r#""emissiveFactor": [1, 0.5, 0],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}"#,
+    );
+    assert_eq!(lamp.emission, Color::new(4.0, 2.0, 0.0));
+    let unlit = look(
+        r#""pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 1, 1]},
+        "extensions": {"KHR_materials_unlit": {}}"#,
+    );
+    assert_eq!(unlit.emission, Color::new(0.5, 0.5, 1.0));
+    assert_eq!(unlit.diffuse, Color::ZERO);
+}
+
+#[test]
+fn alpha_modes() {
+    let texture = r#""pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}"#;
+    let masked = look(&format!(r#""alphaMode": "MASK", {texture}"#));
+    assert_eq!(masked.alpha, Alpha::Mask { cutoff: 0.5 });
+    assert_eq!(masked.shadow_kind(), ShadowKind::AlphaTested);
+    let blended = look(r#""alphaMode": "BLEND""#);
+    assert_eq!(blended.shadow_kind(), ShadowKind::Transparent);
+    // Without a hole in the picture there is nothing to test.
+    let whole = read(
+        &format!(r#""alphaMode": "MASK", {texture}"#),
+        NODE,
+        [[9, 9, 9, 255]; 2],
+    );
+    assert!(whole.scene.materials[0].is_opaque());
+    let gone = look(
+        r#""alphaMode": "MASK", "alphaCutoff": 0.6,
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}"#,
+    );
+    assert_eq!(gone.shadow_kind(), ShadowKind::Transparent);
+    assert_eq!(gone.coverage(1.0), 0.0);
+}
+
+#[test]
+fn textures_are_laid_as_the_file_says() {
+    let plain = read(
+        r#""pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}"#,
+        NODE,
+        GREY,
+    );
+    let texture = &plain.scene.textures[0];
+    assert_eq!(
+        (texture.wrap, texture.filter),
+        ([Wrap::Repeat; 2], Filter::Linear)
+    );
+    assert_eq!(texture.texels, GREY);
+    let moved = read(
+        r#""pbrMetallicRoughness": {"baseColorTexture": {"index": 2, "texCoord": 5, "extensions":
+        {"KHR_texture_transform": {"offset": [10, 20], "scale": [2, 4], "texCoord": 0,
+        "rotation": 1.5707963267948966}}}}"#,
+        NODE,
+        GREY,
+    );
+    let texture = &moved.scene.textures[0];
+    assert_eq!(texture.wrap, [Wrap::MirroredRepeat, Wrap::ClampToEdge]);
+    assert_eq!(texture.filter, Filter::Nearest);
+    let Shape::Mesh(mesh) = &moved.scene.objects[0].shape else {
+        panic!("{:?}", moved.scene.objects);
+    };
+    // Counter-clockwise as seen: right becomes up, which is where v falls.
+    let expected = [[10.0, 20.0], [10.0, 18.0], [14.0, 20.0]];
+    for (found, expected) in mesh.uvs.iter().zip(expected) {
+        let off = (found[0] - expected[0]).abs() + (found[1] - expected[1]).abs();
+        assert!(off < 1e-14, "{found:?}");
+    }
+}
+
+/// What cannot be read costs the texture, not the scene.
+#[test]
+fn pictures_that_cannot_be_read() {
+    for (index, reason) in [
+        (
+            1,
+            "images[1] cannot be read, plain colours are used instead: `none.png`",
+        ),
+        (7, "textures[7] is not there: it is not read"),
+    ] {
+        let material = format!(
+            r#""alphaMode": "MASK", "pbrMetallicRoughness": {{"baseColorTexture": {{"index": {index}}}}}"#
+        );
+        let loaded = read(&material, NODE, GREY);
+        assert!(loaded.scene.textures.is_empty());
+        assert!(loaded.scene.materials[0].is_opaque());
+        let warnings = &loaded.warnings;
+        assert!(
+            warnings.iter().any(|w| w.message.contains(reason)),
+            "{warnings:?}"
+        );
+    }
+}
+
+#[test]
+fn lights_and_the_first_camera() {
+    let rest = r#", "extensions": {"KHR_lights_punctual": {"lights": [
+        {"type": "point", "intensity": 40, "color": [1, 0.5, 0]},
+        {"type": "directional", "name": "sun"},
+        {"type": "spot", "spot": {"outerConeAngle": 1.0471975511965976}}]}},
+        "cameras": [{"type": "orthographic"}, {"type": "perspective", "perspective": {"yfov": 0.5}}],
+        "nodes": [{"children": [1, 2, 3, 4], "translation": [1, 2, 3]},
+        {"extensions": {"KHR_lights_punctual": {"light": 0}}},
+        {"extensions": {"KHR_lights_punctual": {"light": 1}}, "rotation": [0, 1, 0, 0]},
+        {"extensions": {"KHR_lights_punctual": {"light": 2}}, "camera": 0},
+        {"camera": 1}]"#;
+    let loaded = read("", rest, GREY);
+    let scene = &loaded.scene;
+    assert!(scene.is_photometric);
+    assert_eq!(scene.ambient, Color::ZERO);
+    let position = DVec3::new(1.0, 2.0, 3.0);
+    assert_eq!(scene.lights[0].kind, LightKind::Point { position });
+    assert_eq!(scene.lights[0].color, Color::new(40.0, 20.0, 0.0));
+    assert_eq!(scene.lights[1].name, "sun");
+    let LightKind::Directional { towards_light } = scene.lights[1].kind else {
+        panic!("{:?}", scene.lights[1]);
+    };
+    assert_eq!(
+        towards_light,
+        DVec3::NEG_Z,
+        "the node is turned by half a turn"
+    );
+    let LightKind::Spot {
+        axis,
+        inner_cosine,
+        outer_cosine,
+        ..
+    } = scene.lights[2].kind
+    else {
+        panic!("{:?}", scene.lights[2]);
+    };
+    assert_eq!((axis, inner_cosine), (DVec3::NEG_Z, 1.0));
+    assert!((outer_cosine - 0.5).abs() < 1e-15);
+    let camera = scene.camera.unwrap();
+    assert_eq!(camera.eye, position);
+    assert!((camera.at - camera.eye).dot(DVec3::NEG_Z) > 0.0);
+    assert_eq!(camera.up, DVec3::Y);
+    assert_eq!(camera.vertical_fov_degrees, 0.5_f64.to_degrees());
+    assert_eq!(
+        loaded.warnings[0].message,
+        "orthographic cameras are not read"
+    );
+}
