@@ -21,6 +21,14 @@ impl Approximate {
     pub(crate) fn new(value: f64, error: f64) -> Self {
         Self { value, error }
     }
+
+    pub(crate) fn value(&self) -> f64 {
+        self.value
+    }
+
+    pub(crate) fn error(&self) -> f64 {
+        self.error
+    }
 }
 
 impl Number for Approximate {

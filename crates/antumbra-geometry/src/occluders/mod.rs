@@ -291,6 +291,7 @@ impl Occluders {
             + bytes(&self.elements)
     }
 
+    #[inline]
     fn surface(&self, surface: SurfaceId) -> Surface<'_> {
         let index = surface.0 as usize;
         match self.triangles.get(index) {
@@ -299,10 +300,14 @@ impl Occluders {
         }
     }
 
+    #[inline]
     fn positions_of(&self, triangle: &Triangle) -> [DVec3; 3] {
-        triangle
-            .vertices
-            .map(|vertex| self.positions[vertex as usize])
+        let [a, b, c] = triangle.vertices;
+        [
+            self.positions[a as usize],
+            self.positions[b as usize],
+            self.positions[c as usize],
+        ]
     }
 }
 

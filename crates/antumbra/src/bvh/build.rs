@@ -26,6 +26,9 @@ const GROUP_COST: f32 = 1.0;
 /// Shapes without a filter go to the exact rule at once.
 const OTHER_COST: f32 = 4.0;
 
+/// Where empty children are, on all axes: beyond every ray's end or before its start.
+const FAR_AWAY: f32 = 1e20;
+
 impl Bvh {
     /// Builds the tree over all surfaces.
     pub(crate) fn build(occluders: &Occluders) -> Self {
@@ -50,6 +53,8 @@ impl Bvh {
         let params = BvhBuildParams {
             // Groups are ours to form.
             max_prims_per_leaf: 1,
+            // Twice the library's medium: a tenth fewer nodes on the way, a quarter more time to build.
+            reinsertion_batch_ratio: 0.1,
             ..BvhBuildParams::medium_build()
         };
         let binary = build_bvh2(&boxes, params, &mut Duration::default());
@@ -274,14 +279,7 @@ impl Writer<'_> {
                     .then(area(b).total_cmp(&area(a)))
             });
             let mut node = Node {
-                planes: [
-                    [f32::INFINITY; WIDTH],
-                    [f32::INFINITY; WIDTH],
-                    [f32::INFINITY; WIDTH],
-                    [f32::NEG_INFINITY; WIDTH],
-                    [f32::NEG_INFINITY; WIDTH],
-                    [f32::NEG_INFINITY; WIDTH],
-                ],
+                planes: [[FAR_AWAY; WIDTH]; 6],
                 children: [Child::NONE; WIDTH],
             };
             let first_pending = pending.len();

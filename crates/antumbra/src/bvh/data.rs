@@ -32,7 +32,8 @@ pub(crate) struct Bvh {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Smallest x, y, z, then largest x, y, z, of each child; empty children are inside out.
+    /// Smallest x, y, z, then largest x, y, z, of each child; empty children are points far
+    /// away.
     pub(super) planes: [[f32; WIDTH]; 6],
     /// Leaves first, as an any-hit walk wants them.
     pub(super) children: [Child; WIDTH],

@@ -39,7 +39,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4};
 
-use super::data::{SphereGroup, TriangleGroup};
+use super::data::{LANES, SphereGroup, TriangleGroup};
 use super::ray::FrameRay;
 
 /// What a filter found, a bit for each lane.
@@ -54,7 +54,7 @@ pub(super) struct Verdicts {
 type Lanes<S> = f32x4<S>;
 
 #[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[[f32; 4]; 3]) -> [Lanes<S>; 3] {
+fn load<S: Simd>(simd: S, rows: &[[f32; LANES]; 3]) -> [Lanes<S>; 3] {
     [
         Lanes::from_slice(simd, &rows[0]),
         Lanes::from_slice(simd, &rows[1]),
@@ -77,7 +77,7 @@ fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
 }
 
 #[inline(always)]
-fn splat<S: Simd>(simd: S, v: [f32; 3]) -> [Lanes<S>; 3] {
+fn splat<S: Simd>(simd: S, v: [f32; 4]) -> [Lanes<S>; 3] {
     [
         Lanes::splat(simd, v[0]),
         Lanes::splat(simd, v[1]),

@@ -6,11 +6,11 @@
 //! with its room lies in `[-1, 1]^3`; `m` is the margin, `u = 2^-24` the largest relative error of an
 //! `f32` operation.
 //!
-//! 1. *Start and direction.* The exact segment differs from the one that starts at
-//!    `Segment::origin()` and goes along `Segment::direction()` by at most the error of the origin at
-//!    the start and nothing at the light, and by `2^-53` of its length for the rounding of the
-//!    direction. The error of the origin is at most `m / 4` ([`Bvh::prepare`] leaves other starts to
-//!    the reference). A start outside the scene is moved to where the line enters the frame, with
+//! 1. *Start and direction.* The walk starts at the point as given, so that it need not wait for the
+//!    start proper, which is at most `m / 4` away ([`Bvh::prepare`] leaves other starts to the
+//!    reference). So the exact segment differs from the walked one by that much at the start and
+//!    nothing at the light, and by `2^-53` of its length for the rounding of the direction. A start
+//!    outside the scene is moved to where the line enters the frame, with
 //!    the direction's tail, so that the rounding of the direction acts over the frame's size only,
 //!    and the sum is rounded once, by `2^-53` of a coordinate of the scene, which is `2^-13 m`. So a
 //!    point of the `f64` segment `o + t d`, `t` the parameter of `X`, lies within `m / 2` of `X`.
@@ -28,6 +28,8 @@
 //! 5. *Ends.* `0 <= t <= end` with `end` rounded up. So the intervals overlap, and the box is visited.
 
 use antumbra_geometry::{DVec3, Segment};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4, f64x4};
 
 use super::data::{Bvh, Frame};
 use crate::grid::point_along;
@@ -59,18 +61,15 @@ pub(super) enum Prepared {
     Unfit,
 }
 
-/// A segment in the frame's units. Its direction's largest component is in `[1, 2)`.
+/// A segment in the frame's units. Its direction's largest component is in `[1, 2)`; fourth components
+/// mean nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameRay {
-    pub(super) origin: [f32; 3],
-    pub(super) direction: [f32; 3],
+    pub(super) origin: [f32; 4],
+    pub(super) direction: [f32; 4],
     /// Reciprocal of the direction, and times the origin.
-    pub(super) inverse: [f32; 3],
-    pub(super) offset: [f32; 3],
-    /// Which of a node's planes the ray meets first, on each axis.
-    pub(super) near: [usize; 3],
-    /// Which it meets last.
-    pub(super) far: [usize; 3],
+    pub(super) inverse: [f32; 4],
+    pub(super) offset: [f32; 4],
     /// Where the segment surely has ended.
     pub(super) end: f32,
     /// Where the light is, or a place outside the frame on the way to it.
@@ -127,23 +126,28 @@ pub(super) const USUAL_ORIGIN_ERROR: f64 = 1.0 / (1u64 << 32) as f64;
 impl Bvh {
     /// Returns the segment as the tree sees it.
     #[inline(always)]
-    pub(super) fn prepare(&self, segment: &Segment) -> Prepared {
+    pub(super) fn prepare<S: Simd>(&self, simd: S, segment: &Segment) -> Prepared {
         let frame = &self.frame;
-        let direction = segment.direction();
+        let point = segment.start().point;
+        let direction = segment.direction_from_point();
         let length = direction.abs().max_element();
         // Not for starts that lie far off the plane of a needle-thin triangle, nor for lengths whose
-        // reciprocal overflows; a NaN among the components is one in the length or its sum.
-        let is_fit = segment.origin_error() <= 0.25 * frame.margin
-            && (1e-290..1e290).contains(&length)
-            && direction.is_finite();
+        // reciprocal overflows; a NaN among the components is one in the sum.
+        let moved = (segment.origin() - point).abs().max_element() + segment.origin_error();
+        let is_fit = moved <= 0.25 * frame.margin
+            && length >= 1e-290
+            && length <= 1e290
+            && !direction.element_sum().is_nan();
         if !is_fit {
             return Prepared::Unfit;
         }
-        let mut origin = frame.from_world(segment.origin());
+        let lanes = |v: DVec3| f64x4::simd_from(simd, [v.x, v.y, v.z, 0.0]);
+        let mut origin = (lanes(point) - lanes(frame.center)) * frame.scale;
         let mut entry = 0.0;
-        if !(origin.abs().max_element() <= INSIDE) {
-            match enter(frame, segment, origin, direction) {
-                Entry::At(parameter, place) => (entry, origin) = (parameter, place),
+        if !origin.abs().simd_le(INSIDE).all_true() {
+            let place = DVec3::new(origin[0], origin[1], origin[2]);
+            match enter(frame, segment, place, segment.direction()) {
+                Entry::At(parameter, place) => (entry, origin) = (parameter, lanes(place)),
                 Entry::Never => return Prepared::Miss,
                 Entry::Unfit => return Prepared::Unfit,
             }
@@ -152,55 +156,39 @@ impl Bvh {
         // A power of two that brings the largest component into [1, 2); `length` is normal.
         let exponent = length.to_bits() >> 52;
         let to_unit = f64::from_bits((2046 - exponent) << 52);
-        let rate = frame.scale / to_unit;
-        let unit = direction * to_unit;
-        let at_least = |x: f64| {
-            if x.abs() < SMALLEST_COMPONENT {
-                SMALLEST_COMPONENT.copysign(x)
-            } else {
-                x
-            }
-        };
-        let unit = DVec3::new(at_least(unit.x), at_least(unit.y), at_least(unit.z));
-
+        let rate = frame.scale * f64::from_bits(exponent << 52);
         let light = if segment.is_finite() {
             ((1.0 - entry) * rate).min(FARTHEST)
         } else {
             FARTHEST
         };
         let end = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
-        let origin_error = to_unit * segment.origin_error();
+        let origin_error = to_unit * moved;
         let bounds = if origin_error <= USUAL_ORIGIN_ERROR {
             self.usual_bounds
         } else {
             FilterBounds::new(frame.margin_in_frame, origin_error)
         };
-        let origin32 = origin.to_array().map(|x| x as f32);
-        let unit32 = unit.to_array().map(|x| x as f32);
-        let inverse = unit32.map(|x| 1.0 / x);
-        let length_squared = unit32[0] * unit32[0] + unit32[1] * unit32[1] + unit32[2] * unit32[2];
+
+        let narrow = |v: f64x4<S>| {
+            let v: [f64; 4] = v.into();
+            f32x4::simd_from(simd, v.map(|x| x as f32))
+        };
+        let origin = narrow(origin);
+        let direction = narrow(lanes(direction) * to_unit);
+        let smallest = f32x4::splat(simd, SMALLEST_COMPONENT as f32);
+        let is_small = direction.abs().simd_lt(smallest);
+        let direction = is_small.select(smallest.copysign(direction), direction);
+        let inverse = f32x4::splat(simd, 1.0) / direction;
+        let squares = direction * direction;
         Prepared::Ray(FrameRay {
-            origin: origin32,
-            direction: unit32,
-            inverse,
-            offset: [
-                origin32[0] * inverse[0],
-                origin32[1] * inverse[1],
-                origin32[2] * inverse[2],
-            ],
-            near: [
-                if inverse[0] < 0.0 { 3 } else { 0 },
-                if inverse[1] < 0.0 { 4 } else { 1 },
-                if inverse[2] < 0.0 { 5 } else { 2 },
-            ],
-            far: [
-                if inverse[0] < 0.0 { 0 } else { 3 },
-                if inverse[1] < 0.0 { 1 } else { 4 },
-                if inverse[2] < 0.0 { 2 } else { 5 },
-            ],
+            origin: origin.into(),
+            direction: direction.into(),
+            inverse: inverse.into(),
+            offset: (origin * inverse).into(),
             end,
             light: light as f32,
-            length: length_squared.sqrt(),
+            length: (squares[0] + squares[1] + squares[2]).sqrt(),
             bounds,
             entry,
             rate,

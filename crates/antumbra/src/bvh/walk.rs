@@ -42,7 +42,7 @@ impl Bvh {
         segment: &Segment,
         counters: &mut Counters,
     ) -> bool {
-        match self.prepare(segment) {
+        match self.prepare(simd, segment) {
             Prepared::Miss => false,
             Prepared::Unfit => {
                 counters.intersections += occluders.surface_count() as u64;
@@ -73,7 +73,18 @@ impl Bvh {
         segment: &Segment,
         counters: &mut Counters,
     ) -> Option<Hit> {
-        match self.prepare(segment) {
+        dispatch!(self.level, simd => self.nearest_with(simd, occluders, segment, counters))
+    }
+
+    #[inline(always)]
+    fn nearest_with<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> Option<Hit> {
+        match self.prepare(simd, segment) {
             Prepared::Miss => None,
             Prepared::Unfit => {
                 counters.intersections += occluders.surface_count() as u64;
@@ -88,11 +99,9 @@ impl Bvh {
                     ray: &ray,
                 };
                 if self.depth <= USUAL_DEPTH {
-                    let stack = &mut [Ahead::default(); USUAL_PENDING];
-                    dispatch!(self.level, simd => query.walk(simd, stack, counters))
+                    query.walk(simd, &mut [Ahead::default(); USUAL_PENDING], counters)
                 } else {
-                    let stack = &mut vec![Ahead::default(); 1 + self.depth * (WIDTH - 1)];
-                    dispatch!(self.level, simd => query.walk(simd, stack, counters))
+                    query.walk_deep(simd, self.depth, counters)
                 }
             }
         }
@@ -102,15 +111,17 @@ impl Bvh {
 /// Where the ray enters each child's box, and a bit for each child that it meets before `end`.
 #[inline(always)]
 fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) -> (f32x8<S>, u32) {
-    let crossing = |plane: usize, axis: usize| {
-        f32x8::from_slice(simd, &node.planes[plane]) * ray.inverse[axis] - ray.offset[axis]
+    let crossings = |axis: usize| {
+        let inverse = f32x8::splat(simd, ray.inverse[axis]);
+        let offset = f32x8::splat(simd, ray.offset[axis]);
+        let low = f32x8::from_slice(simd, &node.planes[axis]).mul_sub(inverse, offset);
+        let high = f32x8::from_slice(simd, &node.planes[axis + 3]).mul_sub(inverse, offset);
+        (low.min(high), low.max(high))
     };
-    let near = crossing(ray.near[0], 0)
-        .max(crossing(ray.near[1], 1))
-        .max(crossing(ray.near[2], 2).max(f32x8::splat(simd, 0.0)));
-    let far = crossing(ray.far[0], 0)
-        .min(crossing(ray.far[1], 1))
-        .min(crossing(ray.far[2], 2).min(f32x8::splat(simd, end)));
+    let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) =
+        (crossings(0), crossings(1), crossings(2));
+    let near = near_x.max(near_y).max(near_z.max(f32x8::splat(simd, 0.0)));
+    let far = far_x.min(far_y).min(far_z.min(f32x8::splat(simd, end)));
     (near, near.simd_le(far).to_bitmask() as u32)
 }
 
@@ -315,6 +326,16 @@ impl Nearest<'_> {
             }
         }
         best
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn walk_deep<S: Simd>(&self, simd: S, depth: usize, counters: &mut Counters) -> Option<Hit> {
+        let stack = &mut vec![Ahead::default(); 1 + depth * (WIDTH - 1)];
+        simd.vectorize(
+            #[inline(always)]
+            || self.walk(simd, stack, counters),
+        )
     }
 
     #[inline(always)]
