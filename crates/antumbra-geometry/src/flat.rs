@@ -11,7 +11,7 @@ use crate::number::{Approximate, Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vec
 
 /// The coordinates across an axis, in cyclic order.
 fn across(axis: usize) -> (usize, usize) {
-    ((axis + 1) % 3, (axis + 2) % 3)
+    [(1, 2), (2, 0), (0, 1)][axis]
 }
 
 /// Twice the area of `a`, `b`, `c` seen along the axis.
@@ -113,11 +113,19 @@ fn nearest_on_edge(point: DVec3, from: DVec3, to: DVec3, axis: usize) -> (Point4
 ///
 /// The plane's slope over the two other coordinates is at most 1 in each, so the third coordinate
 /// moves by at most the sum of the other two moves.
+#[inline]
 pub(crate) fn largest_move(point: DVec3, corners: [DVec3; 3], axis: usize) -> f64 {
     let (u, v) = across(axis);
-    let [a, b, c] = corners.map(|corner| (corner[u] - point[u], corner[v] - point[v]));
+    let point = point.to_array();
+    let seen = |corner: DVec3| {
+        let corner = corner.to_array();
+        (corner[u] - point[u], corner[v] - point[v])
+    };
+    let [a, b, c] = corners;
+    let (a, b, c) = (seen(a), seen(b), seen(c));
     // Surely over the triangle: all three turns have one sign, beyond their rounding. Each is a
-    // difference of two products of rounded differences, so 6 units bound it.
+    // difference of two products of rounded differences, so 6 units bound it with the
+    // rounding of the comparison.
     let turn = |p: (f64, f64), q: (f64, f64)| {
         let (first, second) = (p.0 * q.1, p.1 * q.0);
         (
@@ -125,10 +133,10 @@ pub(crate) fn largest_move(point: DVec3, corners: [DVec3; 3], axis: usize) -> f6
             6.0 * UNIT_ROUNDOFF * (first.abs() + second.abs()) + f64::MIN_POSITIVE,
         )
     };
-    let turns = [turn(a, b), turn(b, c), turn(c, a)];
-    let is_over = turns.iter().all(|&(turn, error)| turn > error)
-        || turns.iter().all(|&(turn, error)| -turn > error);
-    if is_over {
+    let (ab, bc, ca) = (turn(a, b), turn(b, c), turn(c, a));
+    let least = (ab.0 - ab.1).min(bc.0 - bc.1).min(ca.0 - ca.1);
+    let most = (ab.0 + ab.1).max(bc.0 + bc.1).max(ca.0 + ca.1);
+    if least > 0.0 || most < 0.0 {
         return 0.0;
     }
     // Else at most as far as some point that is surely in the triangle up to rounding: the rounded

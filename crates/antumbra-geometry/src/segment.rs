@@ -102,6 +102,7 @@ fn axis_of<N: Number>(normal: &Vector<N>) -> Option<Option<u8>> {
 
 impl Segment {
     /// Prepares a segment; `surface` is that of a flat start surface.
+    #[inline]
     pub(crate) fn new(start: Start, light: &LightShape, surface: Option<StartSurface>) -> Self {
         let (origin, origin_error) = match &surface {
             None => (start.point, 0.0),
@@ -132,6 +133,16 @@ impl Segment {
             self.light.0
         } else {
             self.light.0 - self.origin
+        }
+    }
+
+    /// Returns the same from the start's point as given, which is off by as much as the start's surface
+    /// moves it, and known sooner.
+    pub fn direction_from_point(&self) -> DVec3 {
+        if self.light.1 == 0.0 {
+            self.light.0
+        } else {
+            self.light.0 - self.start.point
         }
     }
 
@@ -244,6 +255,7 @@ impl StartSurface {
     }
 
     /// The same, divided out and rounded, with a bound on the error.
+    #[inline]
     fn approximate_start(&self, point: DVec3) -> (DVec3, f64) {
         let (moved, error) = self.approximate_on_plane(point);
         let Self::Triangle { corners, axis } = *self else {
@@ -255,16 +267,25 @@ impl StartSurface {
         )
     }
 
+    #[inline]
     fn approximate_on_plane(&self, point: DVec3) -> (DVec3, f64) {
-        let axis = self.axis();
-        let plane = self.plane();
-        let normal = plane.normal::<Approximate>();
-        let from_plane = Vector::from_f64(point).minus(&Vector::from_f64(plane.point()));
-        let height = normal.dot(&from_plane);
+        let (axis, Estimate { height, slope }) = match *self {
+            Self::Triangle { corners, axis } => {
+                let axis = usize::from(axis);
+                (axis, estimate_on_triangle(point, corners, axis))
+            }
+            Self::Plane { plane, axis } => {
+                let axis = usize::from(axis);
+                let normal = plane.normal::<Approximate>();
+                let from_plane = Vector::from_f64(point).minus(&Vector::from_f64(plane.point()));
+                let height = normal.dot(&from_plane);
+                let slope = normal.0[axis];
+                (axis, Estimate { height, slope })
+            }
+        };
         if height.value() == 0.0 && height.error() == 0.0 {
             return (point, 0.0);
         }
-        let slope = &normal.0[axis];
         let slope_at_least = slope.value().abs() - slope.error();
         if slope_at_least.is_nan() || slope_at_least <= 0.0 {
             return (point, f64::INFINITY);
@@ -279,5 +300,47 @@ impl StartSurface {
         let rounding = moved[axis].abs() * UNIT_ROUNDOFF;
         let error = shift_error + rounding + f64::MIN_POSITIVE;
         (moved, error * (1.0 + 8.0 * f64::EPSILON))
+    }
+}
+
+/// A point's height over a plane and the component of the plane's normal along an axis.
+struct Estimate {
+    height: Approximate,
+    slope: Approximate,
+}
+
+/// The hot part of preparing a segment, so in plain `f64` with one bound for each sum.
+///
+/// With `u` the unit roundoff: a component `n` of the normal is a difference of two products, of
+/// magnitudes summing up to `s`, of rounded differences, so its error is at most `3 u s + u |n|` to
+/// first order and `5 u s` outright. The height `n . w` adds `2 u` for each product with its rounded
+/// difference and `2 u` for the sums, so `10 u` times the sum of `|w| s` bounds it. Products that
+/// underflow are off by less than the smallest normal number.
+#[inline]
+fn estimate_on_triangle(point: DVec3, [a, b, c]: [DVec3; 3], axis: usize) -> Estimate {
+    let (ab, ac, seen) = (b - a, c - a, point - a);
+    let first = DVec3::new(ab.y * ac.z, ab.z * ac.x, ab.x * ac.y);
+    let second = DVec3::new(ab.z * ac.y, ab.x * ac.z, ab.y * ac.x);
+    let normal = first - second;
+    let size = first.abs() + second.abs();
+    let sum = seen.abs().dot(size);
+    // Planes along an axis are common, and their points have no height at all: every product is one
+    // with zero. (A sum that is zero by underflow of the others is in doubt.)
+    let is_zero = |seen: f64, (b1, c1): (f64, f64), (b2, c2): (f64, f64)| {
+        seen == 0.0 || ((b1 == 0.0 || c1 == 0.0) && (b2 == 0.0 || c2 == 0.0))
+    };
+    let is_exact = sum == 0.0
+        && is_zero(seen.x, (ab.y, ac.z), (ab.z, ac.y))
+        && is_zero(seen.y, (ab.z, ac.x), (ab.x, ac.z))
+        && is_zero(seen.z, (ab.x, ac.y), (ab.y, ac.x));
+    let height_error = if is_exact {
+        0.0
+    } else {
+        10.0 * UNIT_ROUNDOFF * sum + f64::MIN_POSITIVE * (1.0 + seen.abs().element_sum())
+    };
+    let slope_error = 5.0 * UNIT_ROUNDOFF * size.to_array()[axis] + f64::MIN_POSITIVE;
+    Estimate {
+        height: Approximate::new(normal.dot(seen), height_error),
+        slope: Approximate::new(normal.to_array()[axis], slope_error),
     }
 }

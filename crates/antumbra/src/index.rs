@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
 
+use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
 use crate::occlusion::{DenseValues, mark, quick_check};
 use crate::{Counters, shadow};
@@ -16,8 +17,20 @@ pub enum Method {
     Voxel1990,
     /// A walk through the uniform grid for each query.
     Grid,
+    /// A ray through the bounding volume hierarchy for each query.
+    Bvh,
     /// Every surface is tested: the reference.
     Naive,
+}
+
+/// How rays that ask for the nearest hit find it. Both give the same hits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RayMethod {
+    /// The bounding volume hierarchy.
+    #[default]
+    Bvh,
+    /// The uniform grid.
+    Grid,
 }
 
 /// How fine the uniform grid is.
@@ -133,6 +146,7 @@ pub struct Builder {
     occluders: Arc<Occluders>,
     lights: Vec<LightShape>,
     method: Method,
+    rays: RayMethod,
     resolution: GridResolution,
     quick_check: QuickCheck,
     memory_limit: Option<u64>,
@@ -143,6 +157,13 @@ impl Builder {
     #[must_use]
     pub fn method(mut self, method: Method) -> Self {
         self.method = method;
+        self
+    }
+
+    /// Chooses what finds nearest hits.
+    #[must_use]
+    pub fn rays(mut self, rays: RayMethod) -> Self {
+        self.rays = rays;
         self
     }
 
@@ -177,11 +198,12 @@ impl Builder {
             check_light(index, light)?;
         }
         if let Some(limit) = self.memory_limit {
-            let needed = ShadowIndex::predict_bytes(
+            let needed = predict_bytes(
                 &self.occluders,
                 self.lights.len(),
                 self.resolution,
                 self.method,
+                self.rays,
             )?;
             if needed > limit {
                 return Err(BuildError::Memory { needed, limit });
@@ -207,13 +229,16 @@ impl Builder {
                 .iter()
                 .map(|light| mark(&self.occluders, &grid, light))
                 .collect(),
-            Method::Grid | Method::Naive => Vec::new(),
+            Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
         };
+        let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
         Ok(ShadowIndex {
             occluders: self.occluders,
             lights: self.lights,
             method,
+            rays: self.rays,
             grid,
+            bvh,
             values,
             quick_check: verdict,
         })
@@ -232,6 +257,37 @@ fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
     } else {
         Err(BuildError::BadLight { light: index })
     }
+}
+
+fn predict_bytes(
+    occluders: &Occluders,
+    light_count: usize,
+    resolution: GridResolution,
+    method: Method,
+    rays: RayMethod,
+) -> Result<u64, BuildError> {
+    let layout = layout(occluders, resolution)?;
+    let grid = Grid::predict_bytes(occluders, &layout);
+    let values = match method {
+        // While they are marked, values take a byte each, and umbrae some hundred.
+        Method::Voxel1990 => {
+            DenseValues::bytes_for(layout.voxel_count()) * light_count as u64
+                + layout.voxel_count() as u64
+                + 600 * occluders.elements().len() as u64
+        }
+        Method::Grid | Method::Bvh | Method::Naive => 0,
+    };
+    let bvh = if needs_bvh(method, rays) {
+        Bvh::predict_bytes(occluders.surface_count())
+    } else {
+        0
+    };
+    Ok(grid + values + bvh)
+}
+
+/// Returns whether the settings ask for the tree.
+fn needs_bvh(method: Method, rays: RayMethod) -> bool {
+    method == Method::Bvh || rays == RayMethod::Bvh
 }
 
 fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, BuildError> {
@@ -286,7 +342,10 @@ pub struct ShadowIndex {
     occluders: Arc<Occluders>,
     lights: Vec<LightShape>,
     method: Method,
+    rays: RayMethod,
     grid: Grid,
+    /// Where the settings ask for it.
+    bvh: Option<Bvh>,
     /// One store per light, for the methods that keep values.
     values: Vec<DenseValues>,
     quick_check: Option<QuickCheckVerdict>,
@@ -299,6 +358,7 @@ impl ShadowIndex {
             occluders,
             lights,
             method: Method::default(),
+            rays: RayMethod::default(),
             resolution: GridResolution::default(),
             quick_check: QuickCheck::default(),
             memory_limit: None,
@@ -323,8 +383,11 @@ impl ShadowIndex {
 
     /// Returns the nearest surface along `ray`; transparent ones count. Ties go to the lowest id.
     pub fn nearest(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
-        self.grid
-            .nearest(&self.occluders, &self.occluders.ray_segment(ray), counters)
+        let segment = self.occluders.ray_segment(ray);
+        match (self.rays, &self.bvh) {
+            (RayMethod::Bvh, Some(bvh)) => bvh.nearest(&self.occluders, &segment, counters),
+            _ => self.grid.nearest(&self.occluders, &segment, counters),
+        }
     }
 
     /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of
@@ -359,6 +422,10 @@ impl ShadowIndex {
                 shadow::by_voxel_1990(occluders, grid, &self.values[light], &segment, counters)
             }
             Method::Grid => shadow::by_grid(occluders, grid, &segment, counters),
+            Method::Bvh => match &self.bvh {
+                Some(bvh) => shadow::by_bvh(occluders, bvh, &segment, counters),
+                None => shadow::by_reference(occluders, &segment, counters),
+            },
             Method::Naive => shadow::by_reference(occluders, &segment, counters),
         };
         counters.shadow.count(answer);
@@ -399,7 +466,8 @@ impl ShadowIndex {
         self.values.iter().map(DenseValues::bytes).sum()
     }
 
-    /// Returns about how many bytes building the index takes at its height, before any is taken.
+    /// Returns about how many bytes building the index takes at its height, before any is taken, with
+    /// the default ray method; the grid for rays takes less.
     ///
     /// # Errors
     /// The resolution is out of range.
@@ -409,18 +477,8 @@ impl ShadowIndex {
         resolution: GridResolution,
         method: Method,
     ) -> Result<u64, BuildError> {
-        let layout = layout(occluders, resolution)?;
-        let grid = Grid::predict_bytes(occluders, &layout);
-        let values = match method {
-            // While they are marked, values take a byte each, and umbrae some hundred.
-            Method::Voxel1990 => {
-                DenseValues::bytes_for(layout.voxel_count()) * light_count as u64
-                    + layout.voxel_count() as u64
-                    + 600 * occluders.elements().len() as u64
-            }
-            Method::Grid | Method::Naive => 0,
-        };
-        Ok(grid + values)
+        let rays = RayMethod::default();
+        predict_bytes(occluders, light_count, resolution, method, rays)
     }
 
     /// Returns the resolution that a setting means for a scene.

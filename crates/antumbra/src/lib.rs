@@ -1,5 +1,6 @@
 //! Exact shadow answers for static scenes, mostly without tracing a ray.
 
+mod bvh;
 mod grid;
 mod index;
 mod occlusion;
@@ -8,6 +9,6 @@ mod stats;
 
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
-    QuickCheckVerdict, Shadow, ShadowIndex,
+    QuickCheckVerdict, RayMethod, Shadow, ShadowIndex,
 };
 pub use stats::{Counters, ShadowCounters};

@@ -2,10 +2,10 @@
 
 use crate::{Answer, Decided, Shadow};
 
-/// Work of rays through the grid.
+/// Work of rays through the grid and the tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Voxels entered, all ray types.
+    /// Voxels entered and nodes visited, all ray types.
     pub steps: u64,
     /// Surfaces tested, all ray types.
     pub intersections: u64,

@@ -114,6 +114,12 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
             indices.push((format!("{method:?} {grid:?}"), index));
         }
     }
+    let by_tree = ShadowIndex::builder(occluders, lights)
+        .method(Method::Bvh)
+        .grid(GridResolution::Fixed([1; 3]))
+        .build()
+        .expect("settings are in range");
+    indices.push(("Bvh".to_string(), by_tree));
     indices
 }
 

@@ -1,6 +1,6 @@
 //! Conservative overlap of analytic surfaces and a box.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 
 use super::DiskPlane;
 use crate::{Bounds, Cone, Sphere};
@@ -66,10 +66,18 @@ pub(crate) fn unit_of(v: DVec3) -> DVec3 {
     (v / v.abs().max_element()).normalize()
 }
 
-/// Returns the box around a disk.
+/// Returns the box around a disk; around its whole ball where the normal is zero.
 pub(crate) fn disk_bounds(center: DVec3, normal: DVec3, radius: f64) -> Bounds {
     let unit = unit_of(normal);
-    let reach = radius * (DVec3::ONE - unit * unit).max(DVec3::ZERO).map(f64::sqrt);
+    // The sine of the angle to each axis, from the other two components: 1 - x^2 would cancel for
+    // normals near an axis and lose up to 2^-26 of the radius.
+    let squares = unit * unit;
+    let sines = (squares.yzx() + squares.zxy()).map(f64::sqrt);
+    let reach = if sines.is_finite() {
+        radius * sines
+    } else {
+        DVec3::splat(radius)
+    };
     Bounds {
         min: center - reach,
         max: center + reach,

@@ -107,9 +107,32 @@ pub(crate) fn sphere_side(sphere: &Sphere, segment: &Segment) -> Sign {
     fn rule<N: Number>(sphere: &Sphere, ends: &Ends<N>) -> Option<Sign> {
         polar(sphere, &ends.start, &ends.light).sign()
     }
-    decide(rule(sphere, &segment.approximate()), || {
-        rule(sphere, &segment.exact())
+    decide(side_filter(sphere, segment), || {
+        rule(sphere, &segment.approximate()).or_else(|| rule(sphere, &segment.exact()))
     })
+}
+
+/// The sign of `B` in plain `f64`; bounds as at [`filter`].
+fn side_filter(sphere: &Sphere, segment: &Segment) -> Option<Sign> {
+    let from_center = segment.origin - sphere.center;
+    let (light, weight) = segment.light;
+    let (to_light, power) = if weight == 0.0 {
+        (light, 0.0)
+    } else {
+        (light - sphere.center, sphere.radius * sphere.radius)
+    };
+    let light_sum = to_light.abs().element_sum();
+    let b = from_center.dot(to_light) - power;
+    let error = 16.0 * UNIT_ROUNDOFF * (from_center.abs().element_sum() * light_sum + power)
+        + segment.origin_error * light_sum * 1.01
+        + f64::MIN_POSITIVE;
+    if b > error {
+        Some(Sign::Positive)
+    } else if -b > error {
+        Some(Sign::Negative)
+    } else {
+        None
+    }
 }
 
 /// The own rule: the light is behind the tangent plane and outside the sphere.

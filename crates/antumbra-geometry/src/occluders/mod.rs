@@ -172,6 +172,36 @@ impl Occluders {
         }
     }
 
+    /// Returns whether a surface blocks shadow rays everywhere: opaque and without holes.
+    pub fn is_opaque_everywhere(&self, surface: SurfaceId) -> bool {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                triangle.is_opaque && triangle.alpha_test == NO_ALPHA_TEST
+            }
+            Surface::Curved(curved) => curved.is_opaque,
+        }
+    }
+
+    /// Returns whether two surfaces are parts of one solid or of identical ones, so that a start on
+    /// one of them is answered by the own rule for both.
+    pub fn have_one_own_rule(&self, first: SurfaceId, second: SurfaceId) -> bool {
+        match (self.surface(first), self.surface(second)) {
+            (Surface::Curved(first), Surface::Curved(second)) => first.solid == second.solid,
+            _ => false,
+        }
+    }
+
+    /// Returns the sphere that a surface is, `None` for other surfaces.
+    pub fn sphere(&self, surface: SurfaceId) -> Option<Sphere> {
+        match self.surface(surface) {
+            Surface::Curved(Curved {
+                shape: CurvedShape::Sphere(sphere),
+                ..
+            }) => Some(*sphere),
+            _ => None,
+        }
+    }
+
     /// Returns the three corners of a triangle as indices into the outline given to `add_face`, or
     /// `None` if the surface is no triangle or a corner is a crossing point of the outline.
     pub fn corners(&self, surface: SurfaceId) -> Option<[u32; 3]> {
@@ -261,6 +291,7 @@ impl Occluders {
             + bytes(&self.elements)
     }
 
+    #[inline]
     fn surface(&self, surface: SurfaceId) -> Surface<'_> {
         let index = surface.0 as usize;
         match self.triangles.get(index) {
@@ -269,10 +300,14 @@ impl Occluders {
         }
     }
 
+    #[inline]
     fn positions_of(&self, triangle: &Triangle) -> [DVec3; 3] {
-        triangle
-            .vertices
-            .map(|vertex| self.positions[vertex as usize])
+        let [a, b, c] = triangle.vertices;
+        [
+            self.positions[a as usize],
+            self.positions[b as usize],
+            self.positions[c as usize],
+        ]
     }
 }
 

@@ -16,10 +16,12 @@ use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start
 
 impl Occluders {
     /// Prepares the segment from a start to a light.
+    #[inline]
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
         self.segment_as_given(start, &light.without_underflow())
     }
 
+    #[inline]
     fn segment_as_given(&self, start: &Start, light: &LightShape) -> Segment {
         let surface = start
             .surface
@@ -44,6 +46,7 @@ impl Occluders {
 
     /// Returns whether the surface's own rule blocks the segment; always decided by the start's
     /// surface alone (and its twins), so queries ask it first.
+    #[inline]
     pub fn own_rule_blocks(&self, segment: &Segment) -> bool {
         let Some(own) = segment.start().surface else {
             return false;
@@ -288,6 +291,7 @@ impl Occluders {
             .fold(Bounds::EMPTY, Bounds::union)
     }
 
+    #[inline]
     fn start_surface(&self, surface: SurfaceId) -> Option<StartSurface> {
         let (start, axis) = match self.surface(surface) {
             Surface::Triangle(triangle) => {

@@ -12,5 +12,5 @@ mod walk;
 
 pub(crate) use build::Grid;
 pub(crate) use layout::{Block, Layout};
-pub(crate) use query::{Mailbox, any_hit_by_reference};
-pub(crate) use walk::Walk;
+pub(crate) use query::{Mailbox, any_hit_by_reference, nearest_of};
+pub(crate) use walk::{Walk, point_along};

@@ -127,7 +127,7 @@ impl Grid {
 }
 
 /// Returns the nearest of the surfaces and of a hit found before.
-fn nearest_of(
+pub(crate) fn nearest_of(
     occluders: &Occluders,
     surfaces: impl Iterator<Item = SurfaceId>,
     segment: &Segment,

@@ -169,7 +169,7 @@ impl Iterator for Walk<'_> {
 
 /// Returns `origin + t (direction + tail)` rounded once: a start far outside would otherwise lose
 /// in the sum more than the grid's margin.
-fn point_along(origin: DVec3, direction: DVec3, tail: DVec3, t: f64) -> DVec3 {
+pub(crate) fn point_along(origin: DVec3, direction: DVec3, tail: DVec3, t: f64) -> DVec3 {
     let along = |axis: usize| {
         let (o, d) = (origin[axis], direction[axis]);
         let product = t * d;

@@ -3,10 +3,12 @@
 //! In: a prepared segment. Out: the bit, and how it was decided. Invariant: every method returns
 //! the reference's bit (EXACTNESS.md).
 
+mod bvh;
 mod grid;
 mod naive;
 mod voxel_1990;
 
+pub(crate) use bvh::by_bvh;
 pub(crate) use grid::by_grid;
 pub(crate) use naive::by_reference;
 pub(crate) use voxel_1990::by_voxel_1990;

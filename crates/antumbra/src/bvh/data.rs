@@ -1,0 +1,222 @@
+//! What the tree is made of.
+
+use antumbra_geometry::{Bounds, DVec3, SurfaceId};
+use fearless_simd::Level;
+
+use super::ray::FilterBounds;
+use crate::grid::Layout;
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
+
+/// Shapes of a group, filtered together.
+pub(super) const LANES: usize = 4;
+
+/// The tree over all surfaces of a scene.
+#[derive(Debug)]
+pub(crate) struct Bvh {
+    pub(super) frame: Frame,
+    /// The root is the first; children come after their parents. Empty for an empty scene.
+    pub(super) nodes: Vec<Node>,
+    pub(super) triangles: Vec<TriangleGroup>,
+    pub(super) spheres: Vec<SphereGroup>,
+    /// Surfaces that have no filter.
+    pub(super) others: Vec<SurfaceId>,
+    /// Nodes on the longest way down.
+    pub(super) depth: usize,
+    pub(super) level: Level,
+    pub(super) usual_bounds: FilterBounds,
+}
+
+/// Eight boxes, axis by axis, so that one instruction handles all of them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// Smallest x, y, z, then largest x, y, z, of each child; empty children are points far
+    /// away.
+    pub(super) planes: [[f32; WIDTH]; 6],
+    /// Leaves first, as an any-hit walk wants them.
+    pub(super) children: [Child; WIDTH],
+}
+
+/// What a child of a node is, with its place, in 32 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+/// A [`Child`], unpacked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ChildKind {
+    Node,
+    Triangles,
+    Spheres,
+    Other,
+}
+
+impl Child {
+    const INDEX_BITS: u32 = 30;
+    pub(super) const NONE: Self = Self(u32::MAX);
+
+    /// # Panics
+    /// `index` needs more than 30 bits; surfaces are fewer.
+    pub(super) fn new(kind: ChildKind, index: usize) -> Self {
+        assert!(index < 1 << Self::INDEX_BITS, "surfaces fit 30 bits");
+        Self((kind as u32) << Self::INDEX_BITS | index as u32)
+    }
+
+    #[inline(always)]
+    pub(super) fn is_node(self) -> bool {
+        self.0 >> Self::INDEX_BITS == ChildKind::Node as u32
+    }
+
+    #[inline(always)]
+    pub(super) fn kind(self) -> ChildKind {
+        match self.0 >> Self::INDEX_BITS {
+            0 => ChildKind::Node,
+            1 => ChildKind::Triangles,
+            2 => ChildKind::Spheres,
+            _ => ChildKind::Other,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn index(self) -> usize {
+        (self.0 & ((1 << Self::INDEX_BITS) - 1)) as usize
+    }
+}
+
+/// Up to four triangles in the frame's units, with what the filter needs of each.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(super) struct TriangleGroup {
+    /// The first corner.
+    pub(super) corner: [[f32; LANES]; 3],
+    /// From the first corner to the second.
+    pub(super) edge_ab: [[f32; LANES]; 3],
+    /// From the first corner to the third.
+    pub(super) edge_ac: [[f32; LANES]; 3],
+    /// Largest magnitude of a component of the two edges, at least [`Self::SMALLEST_REACH`].
+    pub(super) reach: [f32; LANES],
+    pub(super) members: Members,
+}
+
+impl TriangleGroup {
+    /// Keeps products of two edges far from the smallest `f32`s: their bounds do not shrink further.
+    pub(super) const SMALLEST_REACH: f32 = 2.842_171e-14; // 2^-45
+}
+
+/// Up to four spheres in the frame's units.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(super) struct SphereGroup {
+    pub(super) center: [[f32; LANES]; 3],
+    pub(super) radius: [f32; LANES],
+    pub(super) members: Members,
+}
+
+/// Which surfaces the lanes of a group are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Members {
+    /// Unused lanes repeat an id.
+    pub(super) surfaces: [SurfaceId; LANES],
+    /// A bit for each lane in use.
+    pub(super) present: u8,
+    /// A bit for each lane that blocks shadow rays somewhere.
+    pub(super) opaque: u8,
+    /// A bit for each lane that blocks shadow rays everywhere.
+    pub(super) whole: u8,
+}
+
+/// The unit the tree computes in: the scene's box, with room for every rounding, scaled into
+/// `[-1, 1]^3`. The scale is a power of two.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) center: DVec3,
+    pub(super) scale: f64,
+    /// What starts and surfaces may be off, in world units (EXACTNESS.md, "What accelerators may
+    /// assume"): the grid's margin.
+    pub(super) margin: f64,
+    /// The same in this frame's units.
+    pub(super) margin_in_frame: f64,
+}
+
+impl Frame {
+    pub(super) fn new(scene: Bounds) -> Self {
+        // The grid knows the margin; its resolution does not matter for it.
+        let margin = Layout::new(scene, [1; 3]).margin;
+        let scene = if scene.is_empty() {
+            Bounds {
+                min: DVec3::ZERO,
+                max: DVec3::ZERO,
+            }
+        } else {
+            scene
+        };
+        let half_size = 0.5 * scene.size().max_element() + 8.0 * margin;
+        // The largest power of two that keeps the half size at most 1.
+        let scale = 2.0_f64.powi(-(half_size.log2().ceil() as i32));
+        let scale = if half_size * scale > 1.0 {
+            0.5 * scale
+        } else {
+            scale
+        };
+        Self {
+            center: scene.center(),
+            scale,
+            margin,
+            margin_in_frame: margin * scale,
+        }
+    }
+
+    /// Returns a point in the frame's units.
+    pub(super) fn from_world(&self, point_in_world: DVec3) -> DVec3 {
+        (point_in_world - self.center) * self.scale
+    }
+}
+
+impl Bvh {
+    /// Returns the bytes of a tree of so many surfaces at the height of its building, guessed
+    /// generously: some 100 for the binary tree, 50 for the plan, 250 for the wide tree.
+    pub(crate) fn predict_bytes(surface_count: usize) -> u64 {
+        400 * surface_count as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_holds_the_scene() {
+        for (low, size) in [
+            (0.0, 1.0),
+            (-3.0, 6.0),
+            (5e6, 100.0),
+            (0.0, 2.0_f64.powi(-400)),
+            (-1e30, 2e30),
+            (7.0, 0.0),
+        ] {
+            let min = DVec3::splat(low);
+            let max = DVec3::new(low + size, low, low + 0.5 * size);
+            let frame = Frame::new(Bounds { min, max });
+            for corner in [min, max] {
+                let reach =
+                    frame.from_world(corner).abs().max_element() + 7.0 * frame.margin_in_frame;
+                assert!(reach <= 1.0, "{low} {size}: {reach}");
+            }
+        }
+    }
+
+    #[test]
+    fn child_remembers() {
+        for kind in [
+            ChildKind::Node,
+            ChildKind::Triangles,
+            ChildKind::Spheres,
+            ChildKind::Other,
+        ] {
+            let child = Child::new(kind, 123_456_789);
+            assert_eq!((child.kind(), child.index()), (kind, 123_456_789));
+        }
+        assert_eq!(size_of::<Node>(), 256);
+    }
+}

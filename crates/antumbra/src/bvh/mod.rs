@@ -1,0 +1,19 @@
+//! A bounding volume hierarchy: the surfaces in a tree of boxes, for rays of all kinds.
+//!
+//! In: the surfaces. Out: any-hit and nearest-hit queries with the bits of the reference. The tree is
+//! obvhs's (PLOC, Meister and Bittner 2018; reinsertion, Meister and Bittner 2018), made eight wide
+//! (Ylitie et al. 2017); the walk is ours. Boxes and filters are `f32` in a frame of the scene's own
+//! ([`Frame`]), the rule is `Occluders`'.
+//!
+//! Invariants: a walk visits every surface that the exact rule may find (`ray`); a filter says *miss*
+//! or *hit* only where the exact rule says the same (`filter`), all else is asked of the rule. Where
+//! an `f32` says nothing - starts far off their surface or far outside the scene - the reference
+//! answers. Absent here: lights, occlusion values, threads.
+
+mod build;
+mod data;
+mod filter;
+mod ray;
+mod walk;
+
+pub(crate) use data::Bvh;

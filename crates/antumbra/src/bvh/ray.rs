@@ -1,0 +1,252 @@
+//! A segment as the tree sees it: `f32`, in the frame's units.
+//!
+//! # Why no surface is missed
+//!
+//! Let `X` be the point where the exact segment meets a surface. Units are the frame's: the scene
+//! with its room lies in `[-1, 1]^3`; `m` is the margin, `u = 2^-24` the largest relative error of an
+//! `f32` operation.
+//!
+//! 1. *Start and direction.* The walk starts at the point as given, so that it need not wait for the
+//!    start proper, which is at most `m / 4` away ([`Bvh::prepare`] leaves other starts to the
+//!    reference). So the exact segment differs from the walked one by that much at the start and
+//!    nothing at the light, and by `2^-53` of its length for the rounding of the direction. A start
+//!    outside the scene is moved to where the line enters the frame, with
+//!    the direction's tail, so that the rounding of the direction acts over the frame's size only,
+//!    and the sum is rounded once, by `2^-53` of a coordinate of the scene, which is `2^-13 m`. So a
+//!    point of the `f64` segment `o + t d`, `t` the parameter of `X`, lies within `m / 2` of `X`.
+//! 2. *Small components.* Components of the direction below `2^-40` of the largest are made that
+//!    large. The segment stays in the frame for `t <= 2`, so that moves a point by `2^-39`.
+//! 3. *Planes.* For a plane at `p` the walk computes `p r - q` with `r = fl(1 / d)`,
+//!    `q = fl(fl(o) r)`, `d` itself rounded. Each of the six operations errs by a factor `1 + u` at
+//!    most, so the result is `(p' - o) / d` exactly for a plane `p'` with
+//!    `|p' - p| <= u |p| + 2 u |o| + 3 u |p - o| + (...)u^2 < 10 u`, all coordinates being at most
+//!    `1 + 2^-19`. A fused multiply-add errs less.
+//! 4. *Boxes.* A box is its surface's, which is right up to `m / 4` (its own rounding), moved outwards
+//!    by `m` and [`PLANE_ROOM`], `10 u` and a bit, and rounded outwards; a node's box holds its
+//!    children's. By 1 and 2 the segment's point lies in the surface's box moved by `3 m / 4` and
+//!    `2^-39`, by 3 the interval that the walk computes for each axis holds `t`.
+//! 5. *Ends.* `0 <= t <= end` with `end` rounded up. So the intervals overlap, and the box is visited.
+
+use antumbra_geometry::{DVec3, Segment};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4, f64x4};
+
+use super::data::{Bvh, Frame};
+use crate::grid::point_along;
+
+/// `2^-24`.
+const U: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// How far boxes are moved outwards beside the margin.
+pub(super) const PLANE_ROOM: f64 = 10.01 * U;
+
+/// The farthest parameter inside the frame is 2: the largest component of the direction is at least
+/// 1, and the frame is 2 wide.
+const FARTHEST: f64 = 2.25;
+
+/// Starts farther out than this many frames are left to the reference.
+const FARTHEST_START: f64 = (1u64 << 20) as f64;
+
+/// Starts beyond this lie outside; 2^-19 covers what 1 in `f64` may be.
+const INSIDE: f64 = 1.0;
+
+/// What the tree can do for a segment.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Prepared {
+    /// Walk.
+    Ray(FrameRay),
+    /// The segment passes the scene by.
+    Miss,
+    /// Ask the reference.
+    Unfit,
+}
+
+/// A segment in the frame's units. Its direction's largest component is in `[1, 2)`; fourth components
+/// mean nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameRay {
+    pub(super) origin: [f32; 4],
+    pub(super) direction: [f32; 4],
+    /// Reciprocal of the direction, and times the origin.
+    pub(super) inverse: [f32; 4],
+    pub(super) offset: [f32; 4],
+    /// Where the segment surely has ended.
+    pub(super) end: f32,
+    /// Where the light is, or a place outside the frame on the way to it.
+    pub(super) light: f32,
+    /// The direction's length.
+    pub(super) length: f32,
+    pub(super) bounds: FilterBounds,
+    /// Parameters of the segment become the ray's by `(parameter - entry) * rate`.
+    pub(super) entry: f64,
+    pub(super) rate: f64,
+}
+
+/// Error bounds of the filters, for rays whose direction is no worse than usual; derived in `filter`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FilterBounds {
+    /// Of the edge signs `ab` and `ca`, times the triangle's reach.
+    pub(super) edge: f32,
+    /// What scales the third edge sign, `bc`, to the same bound.
+    pub(super) third_edge_scale: f32,
+    /// Of the start's height over the plane, times the reach squared.
+    pub(super) height: f32,
+    /// What scales the light's height to the same bound.
+    pub(super) light_height_scale: f32,
+    /// Of the distance of a sphere's centre from the line, times the direction's length.
+    pub(super) line: f32,
+}
+
+impl FilterBounds {
+    /// `margin` is the frame's, `origin_error` that of the start in lengths of the direction.
+    pub(super) fn new(margin: f64, origin_error: f64) -> Self {
+        // Of a corner seen from the start, and of a component of the direction.
+        let position = 5.0 * U + 1.01 * margin;
+        let direction = 2.01 * U + SMALLEST_COMPONENT + origin_error;
+        // Two percent more than derived, for the rounding of the bounds themselves.
+        let generous = |bound: f64| (bound * 1.02) as f32;
+        let edge = 12.0 * direction + 12.0 * position + 136.0 * U;
+        let third_edge = 36.0 * direction + 24.0 * position + 576.0 * U;
+        let height = 6.0 * position + 80.0 * U;
+        let light_height = 6.0 * position + 15.5 * direction + 400.0 * U;
+        Self {
+            edge: generous(edge),
+            third_edge_scale: (0.98 * edge / third_edge) as f32,
+            height: generous(height),
+            light_height_scale: (0.98 * height / light_height) as f32,
+            line: generous(7.0 * direction + 7.0 * position + 100.0 * U),
+        }
+    }
+}
+
+/// The error of the start in lengths of the direction that the tree's own bounds allow for; it is more
+/// only where the light is very near.
+pub(super) const USUAL_ORIGIN_ERROR: f64 = 1.0 / (1u64 << 32) as f64;
+
+impl Bvh {
+    /// Returns the segment as the tree sees it.
+    #[inline(always)]
+    pub(super) fn prepare<S: Simd>(&self, simd: S, segment: &Segment) -> Prepared {
+        let frame = &self.frame;
+        let point = segment.start().point;
+        let direction = segment.direction_from_point();
+        let length = direction.abs().max_element();
+        // Not for starts that lie far off the plane of a needle-thin triangle, nor for lengths whose
+        // reciprocal overflows; a NaN among the components is one in the sum.
+        let moved = (segment.origin() - point).abs().max_element() + segment.origin_error();
+        let is_fit = moved <= 0.25 * frame.margin
+            && length >= 1e-290
+            && length <= 1e290
+            && !direction.element_sum().is_nan();
+        if !is_fit {
+            return Prepared::Unfit;
+        }
+        let lanes = |v: DVec3| f64x4::simd_from(simd, [v.x, v.y, v.z, 0.0]);
+        let mut origin = (lanes(point) - lanes(frame.center)) * frame.scale;
+        let mut entry = 0.0;
+        if !origin.abs().simd_le(INSIDE).all_true() {
+            let place = DVec3::new(origin[0], origin[1], origin[2]);
+            match enter(frame, segment, place, segment.direction()) {
+                Entry::At(parameter, place) => (entry, origin) = (parameter, lanes(place)),
+                Entry::Never => return Prepared::Miss,
+                Entry::Unfit => return Prepared::Unfit,
+            }
+        }
+
+        // A power of two that brings the largest component into [1, 2); `length` is normal.
+        let exponent = length.to_bits() >> 52;
+        let to_unit = f64::from_bits((2046 - exponent) << 52);
+        let rate = frame.scale * f64::from_bits(exponent << 52);
+        let light = if segment.is_finite() {
+            ((1.0 - entry) * rate).min(FARTHEST)
+        } else {
+            FARTHEST
+        };
+        let end = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
+        let origin_error = to_unit * moved;
+        let bounds = if origin_error <= USUAL_ORIGIN_ERROR {
+            self.usual_bounds
+        } else {
+            FilterBounds::new(frame.margin_in_frame, origin_error)
+        };
+
+        let narrow = |v: f64x4<S>| {
+            let v: [f64; 4] = v.into();
+            f32x4::simd_from(simd, v.map(|x| x as f32))
+        };
+        let origin = narrow(origin);
+        let direction = narrow(lanes(direction) * to_unit);
+        let smallest = f32x4::splat(simd, SMALLEST_COMPONENT as f32);
+        let is_small = direction.abs().simd_lt(smallest);
+        let direction = is_small.select(smallest.copysign(direction), direction);
+        let inverse = f32x4::splat(simd, 1.0) / direction;
+        let squares = direction * direction;
+        Prepared::Ray(FrameRay {
+            origin: origin.into(),
+            direction: direction.into(),
+            inverse: inverse.into(),
+            offset: (origin * inverse).into(),
+            end,
+            light: light as f32,
+            length: (squares[0] + squares[1] + squares[2]).sqrt(),
+            bounds,
+            entry,
+            rate,
+        })
+    }
+}
+
+/// `2^-40`.
+const SMALLEST_COMPONENT: f64 = 1.0 / (1u64 << 40) as f64;
+
+enum Entry {
+    /// The segment's parameter and the place in the frame.
+    At(f64, DVec3),
+    Never,
+    Unfit,
+}
+
+/// Returns where a segment from outside enters the frame.
+#[cold]
+fn enter(frame: &Frame, segment: &Segment, origin: DVec3, direction: DVec3) -> Entry {
+    let distance = origin.abs().max_element();
+    if !(distance <= FARTHEST_START) {
+        return Entry::Unfit;
+    }
+    // A slab test in f64. Each parameter errs by less than 2^-50 of itself, which is 2^-30 of the
+    // frame: the box is taken that much larger, and the entry that much earlier.
+    let room = INSIDE + 1.0 / (1u64 << 28) as f64;
+    let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+    let step = direction * frame.scale;
+    for axis in 0..3 {
+        let (from, rate) = (origin[axis], 1.0 / step[axis]);
+        if !rate.is_finite() {
+            if from.abs() > room {
+                return Entry::Never;
+            }
+            continue;
+        }
+        let (a, b) = ((-room - from) * rate, (room - from) * rate);
+        enters = enters.max(a.min(b));
+        leaves = leaves.min(a.max(b));
+    }
+    if enters > leaves + leaves.abs() * 1e-14 {
+        return Entry::Never;
+    }
+    let enters = enters * (1.0 - 1e-15);
+    if segment.is_finite() && enters > 1.0 + 1e-12 {
+        return Entry::Never;
+    }
+    let place = frame.from_world(point_along(
+        segment.origin(),
+        direction,
+        segment.direction_tail(),
+        enters,
+    ));
+    if place.abs().max_element() <= INSIDE + 1.0 / (1u64 << 20) as f64 {
+        Entry::At(enters, place)
+    } else {
+        // A line that grazes the frame's corner within the rounding of this test, or overflow.
+        Entry::Unfit
+    }
+}

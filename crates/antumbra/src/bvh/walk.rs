@@ -1,0 +1,385 @@
+//! Any-hit and nearest-hit through the tree.
+
+use antumbra_geometry::{Hit, Occluders, Segment, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x8};
+
+use super::data::{Bvh, Child, ChildKind, Members, Node, WIDTH};
+use super::filter::{self, Verdicts};
+use super::ray::{FrameRay, Prepared};
+use crate::Counters;
+use crate::grid::{any_hit_by_reference, nearest_of};
+
+/// Trees deeper than this, which no common scene makes, walk with a stack on the heap.
+const USUAL_DEPTH: usize = 32;
+
+/// As many children may wait in a nearest-hit walk of the usual depth.
+const USUAL_PENDING: usize = 1 + USUAL_DEPTH * (WIDTH - 1);
+
+/// Room for the rounding of hit distances when subtrees behind the best hit are left out, in the
+/// frame's units and beside the grid's four margins: they lose digits at grazing incidence.
+const DISTANCE_ROOM: f64 = 1.0 / (1u64 << 21) as f64;
+
+impl Bvh {
+    /// Returns whether an opaque surface blocks the segment. Own rules have been asked before: they
+    /// block nothing here.
+    #[inline]
+    pub(crate) fn any_hit(
+        &self,
+        occluders: &Occluders,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> bool {
+        dispatch!(self.level, simd => self.any_hit_with(simd, occluders, segment, counters))
+    }
+
+    /// The whole of it, so that also the preparation has the wide registers.
+    #[inline(always)]
+    fn any_hit_with<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> bool {
+        match self.prepare(simd, segment) {
+            Prepared::Miss => false,
+            Prepared::Unfit => {
+                counters.intersections += occluders.surface_count() as u64;
+                any_hit_by_reference(occluders, segment)
+            }
+            Prepared::Ray(_) if self.nodes.is_empty() => false,
+            Prepared::Ray(ray) => {
+                let query = AnyHit {
+                    bvh: self,
+                    occluders,
+                    segment,
+                    ray: &ray,
+                    own: segment.start().surface,
+                };
+                if self.depth <= USUAL_DEPTH {
+                    query.walk(simd, &mut [Waiting::default(); USUAL_DEPTH], counters)
+                } else {
+                    query.walk_deep(simd, self.depth, counters)
+                }
+            }
+        }
+    }
+
+    /// Returns the nearest surface; ties go to the lowest id.
+    pub(crate) fn nearest(
+        &self,
+        occluders: &Occluders,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> Option<Hit> {
+        dispatch!(self.level, simd => self.nearest_with(simd, occluders, segment, counters))
+    }
+
+    #[inline(always)]
+    fn nearest_with<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> Option<Hit> {
+        match self.prepare(simd, segment) {
+            Prepared::Miss => None,
+            Prepared::Unfit => {
+                counters.intersections += occluders.surface_count() as u64;
+                nearest_of(occluders, occluders.surfaces(), segment, None)
+            }
+            Prepared::Ray(_) if self.nodes.is_empty() => None,
+            Prepared::Ray(ray) => {
+                let query = Nearest {
+                    bvh: self,
+                    occluders,
+                    segment,
+                    ray: &ray,
+                };
+                if self.depth <= USUAL_DEPTH {
+                    query.walk(simd, &mut [Ahead::default(); USUAL_PENDING], counters)
+                } else {
+                    query.walk_deep(simd, self.depth, counters)
+                }
+            }
+        }
+    }
+}
+
+/// Where the ray enters each child's box, and a bit for each child that it meets before `end`.
+#[inline(always)]
+fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) -> (f32x8<S>, u32) {
+    let crossings = |axis: usize| {
+        let inverse = f32x8::splat(simd, ray.inverse[axis]);
+        let offset = f32x8::splat(simd, ray.offset[axis]);
+        let low = f32x8::from_slice(simd, &node.planes[axis]).mul_sub(inverse, offset);
+        let high = f32x8::from_slice(simd, &node.planes[axis + 3]).mul_sub(inverse, offset);
+        (low.min(high), low.max(high))
+    };
+    let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) =
+        (crossings(0), crossings(1), crossings(2));
+    let near = near_x.max(near_y).max(near_z.max(f32x8::splat(simd, 0.0)));
+    let far = far_x.min(far_y).min(far_z.min(f32x8::splat(simd, end)));
+    (near, near.simd_le(far).to_bitmask() as u32)
+}
+
+/// A node whose children of the mask wait for their turn.
+#[derive(Clone, Copy, Debug, Default)]
+struct Waiting {
+    node: u32,
+    mask: u32,
+}
+
+struct AnyHit<'a> {
+    bvh: &'a Bvh,
+    occluders: &'a Occluders,
+    segment: &'a Segment,
+    ray: &'a FrameRay,
+    own: Option<SurfaceId>,
+}
+
+impl AnyHit<'_> {
+    #[inline(always)]
+    fn walk<S: Simd>(&self, simd: S, stack: &mut [Waiting], counters: &mut Counters) -> bool {
+        let (mut steps, mut tests) = (0u64, 0u64);
+        let is_blocked = self.walk_counting(simd, stack, &mut steps, &mut tests);
+        counters.steps += steps;
+        counters.intersections += tests;
+        is_blocked
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn walk_deep<S: Simd>(&self, simd: S, depth: usize, counters: &mut Counters) -> bool {
+        let stack = &mut vec![Waiting::default(); depth];
+        simd.vectorize(
+            #[inline(always)]
+            || self.walk(simd, stack, counters),
+        )
+    }
+
+    #[inline(always)]
+    fn walk_counting<S: Simd>(
+        &self,
+        simd: S,
+        stack: &mut [Waiting],
+        steps: &mut u64,
+        tests: &mut u64,
+    ) -> bool {
+        let mut height = 0;
+        let mut index = 0;
+        'nodes: loop {
+            *steps += 1;
+            let mut node = &self.bvh.nodes[index];
+            let (_, mut mask) = enters(simd, node, self.ray, self.ray.end);
+            loop {
+                if mask == 0 {
+                    // Up to the lowest node with a child left.
+                    if height == 0 {
+                        return false;
+                    }
+                    height -= 1;
+                    index = stack[height].node as usize;
+                    mask = stack[height].mask;
+                    node = &self.bvh.nodes[index];
+                }
+                let child = node.children[mask.trailing_zeros() as usize % WIDTH];
+                mask &= mask - 1;
+                if child.is_node() {
+                    if mask != 0 {
+                        stack[height] = Waiting {
+                            node: index as u32,
+                            mask,
+                        };
+                        height += 1;
+                    }
+                    index = child.index();
+                    continue 'nodes;
+                }
+                if self.is_blocked_in(simd, child, tests) {
+                    return true;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn is_blocked_in<S: Simd>(&self, simd: S, child: Child, tests: &mut u64) -> bool {
+        let (verdicts, members) = match child.kind() {
+            ChildKind::Triangles => {
+                let group = &self.bvh.triangles[child.index()];
+                (filter::triangles(simd, group, self.ray), &group.members)
+            }
+            ChildKind::Spheres => {
+                let group = &self.bvh.spheres[child.index()];
+                (filter::spheres(simd, group, self.ray), &group.members)
+            }
+            _ => {
+                *tests += 1;
+                return self.blocks(self.bvh.others[child.index()]);
+            }
+        };
+        *tests += u64::from(members.opaque.count_ones());
+        let possible = verdicts.possible & u32::from(members.opaque);
+        possible != 0
+            && self.is_blocked_by(
+                members,
+                Verdicts {
+                    possible,
+                    ..verdicts
+                },
+            )
+    }
+
+    /// Asks the rule about the lanes in doubt.
+    #[inline(never)]
+    fn is_blocked_by(&self, members: &Members, verdicts: Verdicts) -> bool {
+        // A sure hit needs no more, unless it is the start's own solid.
+        let sure = verdicts.sure & verdicts.possible & u32::from(members.whole);
+        let is_own = |surface: SurfaceId| {
+            self.own
+                .is_some_and(|own| own == surface || self.occluders.have_one_own_rule(own, surface))
+        };
+        lanes(sure).any(|lane| !is_own(members.surfaces[lane]))
+            || lanes(verdicts.possible & !sure).any(|lane| self.blocks(members.surfaces[lane]))
+    }
+
+    fn blocks(&self, surface: SurfaceId) -> bool {
+        self.own != Some(surface) && self.occluders.blocks(surface, self.segment)
+    }
+}
+
+/// The numbers of the bits set.
+fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let lane = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            lane
+        })
+    })
+}
+
+/// A child that the ray enters at a parameter.
+#[derive(Clone, Copy, Debug)]
+struct Ahead {
+    enters: f32,
+    child: Child,
+}
+
+impl Default for Ahead {
+    fn default() -> Self {
+        Self {
+            enters: 0.0,
+            child: Child::NONE,
+        }
+    }
+}
+
+struct Nearest<'a> {
+    bvh: &'a Bvh,
+    occluders: &'a Occluders,
+    segment: &'a Segment,
+    ray: &'a FrameRay,
+}
+
+impl Nearest<'_> {
+    #[inline(always)]
+    fn walk<S: Simd>(&self, simd: S, stack: &mut [Ahead], counters: &mut Counters) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        let mut end = self.ray.end;
+        stack[0] = Ahead {
+            enters: 0.0,
+            child: Child::new(ChildKind::Node, 0),
+        };
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let Ahead { enters, child } = stack[height];
+            if enters > end {
+                continue;
+            }
+            if !child.is_node() {
+                best = self.nearest_in(simd, child, best, counters);
+                end = self.end(best);
+                continue;
+            }
+            counters.steps += 1;
+            let node = &self.bvh.nodes[child.index()];
+            let (near, mask) = self::enters(simd, node, self.ray, end);
+            // The nearest on top.
+            let bottom = height;
+            for slot in lanes(mask) {
+                let ahead = Ahead {
+                    enters: near[slot],
+                    child: node.children[slot],
+                };
+                let mut place = height;
+                while place > bottom && stack[place - 1].enters < ahead.enters {
+                    stack[place] = stack[place - 1];
+                    place -= 1;
+                }
+                stack[place] = ahead;
+                height += 1;
+            }
+        }
+        best
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn walk_deep<S: Simd>(&self, simd: S, depth: usize, counters: &mut Counters) -> Option<Hit> {
+        let stack = &mut vec![Ahead::default(); 1 + depth * (WIDTH - 1)];
+        simd.vectorize(
+            #[inline(always)]
+            || self.walk(simd, stack, counters),
+        )
+    }
+
+    #[inline(always)]
+    fn nearest_in<S: Simd>(
+        &self,
+        simd: S,
+        child: Child,
+        best: Option<Hit>,
+        counters: &mut Counters,
+    ) -> Option<Hit> {
+        let (verdicts, members) = match child.kind() {
+            ChildKind::Triangles => {
+                let group = &self.bvh.triangles[child.index()];
+                (filter::triangles(simd, group, self.ray), &group.members)
+            }
+            ChildKind::Spheres => {
+                let group = &self.bvh.spheres[child.index()];
+                (filter::spheres(simd, group, self.ray), &group.members)
+            }
+            _ => {
+                counters.intersections += 1;
+                let surface = self.bvh.others[child.index()];
+                return nearest_of(self.occluders, [surface].into_iter(), self.segment, best);
+            }
+        };
+        counters.intersections += u64::from(members.present.count_ones());
+        let possible = verdicts.possible & u32::from(members.present);
+        if possible == 0 {
+            return best;
+        }
+        let surfaces = lanes(possible).map(|lane| members.surfaces[lane]);
+        nearest_of(self.occluders, surfaces, self.segment, best)
+    }
+
+    /// Returns where boxes no longer matter: beyond the best hit, by more than the rounding of
+    /// distances, so that ties are seen.
+    fn end(&self, best: Option<Hit>) -> f32 {
+        let Some(hit) = best else {
+            return self.ray.end;
+        };
+        let frame = &self.bvh.frame;
+        let along = (hit.distance - self.ray.entry) * self.ray.rate;
+        let far_rounding = hit.distance * self.ray.rate * 1e-15;
+        let end = along + 4.0 * frame.margin_in_frame + DISTANCE_ROOM + far_rounding;
+        (end as f32).next_up().min(self.ray.end)
+    }
+}
