@@ -23,14 +23,22 @@ impl LightShape {
         }
     }
 
-    /// Returns the same light, a tiny direction made longer by a power of two, which rounds nothing:
+    /// Returns the same light, a short direction made longer by a power of two, which rounds nothing:
     /// products with tiny directions lose bits, and their reciprocals overflow.
     pub(crate) fn without_underflow(self) -> Self {
-        const TINY: f64 = 2.409919865102884e-181; // 2^-600
-        const LONGER: f64 = 4.149515568880993e180; // 2^600
+        const SHORT: f64 = 1.0 / (1 << 30) as f64;
+        const MUCH_LONGER: f64 = 4.149515568880993e180; // 2^600
         match self {
-            Self::Direction(direction) if direction.abs().max_element() < TINY => {
-                Self::Direction(direction * LONGER)
+            Self::Direction(mut direction)
+                if direction.abs().max_element() < SHORT && direction != DVec3::ZERO =>
+            {
+                while direction.abs().max_element() < 1.0 / MUCH_LONGER {
+                    direction *= MUCH_LONGER;
+                }
+                while direction.abs().max_element() < SHORT {
+                    direction *= 1.0 / SHORT;
+                }
+                Self::Direction(direction)
             }
             light => light,
         }

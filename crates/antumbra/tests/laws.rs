@@ -360,7 +360,7 @@ fn grid_and_method_do_not_matter() {
 
 #[test]
 fn the_order_of_surfaces_does_not_matter() {
-    for seed in seeds(96) {
+    for seed in seeds(60) {
         let world = World::nasty(seed);
         let order = Random(seed).shuffled(world.elements.len());
         // Element `order[i]` is added as the `i`-th.
@@ -422,7 +422,7 @@ fn scaling_by_powers_of_two_changes_nothing() {
     // All signs are those of polynomials that are homogeneous in lengths.
     let mut checked = 0;
     let mut tried = 0;
-    for seed in seeds(96) {
+    for seed in seeds(60) {
         let world = World::nasty(seed);
         let before = world.answers();
         let random = &mut Random(seed);
@@ -466,7 +466,7 @@ fn scaling_by_powers_of_two_changes_nothing() {
 #[test]
 fn the_length_of_a_direction_does_not_matter() {
     let mut checked = 0;
-    for seed in seeds(96) {
+    for seed in seeds(60) {
         let mut world = World::nasty(seed);
         world
             .lights
@@ -508,14 +508,21 @@ fn dyadic_translations_change_nothing() {
     // the start that is moved along it go with the plane.
     let mut checked = 0;
     let mut tried = 0;
-    for seed in seeds(144) {
+    for seed in seeds(96) {
         let world = World::nasty(seed);
-        // A step of the size of the scene's own last bits, so that most sums are exact.
         let size = world.occluders().bounds().size().max_element();
         let step = 2f64.powi(size.log2().ceil() as i32);
+        // Rounded to the last bits that leave room to move, and no further off a surface than a
+        // start may be.
+        let last = step * 2f64.powi(-42);
+        let world = world.changed(&Change {
+            point: &|p| (p / last).round() * last,
+            vector: &|v| v,
+            length: 1.0,
+        });
         for by in [
             DVec3::new(1.0, -2.0, 0.5) * step,
-            DVec3::new(-64.0, 256.0, 1024.0) * step,
+            DVec3::new(-16.0, 64.0, 256.0) * step,
         ] {
             tried += world.starts.len() * world.lights.len();
             let (there, back) = (move |p: DVec3| p + by, move |p: DVec3| p - by);
@@ -573,7 +580,7 @@ fn dyadic_translations_change_nothing() {
         }
     }
     assert!(
-        checked * 10 > tried && checked > 5_000,
+        checked * 3 > tried * 2 && checked > 20_000,
         "only {checked} of {tried} answers were checked"
     );
 }
@@ -602,7 +609,7 @@ fn may_tie(shape: &Shape) -> bool {
 
 #[test]
 fn mirrors_change_nothing_but_the_winding() {
-    for seed in seeds(96) {
+    for seed in seeds(60) {
         let world = World::nasty(seed);
         let expected = world.answers();
         let mirror = [
@@ -627,7 +634,7 @@ fn mirrors_change_nothing_but_the_winding() {
 #[test]
 fn swapping_axes_changes_nothing_but_the_winding() {
     let (mut checked, mut tried) = (0, 0);
-    for seed in seeds(96) {
+    for seed in seeds(60) {
         let mut world = World::nasty(seed);
         tried += world.starts.len();
         let elements = world.elements.clone();
@@ -677,7 +684,7 @@ fn with_flipped_triangles(world: &World, answers: &[(bool, i8)]) -> Vec<(bool, i
 
 #[test]
 fn winding_decides_the_side_and_nothing_else() {
-    for seed in seeds(96) {
+    for seed in seeds(60) {
         let world = World::nasty(seed);
         let mut turned = world.clone();
         for (shape, _) in &mut turned.elements {
@@ -693,7 +700,7 @@ fn winding_decides_the_side_and_nothing_else() {
 
 #[test]
 fn transparent_surfaces_change_nothing() {
-    for seed in seeds(72) {
+    for seed in seeds(48) {
         let world = World::nasty(seed);
         let mut more = world.clone();
         // Every element of another scene and a twin of every own one, as glass: own rules of
@@ -713,7 +720,7 @@ fn doubling_surfaces_changes_nothing() {
     // A twin of the start's planar surface has the start in its plane (rule 2) and a twin of a
     // curved one shares its own rule; for other starts two surfaces with the same numbers give the
     // same bit. Nor does it matter which twin a start names.
-    for seed in seeds(72) {
+    for seed in seeds(48) {
         let world = World::nasty(seed);
         let expected = world.answers();
         let count = world.elements.len();
@@ -737,7 +744,7 @@ fn doubling_surfaces_changes_nothing() {
 fn removing_a_surface_that_blocks_nothing_changes_nothing() {
     // The answer is an "or" over surfaces: a start that is shadowed stays so when surfaces are
     // added, and one that is lit when surfaces are taken away, unless the start's own goes.
-    for seed in seeds(72) {
+    for seed in seeds(48) {
         let world = World::nasty(seed);
         let before = world.answers();
         let mut more = world.clone();
@@ -1000,11 +1007,11 @@ fn nasty_start(
 /// outside, on surfaces, contour edges and vertices in it, and on the border of shadows.
 #[test]
 fn occlusion_values_speak_the_truth() {
-    let per_light = if cfg!(debug_assertions) { 200 } else { 1200 };
+    let per_light = if cfg!(debug_assertions) { 150 } else { 500 };
     let mut decided = std::collections::HashMap::new();
     let mut asked = 0u64;
     let mut found = Vec::new();
-    for seed in seeds(96) {
+    for seed in seeds(84) {
         let world = World::nasty(seed);
         let random = &mut Random(seed ^ 0x5eed);
         let grid = random.pick(&[[2, 2, 2], [3, 4, 5], [6, 6, 6], [9, 2, 11], [16, 16, 16]]);
@@ -1065,6 +1072,56 @@ fn occlusion_values_speak_the_truth() {
     };
     let is_narrowed = std::env::var_os("ANTUMBRA_LAW_SEEDS").is_some();
     assert!(is_narrowed || asked >= enough, "only {asked}");
+}
+
+/// Seed 370 (CoplanarLayers): from 10^16 scene sizes away the rounding of where the walk enters the grid
+/// spans all of the grid.
+#[test]
+fn starts_very_far_away_are_walked_rightly_or_not_at_all() {
+    let (mut asked, mut blocked) = (0, 0);
+    for seed in seeds(36) {
+        let world = World::nasty(seed);
+        let random = &mut Random(seed ^ 0xfa4);
+        let grids = [[6, 6, 6], [2, 30, 9]];
+        let indices = grids
+            .map(|grid| [Method::Grid, Method::Voxel1990].map(|method| world.index(method, grid)));
+        for (light, shape) in world.lights.iter().enumerate() {
+            for _ in 0..60 {
+                let element = random.below(world.elements.len());
+                let through = point_of(&world.elements[element].0, shape, random);
+                let away = through - shape.towards(through) * 10f64.powf(random.real(0.0, 17.0));
+                if !away.is_finite() || away.abs().max_element() > 2f64.powi(100) {
+                    continue;
+                }
+                let start = Start {
+                    point: away,
+                    surface: None,
+                };
+                let expected = indices[0][0]
+                    .shadow_by_reference(&start, light)
+                    .expect("a fine query");
+                asked += 1;
+                blocked += usize::from(expected == Shadow::Shadowed);
+                for index in indices.iter().flatten() {
+                    let answer = index
+                        .shadow(&start, light, &mut Counters::default())
+                        .expect("a fine query");
+                    assert_eq!(
+                        answer.shadow,
+                        expected,
+                        "{}: {:?} {:?} {answer:?}: {start:?} light {shape:?}",
+                        world.label,
+                        index.method(),
+                        index.grid_resolution()
+                    );
+                }
+            }
+        }
+    }
+    assert!(
+        blocked * 5 > asked && blocked < asked,
+        "{blocked} of {asked}"
+    );
 }
 
 /// Rays that a mesh must not let through, and rays that tie.

@@ -115,10 +115,10 @@ fn null_one_holds_for_the_side_that_faces_the_light_only() {
         LightShape::Direction(DVec3::new(0.0, 0.6, 0.8)),
     ];
     let index = index_of(&occluders, &lights, Method::Voxel1990, [16; 3]);
-    for light in 0..2 {
+    for (light, shape) in lights.iter().enumerate() {
         let mut counts = [0; 2];
         for p in sphere_points(500) {
-            let is_facing = match lights[light] {
+            let is_facing = match *shape {
                 LightShape::Point(position) => p.dot(position - p) > 0.0,
                 LightShape::Direction(direction) => p.dot(direction) > 0.0,
             };

@@ -28,6 +28,18 @@ pub(crate) use segment_triangle::{plane_side, triangle_blocks, triangle_distance
 
 use crate::number::{Number, Sign};
 
+/// Returns a power of two that brings a length near 1, so that its fourth power keeps its bits: to
+/// scale lengths by it rounds nothing.
+fn near_one(largest: f64) -> f64 {
+    // The exponent's bits, so that no logarithm is needed for each hit.
+    let exponent = (largest.to_bits() >> 52) as i32 - 1023;
+    if largest.is_finite() && (-1022..=1022).contains(&exponent) {
+        2f64.powi(-exponent)
+    } else {
+        1.0
+    }
+}
+
 /// The signs that a quadratic form `A s^2 + 2 B s t + C t^2` takes for `s, t > 0`.
 #[derive(Clone, Copy, Debug)]
 struct SignsTaken {

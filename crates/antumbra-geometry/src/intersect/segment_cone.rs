@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{SignsTaken, signs_in_quadrant};
+use super::{SignsTaken, near_one, signs_in_quadrant};
 use crate::Cone;
 use crate::number::{Number, Point4, Sign, Vector, decide};
 use crate::segment::{Ends, Segment};
@@ -256,14 +256,53 @@ pub(crate) fn own_tube_blocks(cone: &Cone, segment: &Segment) -> bool {
     })
 }
 
+/// A cone and a segment's line, with lengths and direction brought near 1.
+struct Line {
+    cone: Cone,
+    axis: DVec3,
+    axis_length: f64,
+    from_base: DVec3,
+    direction: DVec3,
+    /// What distances are to be multiplied with.
+    unit: f64,
+}
+
+impl Line {
+    fn new(cone: &Cone, segment: &Segment) -> Self {
+        let (along, from_base) = (cone.apex - cone.base, segment.origin() - cone.base);
+        let direction = segment.direction();
+        let widest = cone.base_radius.max(cone.apex_radius);
+        let largest = along.abs().max(from_base.abs()).max_element().max(widest);
+        let length_scale = near_one(largest);
+        let direction_scale = near_one(direction.abs().max_element());
+        let along = along * length_scale;
+        Self {
+            cone: Cone {
+                base_radius: cone.base_radius * length_scale,
+                apex_radius: cone.apex_radius * length_scale,
+                ..*cone
+            },
+            axis: along / along.length(),
+            axis_length: along.length(),
+            from_base: from_base * length_scale,
+            direction: direction * direction_scale,
+            unit: direction_scale / length_scale,
+        }
+    }
+}
+
 /// Returns where a segment that goes into a closed cone, from its wall or from a cap, leaves the
 /// infinite cone; infinity if it stays in it.
 pub(crate) fn wall_exit(cone: &Cone, segment: &Segment, is_from_wall: bool) -> f64 {
-    let axis_length = (cone.apex - cone.base).length();
-    let axis = (cone.apex - cone.base) / axis_length;
+    let Line {
+        cone,
+        axis,
+        axis_length,
+        from_base,
+        direction,
+        unit,
+    } = Line::new(cone, segment);
     let slope = (cone.apex_radius - cone.base_radius) / axis_length;
-    let direction = segment.direction();
-    let from_base = segment.origin() - cone.base;
     // As in `cone_distance`: the form a t^2 + 2 b t + c is negative inside.
     let (z, dz) = (from_base.dot(axis), direction.dot(axis));
     let (off_axis, across): (DVec3, DVec3) = (from_base - axis * z, direction - axis * dz);
@@ -273,7 +312,7 @@ pub(crate) fn wall_exit(cone: &Cone, segment: &Segment, is_from_wall: bool) -> f
     if is_from_wall {
         // One root is the start itself.
         return if a > 0.0 {
-            (-2.0 * half_b / a).max(0.0)
+            (-2.0 * half_b / a).max(0.0) * unit
         } else {
             f64::INFINITY
         };
@@ -283,9 +322,9 @@ pub(crate) fn wall_exit(cone: &Cone, segment: &Segment, is_from_wall: bool) -> f
     if discriminant < 0.0 {
         f64::INFINITY
     } else if half_b > 0.0 {
-        -c / (half_b + discriminant.sqrt())
+        -c / (half_b + discriminant.sqrt()) * unit
     } else if a > 0.0 {
-        (discriminant.sqrt() - half_b) / a
+        (discriminant.sqrt() - half_b) / a * unit
     } else {
         f64::INFINITY
     }
@@ -294,11 +333,15 @@ pub(crate) fn wall_exit(cone: &Cone, segment: &Segment, is_from_wall: bool) -> f
 /// Returns the distance of the nearest crossing with the wall, in lengths of the segment's
 /// direction, once the rule has found one; for the own surface the start itself does not count.
 pub(crate) fn cone_distance(cone: &Cone, segment: &Segment, is_own: bool) -> f64 {
-    let axis_length = (cone.apex - cone.base).length();
-    let axis = (cone.apex - cone.base) / axis_length;
+    let Line {
+        cone,
+        axis,
+        axis_length,
+        from_base,
+        direction,
+        unit,
+    } = Line::new(cone, segment);
     let slope = (cone.apex_radius - cone.base_radius) / axis_length;
-    let direction = segment.direction();
-    let from_base = segment.origin() - cone.base;
     // |q_perp + t d_perp|^2 = (r(z) + t slope d_z)^2
     let (z, dz) = (from_base.dot(axis), direction.dot(axis));
     let (off_axis, across): (DVec3, DVec3) = (from_base - axis * z, direction - axis * dz);
@@ -307,7 +350,7 @@ pub(crate) fn cone_distance(cone: &Cone, segment: &Segment, is_own: bool) -> f64
     let half_b = off_axis.dot(across) - radius * slope * dz;
     let c = off_axis.length_squared() - radius * radius;
     if is_own {
-        return (-2.0 * half_b / a).max(0.0);
+        return (-2.0 * half_b / a).max(0.0) * unit;
     }
     let root = (half_b * half_b - a * c).max(0.0).sqrt();
     let q = -(half_b + root.copysign(half_b));
@@ -333,5 +376,9 @@ pub(crate) fn cone_distance(cone: &Cone, segment: &Segment, is_own: bool) -> f64
     } else {
         far
     };
-    if best.is_finite() { best.max(0.0) } else { 0.0 }
+    if best.is_finite() {
+        best.max(0.0) * unit
+    } else {
+        0.0
+    }
 }

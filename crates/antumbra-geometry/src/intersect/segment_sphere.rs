@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::signs_in_quadrant;
+use super::{near_one, signs_in_quadrant};
 use crate::Sphere;
 use crate::number::{Number, Point4, Sign, UNIT_ROUNDOFF, Vector, decide};
 use crate::segment::{Ends, Segment};
@@ -155,16 +155,21 @@ pub(crate) fn own_sphere_blocks(sphere: &Sphere, segment: &Segment) -> bool {
 pub(crate) fn sphere_distance(sphere: &Sphere, segment: &Segment, is_own: bool) -> f64 {
     let from_center = segment.origin() - sphere.center;
     let direction = segment.direction();
+    let length_scale = near_one(from_center.abs().max_element().max(sphere.radius));
+    let direction_scale = near_one(direction.abs().max_element());
+    let (from_center, radius) = (from_center * length_scale, sphere.radius * length_scale);
+    let direction = direction * direction_scale;
+    let unscaled = |distance: f64| distance.max(0.0) * direction_scale / length_scale;
     let a = direction.length_squared();
     let half_b = from_center.dot(direction);
-    let c = from_center.length_squared() - sphere.radius * sphere.radius;
+    let c = from_center.length_squared() - radius * radius;
     if is_own {
         // One root is the start itself.
-        return (-2.0 * half_b / a).max(0.0);
+        return unscaled(-2.0 * half_b / a);
     }
     // Distance of the centre from the line, without the cancellation of b^2 - ac.
     let closest = from_center - direction * (half_b / a);
-    let half_chord_squared = sphere.radius * sphere.radius - closest.length_squared();
+    let half_chord_squared = radius * radius - closest.length_squared();
     let root = (half_chord_squared.max(0.0) * a).sqrt();
     let q = -(half_b + root.copysign(half_b));
     let (near, far) = if half_b > 0.0 {
@@ -172,5 +177,5 @@ pub(crate) fn sphere_distance(sphere: &Sphere, segment: &Segment, is_own: bool) 
     } else {
         (c / q, q / a)
     };
-    (if c >= 0.0 { near } else { far }).max(0.0)
+    unscaled(if c >= 0.0 { near } else { far })
 }

@@ -116,14 +116,14 @@ pub fn write_obj(
     Ok(notes)
 }
 
-/// Returns a name that reads back as it is: one line, no white space around it, no `#` that would
-/// begin a comment, no `\` that would continue the line.
+/// Returns a name that reads back as it is: one line of text, no white space around it, no `#` that
+/// would begin a comment, no `\` that would continue the line.
 fn plain_name(name: &str) -> String {
     let mut plain = String::with_capacity(name.len());
     let mut begins_word = true;
     for c in name.trim_ascii().chars() {
-        let is_fine = !matches!(c, '\n' | '\r') && !(c == '#' && begins_word);
-        plain.push(if is_fine { c } else { '_' });
+        let is_bad = matches!(c, '\n' | '\r' | '\0') || (c == '#' && begins_word);
+        plain.push(if is_bad { '_' } else { c });
         begins_word = c.is_ascii_whitespace();
     }
     if plain.ends_with('\\') {

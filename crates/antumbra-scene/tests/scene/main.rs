@@ -10,6 +10,7 @@ mod malformed;
 mod nff;
 mod obj;
 mod ply;
+mod ply_errors;
 mod round_trip;
 mod shared;
 mod stl;

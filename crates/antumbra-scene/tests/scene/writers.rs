@@ -190,6 +190,16 @@ fn names_with_white_space_inside_are_kept() {
     assert_eq!(second.scene, first.scene);
 }
 
+/// Found by fuzzing: a zero byte in the name of an STL's solid made the OBJ no text.
+#[test]
+fn names_with_a_zero_byte_are_changed() {
+    let mut scene = random_scene(&mut Random(2));
+    scene.objects[0].name = "a\0b".into();
+    let (loaded, notes) = obj_of(&scene);
+    assert_eq!(loaded.scene.objects[0].name, "a_b");
+    assert!(notes.contains(&"OBJ cannot say the names of 1 objects: they are changed".into()));
+}
+
 #[test]
 fn wide_faces_have_wide_counts() {
     let vertex = |i: usize| DVec3::new(i as f64, (i * i) as f64, 0.0);

@@ -38,10 +38,18 @@ pub(crate) fn any_hit_by_reference(occluders: &Occluders, segment: &Segment) -> 
 }
 
 impl Grid {
-    /// Returns whether the rounded start is near enough to the exact one to be walked from. It is
-    /// not for starts that lie far off the plane of a needle-thin triangle.
+    /// Returns whether a walk from the rounded start stays near enough to the exact segment. It
+    /// does not for starts that lie far off the plane of a needle-thin triangle, nor from hundreds
+    /// of scene sizes away, where the rounding of the distance at which the grid is entered is
+    /// more than the margin.
     pub(crate) fn can_walk(&self, segment: &Segment) -> bool {
-        segment.origin_error() <= 0.25 * self.layout.margin
+        let bounds = &self.layout.bounds;
+        let origin = segment.origin();
+        let is_near = bounds.contains(origin) || {
+            let distance = (origin - bounds.center()).abs().max_element();
+            2.0 * f64::EPSILON * distance <= 0.25 * self.layout.margin
+        };
+        is_near && segment.origin_error() <= 0.25 * self.layout.margin
     }
 
     /// Returns whether an opaque surface of a voxel blocks the segment.

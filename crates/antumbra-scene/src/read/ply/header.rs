@@ -8,6 +8,8 @@ use std::{collections::HashSet, path::Path};
 
 use crate::error::{Place, ReadError, ReadErrorKind, quoted};
 
+use super::lines::{Lines, Words};
+
 /// More elements, or properties of one element, than this are refused: no real file has them,
 /// and each element of a body costs time for each of its properties.
 const MOST_NAMES: usize = 1024;
@@ -137,7 +139,7 @@ pub(super) fn read_header<'a>(file: &Path, bytes: &'a [u8]) -> Result<Header<'a>
         names: HashSet::new(),
     };
     while let Some(line) = lines.next() {
-        let number = lines.line;
+        let number = lines.number();
         let mut words = Words::of(line);
         match words.next().unwrap_or_default() {
             b"" | b"comment" | b"obj_info" => {}
@@ -149,7 +151,7 @@ pub(super) fn read_header<'a>(file: &Path, bytes: &'a [u8]) -> Result<Header<'a>
                 return Ok(Header {
                     encoding,
                     elements: reader.elements,
-                    body_start: bytes.len() - lines.rest.len(),
+                    body_start: bytes.len() - lines.bytes_left(),
                     body_line: number.saturating_add(1),
                 });
             }
@@ -165,7 +167,7 @@ pub(super) fn read_header<'a>(file: &Path, bytes: &'a [u8]) -> Result<Header<'a>
     let found = "the end of the file";
     Err(expected(
         file,
-        lines.line,
+        lines.number(),
         "",
         "`end_header`",
         found,
@@ -391,62 +393,5 @@ fn error(file: &Path, line: u32, kind: ReadErrorKind) -> ReadError {
         file: file.to_path_buf(),
         place: Place::Line(line),
         kind,
-    }
-}
-
-/// The words of a line.
-struct Words<'a>(&'a [u8]);
-
-impl<'a> Words<'a> {
-    fn of(line: &'a [u8]) -> Self {
-        Self(line)
-    }
-}
-
-impl<'a> Iterator for Words<'a> {
-    type Item = &'a [u8];
-
-    fn next(&mut self) -> Option<&'a [u8]> {
-        let rest = self.0.trim_ascii_start();
-        let end = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        self.0 = rest;
-        (!word.is_empty()).then_some(word)
-    }
-}
-
-/// The lines of a header. Which line break it uses is decided by the first, so that a binary
-/// body after a lone `\r` may begin with the byte of `\n`.
-struct Lines<'a> {
-    rest: &'a [u8],
-    line: u32,
-    is_lone_return: bool,
-}
-
-impl<'a> Lines<'a> {
-    fn new(bytes: &'a [u8]) -> Self {
-        let end = bytes.iter().position(|&b| b == b'\n' || b == b'\r');
-        let is_lone_return =
-            end.is_some_and(|at| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n'));
-        Self {
-            rest: bytes,
-            line: 0,
-            is_lone_return,
-        }
-    }
-
-    fn next(&mut self) -> Option<&'a [u8]> {
-        if self.rest.is_empty() {
-            return None;
-        }
-        self.line = self.line.saturating_add(1);
-        let mark = if self.is_lone_return { b'\r' } else { b'\n' };
-        let end = self.rest.iter().position(|&b| b == mark);
-        let line = &self.rest[..end.unwrap_or(self.rest.len())];
-        self.rest = end.map_or(&[], |end| &self.rest[end + 1..]);
-        Some(line.strip_suffix(b"\r").unwrap_or(line))
     }
 }

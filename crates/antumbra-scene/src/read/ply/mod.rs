@@ -14,7 +14,9 @@
 //! This is no use of the crate `ply-rs-bw`: its errors have no byte offsets in binary files.
 
 mod body;
+mod columns;
 mod header;
+mod lines;
 
 use std::path::Path;
 
@@ -33,7 +35,8 @@ use super::{
     text::{LARGEST_COORDINATE, check_bytes},
 };
 use body::{Ascii, Binary, Body, Fault};
-use header::{Element, Encoding, Header, PropertyKind, is_index_list, read_header};
+use columns::{index_list, vertex_slots, warn_unused};
+use header::{Element, Encoding, Header, PropertyKind, read_header};
 
 /// Reads PLY from bytes. `file` is only a name for messages.
 ///
@@ -92,77 +95,6 @@ pub fn read_ply(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Load
         scene,
         warnings: warnings.finish(),
     })
-}
-
-/// Names the elements and properties that are not used.
-fn warn_unused(header: &Header<'_>, warnings: &mut WarningLog) {
-    for element in header.elements.iter().filter(|e| e.count > 0) {
-        let place = Place::Line(element.line);
-        let unused: Vec<_> = match element.name {
-            "vertex" => {
-                let slots = vertex_slots(element);
-                let unused = element.properties.iter().zip(&slots);
-                let unused = unused.filter(|(_, slot)| slot.is_none());
-                unused.map(|(property, _)| property.name).collect()
-            }
-            "face" => {
-                let used = index_list(element);
-                let unused = element.properties.iter().enumerate();
-                let unused = unused.filter(|(index, _)| Some(*index) != used);
-                unused.map(|(_, property)| property.name).collect()
-            }
-            name => {
-                let message = format!("element {} is not read", quoted(name));
-                warnings.add(place, message);
-                continue;
-            }
-        };
-        if unused.is_empty() {
-            continue;
-        }
-        const LISTED: usize = 8;
-        let listed: Vec<_> = unused
-            .iter()
-            .take(LISTED)
-            .map(|name| quoted(name))
-            .collect();
-        let more = match unused.len().saturating_sub(LISTED) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let message = format!(
-            "properties of `{}` that are not read: {}{more}",
-            element.name,
-            listed.join(", ")
-        );
-        warnings.add(place, message);
-    }
-}
-
-/// Returns for each property of `vertex` where its number goes: 0 to 2 the position, 3 to 5 the
-/// normal.
-fn vertex_slots(element: &Element<'_>) -> Vec<Option<usize>> {
-    const NAMES: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
-    let is_scalar = |name: &&str| {
-        element
-            .position(name)
-            .is_some_and(|index| matches!(element.properties[index].kind, PropertyKind::Scalar(_)))
-    };
-    let names = if NAMES[3..].iter().all(is_scalar) {
-        &NAMES[..]
-    } else {
-        &NAMES[..3]
-    };
-    let slot = |name| names.iter().position(|&n| n == name);
-    element.properties.iter().map(|p| slot(p.name)).collect()
-}
-
-/// Returns which property of `face` lists the corners.
-fn index_list(element: &Element<'_>) -> Option<usize> {
-    element
-        .properties
-        .iter()
-        .position(|p| is_index_list(p.name))
 }
 
 /// Where in the file the numbers come from: for messages.
