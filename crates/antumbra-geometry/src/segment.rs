@@ -136,16 +136,6 @@ impl Segment {
         }
     }
 
-    /// Returns the same from the start's point as given, which is off by as much as the start's surface
-    /// moves it, and known sooner.
-    pub fn direction_from_point(&self) -> DVec3 {
-        if self.light.1 == 0.0 {
-            self.light.0
-        } else {
-            self.light.0 - self.start.point
-        }
-    }
-
     /// Returns what rounding took from [`Segment::direction`]: the two together are exact.
     pub fn direction_tail(&self) -> DVec3 {
         if self.light.1 == 0.0 {
@@ -307,6 +297,29 @@ impl StartSurface {
 struct Estimate {
     height: Approximate,
     slope: Approximate,
+}
+
+/// Returns a bound on how far, in any coordinate, the start on a triangle lies from its point as given,
+/// for points that lie over the triangle; infinity where that is in doubt. As [`estimate_on_triangle`],
+/// cheaper: bounds for all three components of the normal at once.
+#[inline]
+pub(crate) fn largest_move_onto(point: DVec3, corners: [DVec3; 3], axis: usize) -> f64 {
+    if flat::largest_move(point, corners, axis) != 0.0 {
+        return f64::INFINITY;
+    }
+    let [a, b, c] = corners;
+    let (ab, ac, seen) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let largest = |v: DVec3| v.abs().max_element();
+    let size = 2.0 * largest(ab) * largest(ac);
+    let error = 10.0 * UNIT_ROUNDOFF * size;
+    let height = normal.dot(seen).abs()
+        + error * seen.abs().element_sum()
+        + f64::MIN_POSITIVE * (1.0 + seen.abs().element_sum());
+    let slope = normal.to_array()[axis].abs() - error - f64::MIN_POSITIVE;
+    let bound = height / slope * (1.0 + 8.0 * f64::EPSILON);
+    // Not for NaN.
+    if slope > 0.0 { bound } else { f64::INFINITY }
 }
 
 /// The hot part of preparing a segment, so in plain `f64` with one bound for each sum.

@@ -415,18 +415,24 @@ impl ShadowIndex {
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.check_query(start, light)?;
-        let segment = self.occluders.segment(start, &self.lights[light]);
         let (occluders, grid) = (&*self.occluders, &self.grid);
-        let answer = match self.method {
-            Method::Voxel1990 => {
-                shadow::by_voxel_1990(occluders, grid, &self.values[light], &segment, counters)
+        let answer = match (self.method, &self.bvh) {
+            (Method::Bvh, Some(bvh)) => {
+                shadow::by_bvh(occluders, bvh, start, &self.lights[light], counters)
             }
-            Method::Grid => shadow::by_grid(occluders, grid, &segment, counters),
-            Method::Bvh => match &self.bvh {
-                Some(bvh) => shadow::by_bvh(occluders, bvh, &segment, counters),
-                None => shadow::by_reference(occluders, &segment, counters),
-            },
-            Method::Naive => shadow::by_reference(occluders, &segment, counters),
+            (method, _) => {
+                let segment = occluders.segment(start, &self.lights[light]);
+                match method {
+                    Method::Voxel1990 => {
+                        let values = &self.values[light];
+                        shadow::by_voxel_1990(occluders, grid, values, &segment, counters)
+                    }
+                    Method::Grid => shadow::by_grid(occluders, grid, &segment, counters),
+                    Method::Bvh | Method::Naive => {
+                        shadow::by_reference(occluders, &segment, counters)
+                    }
+                }
+            }
         };
         counters.shadow.count(answer);
         Ok(answer)

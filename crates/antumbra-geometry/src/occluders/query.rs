@@ -10,7 +10,7 @@ use crate::intersect::{
     triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
 };
 use crate::number::Sign;
-use crate::segment::{Plane, Segment, StartSurface};
+use crate::segment::{Plane, Segment, StartSurface, largest_move_onto};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
 use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
 
@@ -37,6 +37,32 @@ impl Occluders {
         };
         // Distances are in lengths of the direction.
         self.segment_as_given(&start, &LightShape::Direction(ray.direction))
+    }
+
+    /// Returns a bound on how far, in any coordinate, the exact start (EXACTNESS.md, "The start") lies
+    /// from its point as given; infinity where only [`Occluders::segment`] can tell.
+    #[inline]
+    pub fn start_offset(&self, start: &Start) -> f64 {
+        let Some(surface) = start.surface else {
+            return 0.0;
+        };
+        match self.surface(surface) {
+            Surface::Triangle(triangle) if triangle.axis == NO_AXIS => 0.0,
+            Surface::Triangle(triangle) => {
+                let corners = self.positions_of(triangle);
+                largest_move_onto(start.point, corners, usize::from(triangle.axis))
+            }
+            Surface::Curved(curved) => match curved.shape {
+                CurvedShape::Sphere(_) | CurvedShape::Tube(_) => 0.0,
+                CurvedShape::Cap(..) | CurvedShape::Disk(..) => f64::INFINITY,
+            },
+        }
+    }
+
+    /// Returns whether a surface has an own rule (EXACTNESS.md, "Which surfaces block"): curved ones.
+    #[inline]
+    pub fn has_own_rule(&self, surface: SurfaceId) -> bool {
+        matches!(self.surface(surface), Surface::Curved(_))
     }
 
     /// Returns whether an opaque surface blocks the segment (EXACTNESS.md, "Which surfaces block").

@@ -1,23 +1,17 @@
-//! Building the tree: obvhs's binary tree, cut into a tree of eight children.
+//! Building the tree: the binary tree, cut into a tree of eight children.
 //!
 //! Which subtrees become children of one node, and which become groups of shapes, minimises the
 //! expected cost of a ray (surface area heuristic), by dynamic programming over the binary tree
 //! (Ylitie et al. 2017, section 3). One thread, no hashing, no clock: the tree is a function of the
 //! scene.
 
-use std::time::Duration;
-
-use antumbra_geometry::{Bounds, DVec3, Occluders, SurfaceId};
-use fearless_simd::Level;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams};
-
+use super::binary::{Binary, FrameBox};
 use super::data::{
     Bvh, Child, ChildKind, Frame, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH,
 };
-use super::ray::{FilterBounds, PLANE_ROOM, USUAL_ORIGIN_ERROR};
+use super::ray::{FilterBounds, USUAL_ORIGIN_ERROR};
+use antumbra_geometry::{Occluders, SurfaceId};
+use fearless_simd::Level;
 
 /// Cost of visiting a node, in units of testing a group of shapes. Measured together with the build
 /// setting; the optimum is flat.
@@ -50,14 +44,7 @@ impl Bvh {
         if boxes.is_empty() {
             return bvh;
         }
-        let params = BvhBuildParams {
-            // Groups are ours to form.
-            max_prims_per_leaf: 1,
-            // Twice the library's medium: a tenth fewer nodes on the way, a quarter more time to build.
-            reinsertion_batch_ratio: 0.1,
-            ..BvhBuildParams::medium_build()
-        };
-        let binary = build_bvh2(&boxes, params, &mut Duration::default());
+        let binary = Binary::new(&boxes);
         let plan = Plan::new(occluders, &binary);
         Writer {
             occluders,
@@ -66,31 +53,6 @@ impl Bvh {
         }
         .write();
         bvh
-    }
-}
-
-/// A surface's box in the frame's units, moved outwards.
-#[derive(Clone, Copy, Debug)]
-struct FrameBox {
-    min: [f32; 3],
-    max: [f32; 3],
-}
-
-impl FrameBox {
-    fn new(frame: &Frame, bounds: &Bounds) -> Self {
-        let room = DVec3::splat(frame.margin_in_frame + PLANE_ROOM);
-        let min = frame.from_world(bounds.min) - room;
-        let max = frame.from_world(bounds.max) + room;
-        Self {
-            min: min.to_array().map(|x| (x as f32).next_down()),
-            max: max.to_array().map(|x| (x as f32).next_up()),
-        }
-    }
-}
-
-impl Boundable for FrameBox {
-    fn aabb(&self) -> Aabb {
-        Aabb::new(self.min.into(), self.max.into())
     }
 }
 
@@ -105,7 +67,7 @@ enum Content {
 
 /// For each node of the binary tree how its subtree is cut best.
 struct Plan<'a> {
-    binary: &'a Bvh2,
+    binary: &'a Binary,
     /// Cheapest cost of the subtree as at most `i + 1` children of a wide node.
     costs: Vec<[f32; WIDTH]>,
     /// How many of `i + 1` children the left side takes; 0: one child fewer is as good, or, for a
@@ -118,7 +80,7 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(occluders: &Occluders, binary: &'a Bvh2) -> Self {
+    fn new(occluders: &Occluders, binary: &'a Binary) -> Self {
         let count = binary.nodes.len();
         let mut plan = Self {
             binary,
@@ -144,20 +106,17 @@ impl<'a> Plan<'a> {
     }
 
     fn children(&self, node: usize) -> Option<[usize; 2]> {
-        let node = &self.binary.nodes[node];
-        let first = node.first_index as usize;
-        (!node.is_leaf()).then_some([first, first + 1])
+        self.binary.nodes[node].children()
     }
 
-    fn surface(&self, leaf: usize) -> SurfaceId {
-        let place = self.binary.nodes[leaf].first_index;
-        SurfaceId(self.binary.primitive_indices[place as usize])
+    fn bounds(&self, node: usize) -> &FrameBox {
+        &self.binary.nodes[node].bounds
     }
 
     fn decide(&mut self, occluders: &Occluders, node: usize) {
-        let area = self.binary.nodes[node].aabb().half_area();
+        let area = self.bounds(node).half_area();
         let Some([left, right]) = self.children(node) else {
-            let surface = self.surface(node);
+            let surface = self.binary.nodes[node].surface();
             let (content, cost) = if occluders.triangle_positions(surface).is_some() {
                 (Content::Triangles, GROUP_COST)
             } else if occluders.sphere(surface).is_some() {
@@ -271,7 +230,7 @@ impl Writer<'_> {
             }
             let mut children = self.plan.wide_children(binary);
             // Leaves first; then those that a ray hits most likely.
-            let area = |node: usize| self.plan.binary.nodes[node].aabb().half_area();
+            let area = |node: usize| self.plan.bounds(node).half_area();
             children.sort_by(|&a, &b| {
                 let is_node = |node: usize| !self.plan.is_group[node];
                 is_node(a)
@@ -284,7 +243,7 @@ impl Writer<'_> {
             };
             let first_pending = pending.len();
             for (slot, &child) in children.iter().enumerate() {
-                let bounds = self.plan.binary.nodes[child].aabb();
+                let bounds = self.plan.bounds(child);
                 for axis in 0..3 {
                     node.planes[axis][slot] = bounds.min[axis];
                     node.planes[axis + 3][slot] = bounds.max[axis];
@@ -310,7 +269,7 @@ impl Writer<'_> {
         while let Some(node) = pending.pop() {
             match self.plan.children(node) {
                 Some(children) => pending.extend(children),
-                None => surfaces.push(self.plan.surface(node)),
+                None => surfaces.push(self.plan.binary.nodes[node].surface()),
             }
         }
         surfaces.sort_unstable();

@@ -27,7 +27,7 @@
 //!    `2^-39`, by 3 the interval that the walk computes for each axis holds `t`.
 //! 5. *Ends.* `0 <= t <= end` with `end` rounded up. So the intervals overlap, and the box is visited.
 
-use antumbra_geometry::{DVec3, Segment};
+use antumbra_geometry::{DVec3, LightShape, Segment};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f64x4};
 
@@ -124,17 +124,27 @@ impl FilterBounds {
 pub(super) const USUAL_ORIGIN_ERROR: f64 = 1.0 / (1u64 << 32) as f64;
 
 impl Bvh {
-    /// Returns the segment as the tree sees it.
+    /// Returns a segment as the tree sees it: from `point`, the exact start being at most `offset` away,
+    /// to a light. `segment` gives the segment itself, which starts from outside need.
     #[inline(always)]
-    pub(super) fn prepare<S: Simd>(&self, simd: S, segment: &Segment) -> Prepared {
+    pub(super) fn prepare<S: Simd>(
+        &self,
+        simd: S,
+        point: DVec3,
+        offset: f64,
+        light: &LightShape,
+        segment: impl Fn() -> Segment,
+    ) -> Prepared {
         let frame = &self.frame;
-        let point = segment.start().point;
-        let direction = segment.direction_from_point();
+        let (light, is_finite) = match *light {
+            LightShape::Point(light) => (light, true),
+            LightShape::Direction(direction) => (direction, false),
+        };
+        let direction = if is_finite { light - point } else { light };
         let length = direction.abs().max_element();
         // Not for starts that lie far off the plane of a needle-thin triangle, nor for lengths whose
         // reciprocal overflows; a NaN among the components is one in the sum.
-        let moved = (segment.origin() - point).abs().max_element() + segment.origin_error();
-        let is_fit = moved <= 0.25 * frame.margin
+        let is_fit = offset <= 0.25 * frame.margin
             && length >= 1e-290
             && length <= 1e290
             && !direction.element_sum().is_nan();
@@ -146,7 +156,7 @@ impl Bvh {
         let mut entry = 0.0;
         if !origin.abs().simd_le(INSIDE).all_true() {
             let place = DVec3::new(origin[0], origin[1], origin[2]);
-            match enter(frame, segment, place, segment.direction()) {
+            match enter(frame, &segment(), place) {
                 Entry::At(parameter, place) => (entry, origin) = (parameter, lanes(place)),
                 Entry::Never => return Prepared::Miss,
                 Entry::Unfit => return Prepared::Unfit,
@@ -157,13 +167,13 @@ impl Bvh {
         let exponent = length.to_bits() >> 52;
         let to_unit = f64::from_bits((2046 - exponent) << 52);
         let rate = frame.scale * f64::from_bits(exponent << 52);
-        let light = if segment.is_finite() {
+        let light = if is_finite {
             ((1.0 - entry) * rate).min(FARTHEST)
         } else {
             FARTHEST
         };
         let end = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
-        let origin_error = to_unit * moved;
+        let origin_error = to_unit * offset;
         let bounds = if origin_error <= USUAL_ORIGIN_ERROR {
             self.usual_bounds
         } else {
@@ -208,7 +218,8 @@ enum Entry {
 
 /// Returns where a segment from outside enters the frame.
 #[cold]
-fn enter(frame: &Frame, segment: &Segment, origin: DVec3, direction: DVec3) -> Entry {
+fn enter(frame: &Frame, segment: &Segment, origin: DVec3) -> Entry {
+    let direction = segment.direction();
     let distance = origin.abs().max_element();
     if !(distance <= FARTHEST_START) {
         return Entry::Unfit;

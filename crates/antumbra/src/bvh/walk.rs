@@ -1,6 +1,6 @@
 //! Any-hit and nearest-hit through the tree.
 
-use antumbra_geometry::{Hit, Occluders, Segment, SurfaceId};
+use antumbra_geometry::{Hit, LightShape, Occluders, Segment, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8};
 
@@ -21,41 +21,49 @@ const USUAL_PENDING: usize = 1 + USUAL_DEPTH * (WIDTH - 1);
 const DISTANCE_ROOM: f64 = 1.0 / (1u64 << 21) as f64;
 
 impl Bvh {
-    /// Returns whether an opaque surface blocks the segment. Own rules have been asked before: they
-    /// block nothing here.
+    /// Returns whether an opaque surface blocks the segment from a start to a light. Own rules have
+    /// been asked before: they block nothing here.
     #[inline]
     pub(crate) fn any_hit(
         &self,
         occluders: &Occluders,
-        segment: &Segment,
+        start: &Start,
+        light: &LightShape,
         counters: &mut Counters,
     ) -> bool {
-        dispatch!(self.level, simd => self.any_hit_with(simd, occluders, segment, counters))
+        let question = Question {
+            occluders,
+            start,
+            light,
+        };
+        dispatch!(self.level, simd => self.any_hit_with(simd, &question, counters))
     }
 
     /// The whole of it, so that also the preparation has the wide registers.
     #[inline(always)]
-    fn any_hit_with<S: Simd>(
-        &self,
-        simd: S,
-        occluders: &Occluders,
-        segment: &Segment,
-        counters: &mut Counters,
-    ) -> bool {
-        match self.prepare(simd, segment) {
+    fn any_hit_with<S: Simd>(&self, simd: S, question: &Question, counters: &mut Counters) -> bool {
+        let Question {
+            occluders,
+            start,
+            light,
+        } = *question;
+        // The segment itself is for the exact rule: most queries do without.
+        let mut offset = occluders.start_offset(start);
+        if offset == f64::INFINITY {
+            offset = question.offset();
+        }
+        match self.prepare(simd, start.point, offset, light, || question.segment()) {
             Prepared::Miss => false,
             Prepared::Unfit => {
                 counters.intersections += occluders.surface_count() as u64;
-                any_hit_by_reference(occluders, segment)
+                any_hit_by_reference(occluders, &question.segment())
             }
             Prepared::Ray(_) if self.nodes.is_empty() => false,
             Prepared::Ray(ray) => {
                 let query = AnyHit {
                     bvh: self,
-                    occluders,
-                    segment,
+                    question,
                     ray: &ray,
-                    own: segment.start().surface,
                 };
                 if self.depth <= USUAL_DEPTH {
                     query.walk(simd, &mut [Waiting::default(); USUAL_DEPTH], counters)
@@ -84,14 +92,16 @@ impl Bvh {
         segment: &Segment,
         counters: &mut Counters,
     ) -> Option<Hit> {
-        match self.prepare(simd, segment) {
-            Prepared::Miss => None,
-            Prepared::Unfit => {
-                counters.intersections += occluders.surface_count() as u64;
-                nearest_of(occluders, occluders.surfaces(), segment, None)
-            }
+        let point = segment.start().point;
+        let offset = offset(segment);
+        let light = LightShape::Direction(segment.direction());
+        // From afar, distances are rounded by more than the room that the walk leaves behind a hit.
+        let distance = self.frame.from_world(point).abs().max_element();
+        let is_near = 2.0 * f64::EPSILON * distance <= 0.25 * self.frame.margin_in_frame;
+        match self.prepare(simd, point, offset, &light, || segment.clone()) {
+            Prepared::Miss if is_near => None,
             Prepared::Ray(_) if self.nodes.is_empty() => None,
-            Prepared::Ray(ray) => {
+            Prepared::Ray(ray) if is_near => {
                 let query = Nearest {
                     bvh: self,
                     occluders,
@@ -103,6 +113,10 @@ impl Bvh {
                 } else {
                     query.walk_deep(simd, self.depth, counters)
                 }
+            }
+            _ => {
+                counters.intersections += occluders.surface_count() as u64;
+                nearest_of(occluders, occluders.surfaces(), segment, None)
             }
         }
     }
@@ -125,6 +139,35 @@ fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) -> (f32x8<S>,
     (near, near.simd_le(far).to_bitmask() as u32)
 }
 
+/// A shadow query, with its segment where the exact rule needs it.
+struct Question<'a> {
+    occluders: &'a Occluders,
+    start: &'a Start,
+    light: &'a LightShape,
+}
+
+impl Question<'_> {
+    #[cold]
+    #[inline(never)]
+    fn segment(&self) -> Segment {
+        self.occluders.segment(self.start, self.light)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn offset(&self) -> f64 {
+        offset(&self.segment())
+    }
+}
+
+/// Returns how far a segment's exact start may lie from its point as given.
+fn offset(segment: &Segment) -> f64 {
+    (segment.origin() - segment.start().point)
+        .abs()
+        .max_element()
+        + segment.origin_error()
+}
+
 /// A node whose children of the mask wait for their turn.
 #[derive(Clone, Copy, Debug, Default)]
 struct Waiting {
@@ -134,10 +177,8 @@ struct Waiting {
 
 struct AnyHit<'a> {
     bvh: &'a Bvh,
-    occluders: &'a Occluders,
-    segment: &'a Segment,
+    question: &'a Question<'a>,
     ray: &'a FrameRay,
-    own: Option<SurfaceId>,
 }
 
 impl AnyHit<'_> {
@@ -238,16 +279,34 @@ impl AnyHit<'_> {
     fn is_blocked_by(&self, members: &Members, verdicts: Verdicts) -> bool {
         // A sure hit needs no more, unless it is the start's own solid.
         let sure = verdicts.sure & verdicts.possible & u32::from(members.whole);
+        let Question {
+            occluders, start, ..
+        } = *self.question;
         let is_own = |surface: SurfaceId| {
-            self.own
-                .is_some_and(|own| own == surface || self.occluders.have_one_own_rule(own, surface))
+            start
+                .surface
+                .is_some_and(|own| own == surface || occluders.have_one_own_rule(own, surface))
         };
-        lanes(sure).any(|lane| !is_own(members.surfaces[lane]))
-            || lanes(verdicts.possible & !sure).any(|lane| self.blocks(members.surfaces[lane]))
+        if lanes(sure).any(|lane| !is_own(members.surfaces[lane])) {
+            return true;
+        }
+        let in_doubt = lanes(verdicts.possible & !sure)
+            .map(|lane| members.surfaces[lane])
+            .filter(|&surface| start.surface != Some(surface));
+        let mut segment = None;
+        in_doubt.into_iter().any(|surface| {
+            let segment = segment.get_or_insert_with(|| self.question.segment());
+            occluders.blocks(surface, segment)
+        })
     }
 
     fn blocks(&self, surface: SurfaceId) -> bool {
-        self.own != Some(surface) && self.occluders.blocks(surface, self.segment)
+        let Question {
+            occluders, start, ..
+        } = *self.question;
+        start.surface != Some(surface)
+            && occluders.is_opaque(surface)
+            && occluders.blocks(surface, &self.question.segment())
     }
 }
 
