@@ -43,7 +43,7 @@ pub(crate) enum Command {
     /// Write one of the built-in scenes
     Scene(Scene),
     /// Measure antumbra against Embree
-    Bench(crate::commands::bench::typed::Bench),
+    Bench(Box<crate::commands::bench::typed::Bench>),
 }
 
 /// The scene and its lights.
