@@ -46,7 +46,7 @@ pub(crate) enum Command {
     /// Write a scene in another format
     Convert(Convert),
     /// Measure antumbra against Embree
-    Bench(crate::commands::bench::typed::Bench),
+    Bench(Box<crate::commands::bench::typed::Bench>),
 }
 
 /// The scene and its lights.
