@@ -4,6 +4,9 @@ use antumbra::{Counters, Shadow, ShadowCounters, ShadowIndex};
 
 use crate::{Batch, LoadedBatch, ShadowMethod};
 
+/// Batches hold queries that have an answer.
+const VALID: &str = "a batch's starts and light are the index's own";
+
 /// A shadow index under a name.
 #[derive(Debug)]
 pub struct IndexMethod {
@@ -29,7 +32,9 @@ impl IndexMethod {
     pub fn decisions(&self, batch: &Batch) -> ShadowCounters {
         let mut counters = Counters::default();
         for start in &batch.starts {
-            self.index.shadow(start, batch.light, &mut counters);
+            self.index
+                .shadow(start, batch.light, &mut counters)
+                .expect(VALID);
         }
         counters.shadow
     }
@@ -59,7 +64,7 @@ impl LoadedBatch for Loaded<'_> {
         let starts = &self.batch.starts[first..first + is_shadowed.len()];
         for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
             let answer = self.index.shadow(start, self.batch.light, &mut counters);
-            *is_shadowed = answer.shadow == Shadow::Shadowed;
+            *is_shadowed = answer.expect(VALID).shadow == Shadow::Shadowed;
         }
     }
 }
