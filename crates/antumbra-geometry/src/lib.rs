@@ -8,8 +8,10 @@ mod coverage;
 mod flat;
 mod intersect;
 mod light;
+mod mesh;
 mod number;
 mod occluders;
+mod patch;
 mod polygon;
 mod ray;
 mod segment;
@@ -20,10 +22,12 @@ pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
 pub use glam::DVec3;
 pub use light::LightShape;
+pub use mesh::{Mesh, MeshEdge, NO_COMPONENT};
 pub use occluders::{
     Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity,
     SurfaceId,
 };
+pub use patch::Patch;
 pub use ray::{Hit, Ray, Start};
 pub use segment::Segment;
 pub use shape::{Cone, Disk, Sphere};

@@ -6,7 +6,7 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId
 
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
-use crate::occlusion::{DenseValues, mark, quick_check};
+use crate::occlusion::{AdaptiveValues, DenseValues, Depth, mark, quick_check};
 use crate::{Counters, shadow};
 
 /// How shadow queries are answered. Every method gives the same bits.
@@ -15,6 +15,9 @@ pub enum Method {
     /// Voxel occlusion testing as published in 1990.
     #[default]
     Voxel1990,
+    /// Values that are exact on meshes, in voxels refined where surfaces are; blocker lists; rays for
+    /// the rest.
+    Voxel,
     /// A walk through the uniform grid for each query.
     Grid,
     /// A ray through the bounding volume hierarchy for each query.
@@ -41,6 +44,43 @@ pub enum GridResolution {
     Automatic,
     /// Voxels along x, y and z: each 1 to 2048, their product below 2^32 - 1.
     Fixed([u32; 3]),
+}
+
+/// How far the values of [`Method::Voxel`] are refined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refinement {
+    /// Finest voxels along the longest axis of the scene, where surfaces are: rounded up to a power
+    /// of two, 4 to 4096.
+    pub resolution: u32,
+    /// The same for points of space near surfaces.
+    pub space_resolution: u32,
+    /// As few possible blockers are listed instead of finer voxels; 0 lists none.
+    pub short_list: usize,
+    /// As few are listed in the finest voxels; 0 lists none.
+    pub long_list: usize,
+}
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self {
+            resolution: 512,
+            space_resolution: 256,
+            short_list: 4,
+            long_list: 24,
+        }
+    }
+}
+
+impl Refinement {
+    fn depth(self) -> Depth {
+        let level = |resolution: u32| resolution.clamp(4, 4096).next_power_of_two().ilog2();
+        Depth {
+            surfaces: level(self.resolution),
+            space: level(self.space_resolution),
+            short_list: self.short_list,
+            long_list: self.long_list,
+        }
+    }
 }
 
 /// What to do with the quick check of Paper 7.3.
@@ -149,6 +189,7 @@ pub struct Builder {
     rays: RayMethod,
     resolution: GridResolution,
     quick_check: QuickCheck,
+    refinement: Refinement,
     memory_limit: Option<u64>,
 }
 
@@ -178,6 +219,13 @@ impl Builder {
     #[must_use]
     pub fn quick_check(mut self, quick_check: QuickCheck) -> Self {
         self.quick_check = quick_check;
+        self
+    }
+
+    /// Chooses how far values are refined.
+    #[must_use]
+    pub fn refinement(mut self, refinement: Refinement) -> Self {
+        self.refinement = refinement;
         self
     }
 
@@ -229,9 +277,11 @@ impl Builder {
                 .iter()
                 .map(|light| mark(&self.occluders, &grid, light))
                 .collect(),
-            Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
+            Method::Voxel | Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
         };
         let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
+        let adaptive = (method == Method::Voxel)
+            .then(|| AdaptiveValues::new(&self.occluders, &self.lights, self.refinement.depth()));
         Ok(ShadowIndex {
             occluders: self.occluders,
             lights: self.lights,
@@ -240,6 +290,7 @@ impl Builder {
             grid,
             bvh,
             values,
+            adaptive,
             quick_check: verdict,
         })
     }
@@ -275,7 +326,7 @@ fn predict_bytes(
                 + layout.voxel_count() as u64
                 + 600 * occluders.elements().len() as u64
         }
-        Method::Grid | Method::Bvh | Method::Naive => 0,
+        Method::Voxel | Method::Grid | Method::Bvh | Method::Naive => 0,
     };
     let bvh = if needs_bvh(method, rays) {
         Bvh::predict_bytes(occluders.surface_count())
@@ -287,7 +338,7 @@ fn predict_bytes(
 
 /// Returns whether the settings ask for the tree.
 fn needs_bvh(method: Method, rays: RayMethod) -> bool {
-    method == Method::Bvh || rays == RayMethod::Bvh
+    matches!(method, Method::Bvh | Method::Voxel) || rays == RayMethod::Bvh
 }
 
 fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, BuildError> {
@@ -348,6 +399,7 @@ pub struct ShadowIndex {
     bvh: Option<Bvh>,
     /// One store per light, for the methods that keep values.
     values: Vec<DenseValues>,
+    adaptive: Option<AdaptiveValues>,
     quick_check: Option<QuickCheckVerdict>,
 }
 
@@ -361,6 +413,7 @@ impl ShadowIndex {
             rays: RayMethod::default(),
             resolution: GridResolution::default(),
             quick_check: QuickCheck::default(),
+            refinement: Refinement::default(),
             memory_limit: None,
         }
     }
@@ -417,6 +470,10 @@ impl ShadowIndex {
         self.check_query(start, light)?;
         let (occluders, grid) = (&*self.occluders, &self.grid);
         let answer = match (self.method, &self.bvh) {
+            (Method::Voxel, Some(bvh)) if let Some(values) = &self.adaptive => {
+                let light = (light, &self.lights[light]);
+                shadow::by_voxel(occluders, bvh, values, start, light, counters)
+            }
             (Method::Bvh, Some(bvh)) => {
                 shadow::by_bvh(occluders, bvh, start, &self.lights[light], counters)
             }
@@ -428,7 +485,7 @@ impl ShadowIndex {
                         shadow::by_voxel_1990(occluders, grid, values, &segment, counters)
                     }
                     Method::Grid => shadow::by_grid(occluders, grid, &segment, counters),
-                    Method::Bvh | Method::Naive => {
+                    Method::Voxel | Method::Bvh | Method::Naive => {
                         shadow::by_reference(occluders, &segment, counters)
                     }
                 }
@@ -469,7 +526,25 @@ impl ShadowIndex {
 
     /// Returns the bytes of all occlusion values: two bits per voxel and light.
     pub fn occlusion_bytes(&self) -> u64 {
-        self.values.iter().map(DenseValues::bytes).sum()
+        let adaptive = self
+            .adaptive
+            .as_ref()
+            .map_or(0, AdaptiveValues::value_bytes);
+        adaptive + self.values.iter().map(DenseValues::bytes).sum::<u64>()
+    }
+
+    /// Returns the bytes of blocker lists, their planes and the tables that queries read beside values.
+    pub fn table_bytes(&self) -> u64 {
+        self.adaptive
+            .as_ref()
+            .map_or(0, AdaptiveValues::table_bytes)
+    }
+
+    /// Returns the planes between the finest voxels of [`Method::Voxel`], for tests that aim at them:
+    /// the lowest corner, the edge of a voxel, and their number along each axis.
+    #[doc(hidden)]
+    pub fn voxel_planes(&self) -> Option<(DVec3, f64, [u32; 3])> {
+        self.adaptive.as_ref().map(AdaptiveValues::planes)
     }
 
     /// Returns about how many bytes building the index takes at its height, before any is taken, with

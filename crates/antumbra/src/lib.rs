@@ -1,6 +1,7 @@
 //! Exact shadow answers for static scenes, mostly without tracing a ray.
 
 mod bvh;
+mod frame;
 mod grid;
 mod index;
 mod occlusion;
@@ -9,6 +10,6 @@ mod stats;
 
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
-    QuickCheckVerdict, RayMethod, Shadow, ShadowIndex,
+    QuickCheckVerdict, RayMethod, Refinement, Shadow, ShadowIndex,
 };
 pub use stats::{Counters, ShadowCounters};

@@ -69,14 +69,14 @@ pub struct Element {
 
 /// A triangle of a face.
 #[derive(Clone, Copy, Debug)]
-struct Triangle {
+pub(crate) struct Triangle {
     /// Indices of the positions.
-    vertices: [u32; 3],
+    pub(crate) vertices: [u32; 3],
     /// Indices into the face's outline; [`NO_CORNER`] for points that are not of the outline.
     corners: [u32; 3],
     element: u32,
     /// Axis of the largest normal component; [`NO_AXIS`] if the area is zero.
-    axis: u8,
+    pub(crate) axis: u8,
     /// Whether it blocks anywhere.
     is_opaque: bool,
     /// Index into the alpha tests; [`NO_ALPHA_TEST`] for whole triangles.
@@ -93,7 +93,7 @@ struct AlphaTest {
 
 const NO_ALPHA_TEST: u32 = u32::MAX;
 const NO_CORNER: u32 = u32::MAX;
-const NO_AXIS: u8 = 3;
+pub(crate) const NO_AXIS: u8 = 3;
 
 /// A surface that is no triangle.
 #[derive(Clone, Copy, Debug)]
@@ -120,8 +120,8 @@ enum CurvedShape {
 /// All surfaces of a static scene.
 #[derive(Debug, Default)]
 pub struct Occluders {
-    positions: Vec<DVec3>,
-    triangles: Vec<Triangle>,
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) triangles: Vec<Triangle>,
     alpha_tests: Vec<AlphaTest>,
     coverages: Vec<Arc<dyn Coverage>>,
     curved: Vec<Curved>,
@@ -154,6 +154,35 @@ impl Occluders {
     /// Returns all elements in the order of adding.
     pub fn elements(&self) -> &[Element] {
         &self.elements
+    }
+
+    /// Returns the surfaces of an element.
+    pub fn surfaces_of(&self, element: ElementId) -> impl Iterator<Item = SurfaceId> + use<> {
+        let surfaces = self.elements[element.0 as usize].surfaces.clone();
+        surfaces.map(SurfaceId)
+    }
+
+    /// Returns whether an element is made of triangles.
+    pub fn is_face(&self, element: ElementId) -> bool {
+        self.elements[element.0 as usize].kind == ElementKind::Face
+    }
+
+    /// Returns the box around an element, up to rounding.
+    pub fn element_bounds(&self, element: ElementId) -> Bounds {
+        self.surfaces_of(element)
+            .map(|surface| self.surface_bounds(surface))
+            .fold(Bounds::EMPTY, Bounds::union)
+    }
+
+    /// Returns the axis of the largest component of a triangle's normal, the lowest on ties; `None` for
+    /// triangles without area and other surfaces.
+    pub fn dominant_axis(&self, surface: SurfaceId) -> Option<usize> {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) if triangle.axis != NO_AXIS => {
+                Some(usize::from(triangle.axis))
+            }
+            _ => None,
+        }
     }
 
     /// Returns the element a surface belongs to.
@@ -301,7 +330,7 @@ impl Occluders {
     }
 
     #[inline]
-    fn positions_of(&self, triangle: &Triangle) -> [DVec3; 3] {
+    pub(crate) fn positions_of(&self, triangle: &Triangle) -> [DVec3; 3] {
         let [a, b, c] = triangle.vertices;
         [
             self.positions[a as usize],

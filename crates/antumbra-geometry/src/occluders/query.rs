@@ -1,8 +1,8 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
 use super::{
-    AlphaTest, Curved, CurvedShape, Element, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders,
-    Surface, SurfaceId, Triangle, is_too_small,
+    AlphaTest, Curved, CurvedShape, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders, Surface,
+    SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
     cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall,
@@ -237,7 +237,7 @@ impl Occluders {
         if record.kind == ElementKind::Face {
             return self.face_umbra(element, light).unwrap_or(nothing);
         }
-        if is_too_small(&self.element_bounds(record)) {
+        if is_too_small(&self.element_bounds(element)) {
             return Umbra {
                 shape: UmbraShape::Unknown,
                 is_self_clear,
@@ -307,14 +307,6 @@ impl Occluders {
             is_self_clear,
             has_holes: matches!(opacity, Opacity::AlphaTested(_)),
         })
-    }
-
-    fn element_bounds(&self, element: &Element) -> Bounds {
-        element
-            .surfaces
-            .clone()
-            .map(|surface| self.surface_bounds(SurfaceId(surface)))
-            .fold(Bounds::EMPTY, Bounds::union)
     }
 
     #[inline]

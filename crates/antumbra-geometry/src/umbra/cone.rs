@@ -51,8 +51,7 @@ impl ConeUmbra {
         }
         let is_in_hull_umbra = shaft
             .corner_segments()
-            .iter()
-            .all(|segment| cone_meets_interior(&self.shrunk, segment));
+            .all(|segment| cone_meets_interior(&self.shrunk, &segment));
         let is_covered = is_in_hull_umbra
             && (self.cone.is_closed
                 || (self.is_clear_of_box(shaft)

@@ -44,8 +44,7 @@ impl DiskUmbra {
             Relation::Misses
         } else if shaft
             .corner_segments()
-            .iter()
-            .all(|segment| disk_blocks(&self.shrunk, segment))
+            .all(|segment| disk_blocks(&self.shrunk, &segment))
         {
             Relation::Covers
         } else {

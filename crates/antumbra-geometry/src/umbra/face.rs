@@ -157,7 +157,5 @@ impl FaceUmbra {
 /// Returns whether the shaft surely misses a boundary edge.
 fn is_edge_missed((plane, ends): &(SidePlane, [DVec3; 2]), shaft: &Shaft) -> bool {
     let (lowest, highest) = plane.range(&shaft.bounds);
-    lowest > 0.0
-        || highest < 0.0
-        || shaft.misses(|plane| ends.iter().all(|&end| plane.is_above(end)))
+    lowest > 0.0 || highest < 0.0 || shaft.misses_edge(ends)
 }

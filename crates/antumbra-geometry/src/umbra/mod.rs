@@ -13,6 +13,7 @@ mod shaft;
 mod sphere;
 
 pub use shaft::Shaft;
+pub(crate) use shaft::{MAX_CORNERS, SidePlane};
 
 pub(crate) use cone::ConeUmbra;
 pub(crate) use disk::DiskUmbra;
@@ -84,4 +85,4 @@ impl Umbra {
 
 /// Shapes for coverage are shrunk by this share, so that "in the umbra" holds with a margin that
 /// no rounding of a start eats up, however close the light is to the shape.
-pub(crate) const SHRINK: f64 = 1.0 - 1.0 / (1u64 << 40) as f64;
+pub(crate) const SHRINK: f64 = 1.0 - 1.0 / (1u64 << 24) as f64;

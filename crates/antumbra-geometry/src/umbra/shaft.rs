@@ -6,21 +6,27 @@ use crate::number::UNIT_ROUNDOFF;
 use crate::segment::Segment;
 use crate::{Bounds, LightShape, Start};
 
-/// The union of all segments from a box to a light.
+/// The union of all segments from a box, or from a polygon, to a light.
 ///
-/// Held as the planes of its faces, with the shaft on their negative side: the box faces that do
-/// not see the light, and one plane through the light for each silhouette edge of the box.
+/// Held as the planes of its faces, with the shaft on their negative side: for a box its faces that
+/// do not see the light, and one plane through the light for each silhouette edge.
 #[derive(Clone, Debug)]
 pub struct Shaft {
     pub(crate) bounds: Bounds,
     pub(crate) light: LightShape,
     planes: [SidePlane; MAX_PLANES],
     plane_count: usize,
+    /// The corners of the box or the polygon.
+    corners: [DVec3; MAX_CORNERS],
+    corner_count: usize,
 }
 
-/// At most six silhouette edges, and three faces turned away from the light; a light inside the
-/// slabs of the box leaves up to six faces.
+/// At most six silhouette edges of a box, and three faces turned away from the light; a light inside
+/// the slabs of the box leaves up to six faces. A polygon has its plane and one a corner.
 const MAX_PLANES: usize = 12;
+
+/// A triangle cut by a box has nine corners at most.
+pub(crate) const MAX_CORNERS: usize = 9;
 
 /// A plane through a point, with a bound on the rounding of its normal.
 #[derive(Clone, Copy, Debug)]
@@ -29,13 +35,19 @@ pub(crate) struct SidePlane {
     point: DVec3,
     /// Largest error of a height, per unit of distance from `point`.
     error: f64,
+    /// Heights up to this one count as below the plane: what lies on it may be off by as much.
+    limit: f64,
 }
 
+/// More than products of lengths lose that underflow.
+const UNDERFLOW: f64 = 1e-280;
+
 impl SidePlane {
-    const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         normal: DVec3::ZERO,
         point: DVec3::ZERO,
         error: 0.0,
+        limit: 0.0,
     };
 
     /// The plane through the light and the points `a` and `b`.
@@ -58,6 +70,7 @@ impl SidePlane {
             normal: u.cross(v),
             point,
             error,
+            limit: 0.0,
         }
     }
 
@@ -68,6 +81,7 @@ impl SidePlane {
             normal,
             point,
             error,
+            limit: 0.0,
         }
     }
 
@@ -78,6 +92,7 @@ impl SidePlane {
             normal,
             point,
             error: 8.0 * UNIT_ROUNDOFF,
+            limit: 0.0,
         }
     }
 
@@ -88,10 +103,21 @@ impl SidePlane {
         }
     }
 
+    /// Returns the plane with a limit below which heights count as negative.
+    pub(crate) fn with_limit(self, limit: f64) -> Self {
+        Self { limit, ..self }
+    }
+
+    /// Returns by how much heights change when a point moves by `distance` along every axis.
+    pub(crate) fn steepness(&self, distance: f64) -> f64 {
+        self.normal.abs().element_sum() * distance
+    }
+
     /// Returns the height of a point and a bound on its error.
     pub(crate) fn height(&self, x: DVec3) -> (f64, f64) {
         let seen = x - self.point;
-        (self.normal.dot(seen), self.error * seen.abs().max_element())
+        let error = self.error * seen.abs().max_element() + UNDERFLOW;
+        (self.normal.dot(seen), error)
     }
 
     /// Returns how fast a ray gains height, and a bound on the error.
@@ -105,7 +131,7 @@ impl SidePlane {
     /// Returns whether the point is surely on the positive side.
     pub(crate) fn is_above(&self, x: DVec3) -> bool {
         let (height, error) = self.height(x);
-        height > error
+        height > error + self.limit
     }
 
     /// Returns lower and upper bounds of the heights of the points of a box.
@@ -121,7 +147,7 @@ impl SidePlane {
     /// Returns whether the ball is surely on the positive side.
     pub(crate) fn is_ball_above(&self, center: DVec3, radius: f64) -> bool {
         let (height, error) = self.height(center);
-        height > error + radius * (self.normal.length() + self.error)
+        height > error + self.limit + radius * (self.normal.length() + self.error)
     }
 
     /// Returns whether a flat disk with unit normal `axis` is surely on the positive side.
@@ -129,7 +155,7 @@ impl SidePlane {
         let (height, error) = self.height(center);
         let in_plane = self.normal - axis * axis.dot(self.normal);
         let reach = in_plane.length() + self.error + 8.0 * UNIT_ROUNDOFF * self.normal.length();
-        height > error + radius * reach
+        height > error + self.limit + radius * reach
     }
 }
 
@@ -142,7 +168,10 @@ impl Shaft {
             light,
             planes: [SidePlane::NONE; MAX_PLANES],
             plane_count: 0,
+            corners: [DVec3::ZERO; MAX_CORNERS],
+            corner_count: 8,
         };
+        shaft.corners[..8].copy_from_slice(&bounds.corners());
         // For each axis: does the face at the lower and at the upper end see the light?
         let mut sees = [[false; 2]; 3];
         for axis in 0..3 {
@@ -186,6 +215,26 @@ impl Shaft {
         shaft
     }
 
+    /// Returns the shaft of a polygon with these corners, below all of `planes`. The light is one
+    /// that [`LightShape::without_underflow`] gave.
+    pub(crate) fn of_polygon(
+        corners: &[DVec3],
+        planes: impl IntoIterator<Item = SidePlane>,
+        light: LightShape,
+    ) -> Self {
+        let mut shaft = Self {
+            bounds: Bounds::of_points(corners.iter().copied()),
+            light,
+            planes: [SidePlane::NONE; MAX_PLANES],
+            plane_count: 0,
+            corners: [DVec3::ZERO; MAX_CORNERS],
+            corner_count: corners.len(),
+        };
+        shaft.corners[..corners.len()].copy_from_slice(corners);
+        planes.into_iter().for_each(|plane| shaft.push(plane));
+        shaft
+    }
+
     fn push(&mut self, plane: SidePlane) {
         if self.plane_count < MAX_PLANES {
             self.planes[self.plane_count] = plane;
@@ -203,11 +252,21 @@ impl Shaft {
         self.planes().iter().any(is_above)
     }
 
-    /// Returns the segments from the eight corners of the box to the light.
-    pub(crate) fn corner_segments(&self) -> [Segment; 8] {
-        self.bounds
-            .corners()
-            .map(|corner| self.segment_from(corner))
+    /// Returns the segments from the corners of the box, or of the polygon, to the light.
+    pub(crate) fn corner_segments(&self) -> impl Iterator<Item = Segment> + use<'_> {
+        self.corners[..self.corner_count]
+            .iter()
+            .map(|&corner| self.segment_from(corner))
+    }
+
+    /// Returns whether the shaft surely misses the segment between two points.
+    pub fn misses_edge(&self, ends: &[DVec3; 2]) -> bool {
+        self.misses(|plane| ends.iter().all(|&end| plane.is_above(end)))
+    }
+
+    /// Returns whether the shaft surely misses a triangle.
+    pub fn misses_triangle(&self, corners: &[DVec3; 3]) -> bool {
+        self.misses(|plane| corners.iter().all(|&corner| plane.is_above(corner)))
     }
 
     /// Returns the segment from a point of space to the light.

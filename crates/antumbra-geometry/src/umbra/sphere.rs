@@ -63,8 +63,7 @@ impl SphereUmbra {
                     Relation::Misses
                 } else if shaft
                     .corner_segments()
-                    .iter()
-                    .all(|s| sphere_blocks(&self.shrunk, s))
+                    .all(|s| sphere_blocks(&self.shrunk, &s))
                 {
                     Relation::Covers
                 } else {

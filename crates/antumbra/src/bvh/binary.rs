@@ -10,8 +10,8 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-use super::data::Frame;
 use super::ray::PLANE_ROOM;
+use crate::frame::Frame;
 
 /// As many boxes with one middle make a pile.
 const PILE: usize = 32;

@@ -6,10 +6,9 @@
 //! scene.
 
 use super::binary::{Binary, FrameBox};
-use super::data::{
-    Bvh, Child, ChildKind, Frame, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH,
-};
+use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH};
 use super::ray::{FilterBounds, USUAL_ORIGIN_ERROR};
+use crate::frame::Frame;
 use antumbra_geometry::{Occluders, SurfaceId};
 use fearless_simd::Level;
 

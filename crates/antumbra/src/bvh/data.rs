@@ -1,10 +1,10 @@
 //! What the tree is made of.
 
-use antumbra_geometry::{Bounds, DVec3, SurfaceId};
+use antumbra_geometry::SurfaceId;
 use fearless_simd::Level;
 
 use super::ray::FilterBounds;
-use crate::grid::Layout;
+use crate::frame::Frame;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -126,53 +126,6 @@ pub(super) struct Members {
     pub(super) whole: u8,
 }
 
-/// The unit the tree computes in: the scene's box, with room for every rounding, scaled into
-/// `[-1, 1]^3`. The scale is a power of two.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
-    pub(super) center: DVec3,
-    pub(super) scale: f64,
-    /// What starts and surfaces may be off, in world units (EXACTNESS.md, "What accelerators may
-    /// assume"): the grid's margin.
-    pub(super) margin: f64,
-    /// The same in this frame's units.
-    pub(super) margin_in_frame: f64,
-}
-
-impl Frame {
-    pub(super) fn new(scene: Bounds) -> Self {
-        // The grid knows the margin; its resolution does not matter for it.
-        let margin = Layout::new(scene, [1; 3]).margin;
-        let scene = if scene.is_empty() {
-            Bounds {
-                min: DVec3::ZERO,
-                max: DVec3::ZERO,
-            }
-        } else {
-            scene
-        };
-        let half_size = 0.5 * scene.size().max_element() + 8.0 * margin;
-        // The largest power of two that keeps the half size at most 1.
-        let scale = 2.0_f64.powi(-(half_size.log2().ceil() as i32));
-        let scale = if half_size * scale > 1.0 {
-            0.5 * scale
-        } else {
-            scale
-        };
-        Self {
-            center: scene.center(),
-            scale,
-            margin,
-            margin_in_frame: margin * scale,
-        }
-    }
-
-    /// Returns a point in the frame's units.
-    pub(super) fn from_world(&self, point_in_world: DVec3) -> DVec3 {
-        (point_in_world - self.center) * self.scale
-    }
-}
-
 impl Bvh {
     /// Returns the bytes of a tree of so many surfaces at the height of its building, guessed
     /// generously: some 100 for the binary tree, 50 for the plan, 250 for the wide tree.
@@ -184,27 +137,6 @@ impl Bvh {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn frame_holds_the_scene() {
-        for (low, size) in [
-            (0.0, 1.0),
-            (-3.0, 6.0),
-            (5e6, 100.0),
-            (0.0, 2.0_f64.powi(-400)),
-            (-1e30, 2e30),
-            (7.0, 0.0),
-        ] {
-            let min = DVec3::splat(low);
-            let max = DVec3::new(low + size, low, low + 0.5 * size);
-            let frame = Frame::new(Bounds { min, max });
-            for corner in [min, max] {
-                let reach =
-                    frame.from_world(corner).abs().max_element() + 7.0 * frame.margin_in_frame;
-                assert!(reach <= 1.0, "{low} {size}: {reach}");
-            }
-        }
-    }
 
     #[test]
     fn child_remembers() {

@@ -31,7 +31,8 @@ use antumbra_geometry::{DVec3, LightShape, Segment};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f64x4};
 
-use super::data::{Bvh, Frame};
+use super::data::Bvh;
+use crate::frame::Frame;
 use crate::grid::point_along;
 
 /// `2^-24`.

@@ -292,7 +292,7 @@ impl AnyHit<'_> {
         }
         let in_doubt = lanes(verdicts.possible & !sure)
             .map(|lane| members.surfaces[lane])
-            .filter(|&surface| start.surface != Some(surface));
+            .filter(|&surface| !is_own(surface));
         let mut segment = None;
         in_doubt.into_iter().any(|surface| {
             let segment = segment.get_or_insert_with(|| self.question.segment());

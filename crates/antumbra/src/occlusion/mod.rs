@@ -5,12 +5,21 @@
 //! the scene, the light's shape and the voxel only. Absent here: queries, rays, cameras, the power
 //! of lights.
 
+mod adaptive;
+mod bricks;
+mod candidates;
+mod classify;
+mod forms;
+mod lattice;
 mod mark;
 mod quick_check;
+mod refine;
 mod store;
 mod value;
 
+pub(crate) use adaptive::{AdaptiveValues, Known};
 pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;
+pub(crate) use refine::Depth;
 pub(crate) use store::DenseValues;
 pub(crate) use value::Occlusion;

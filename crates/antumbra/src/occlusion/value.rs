@@ -1,18 +1,35 @@
 //! The paper's occlusion values in two bits; the only file that knows the bits.
 
-/// What is known of all starts in a voxel, for one light (Paper 6, 6.2).
+/// What is known of all starts of one kind in a voxel, for one light (Paper 6, 6.2).
+///
+/// A dense store keeps one value per voxel for starts of all kinds. A store of bricks keeps one per
+/// [`Audience`], and knows by it whom the value speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Occlusion {
-    /// `00`. In a voxel without surfaces: every point is lit. In a voxel with surfaces (the paper's
-    /// *null one*): every point of its surfaces is lit that no own rule shadows; points between are
-    /// not known.
+    /// `00`. Every start is lit. In a dense store, for a voxel with surfaces (the paper's *null one*):
+    /// every point of its surfaces is lit that no own rule shadows; points between are not known.
     Null,
-    /// `01`. Every point is in shadow.
+    /// `01`. Every start is in shadow.
     Full,
-    /// `10`. Nothing is known.
+    /// `10`. Starts differ, or nothing is known of them.
     Complicated,
-    /// `11`. Every point of the voxel's surfaces is in shadow; points between are not known.
-    SurfacesFull,
+    /// `11`. As complicated, and there is more to read: finer voxels, or the few possible blockers.
+    Linked,
+}
+
+/// Starts that values speak of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Audience {
+    /// Starts on surfaces, the light on the side of the normal.
+    Front,
+    /// Starts on surfaces, the light behind.
+    Back,
+    /// All points of space.
+    Free,
+}
+
+impl Audience {
+    pub(crate) const ALL: [Self; 3] = [Self::Front, Self::Back, Self::Free];
 }
 
 impl Occlusion {
@@ -21,7 +38,7 @@ impl Occlusion {
             Self::Null => 0b00,
             Self::Full => 0b01,
             Self::Complicated => 0b10,
-            Self::SurfacesFull => 0b11,
+            Self::Linked => 0b11,
         }
     }
 
@@ -30,8 +47,13 @@ impl Occlusion {
             0b00 => Self::Null,
             0b01 => Self::Full,
             0b10 => Self::Complicated,
-            _ => Self::SurfacesFull,
+            _ => Self::Linked,
         }
+    }
+
+    /// Returns the value of starts that all have one answer.
+    pub(crate) const fn known(is_shadowed: bool) -> Self {
+        if is_shadowed { Self::Full } else { Self::Null }
     }
 
     /// Returns whether starts on surfaces in the voxel are in shadow, `None` if not known (first
@@ -39,19 +61,47 @@ impl Occlusion {
     pub(crate) const fn of_surface_point(self) -> Option<bool> {
         match self {
             Self::Null => Some(false),
-            Self::Full | Self::SurfacesFull => Some(true),
-            Self::Complicated => None,
+            Self::Full => Some(true),
+            Self::Complicated | Self::Linked => None,
         }
     }
 
-    /// Returns whether any point of the voxel is in shadow, `None` if not known (intermediate test
-    /// and free queries).
+    /// Returns whether any point of a voxel of a dense store is in shadow, `None` if not known
+    /// (intermediate test and free queries).
     pub(crate) const fn of_any_point(self, holds_surface: bool) -> Option<bool> {
         match self {
             Self::Full => Some(true),
             Self::Null if !holds_surface => Some(false),
             _ => None,
         }
+    }
+}
+
+/// Sixty-four values, a bit plane for each bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Values64 {
+    low: u64,
+    high: u64,
+}
+
+impl Values64 {
+    #[inline]
+    pub(crate) fn get(&self, place: u32) -> Occlusion {
+        let bit = |plane: u64| (plane >> place & 1) as u8;
+        Occlusion::from_bits(bit(self.high) << 1 | bit(self.low))
+    }
+
+    pub(crate) fn set(&mut self, place: u32, value: Occlusion) {
+        let bits = value.bits();
+        let put = |plane: u64, bit: u8| plane & !(1 << place) | u64::from(bit & 1) << place;
+        self.low = put(self.low, bits);
+        self.high = put(self.high, bits >> 1);
+    }
+
+    /// Returns how many of the values before `place` are linked.
+    #[inline]
+    pub(crate) fn links_before(&self, place: u32) -> u32 {
+        (self.low & self.high & ((1 << place) - 1)).count_ones()
     }
 }
 
@@ -70,7 +120,23 @@ mod tests {
     fn null_one_says_nothing_about_free_points() {
         assert_eq!(Occlusion::Null.of_any_point(false), Some(false));
         assert_eq!(Occlusion::Null.of_any_point(true), None);
-        assert_eq!(Occlusion::SurfacesFull.of_any_point(true), None);
-        assert_eq!(Occlusion::SurfacesFull.of_surface_point(), Some(true));
+        assert_eq!(Occlusion::Linked.of_any_point(true), None);
+        assert_eq!(Occlusion::Full.of_surface_point(), Some(true));
+    }
+
+    #[test]
+    fn sixty_four_values_are_kept_and_links_counted() {
+        let value = |place: u32| Occlusion::from_bits((place * 7 % 5 % 4) as u8);
+        let mut values = Values64::default();
+        for place in (0..64).rev() {
+            values.set(place, Occlusion::Linked);
+            values.set(place, value(place));
+        }
+        let mut links = 0;
+        for place in 0..64 {
+            assert_eq!(values.get(place), value(place));
+            assert_eq!(values.links_before(place), links);
+            links += u32::from(value(place) == Occlusion::Linked);
+        }
     }
 }

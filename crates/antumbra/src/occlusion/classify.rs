@@ -1,0 +1,340 @@
+//! Do all starts of a cell have one answer? By visibility events (README.md, section 3).
+//!
+//! In: the candidates of a cell. Out: the one answer, if it is proven. An answer changes along a path of
+//! starts only where a contour edge comes between, where the path goes through a surface, or where a
+//! surface with its own outline (curved, with holes) does. Where none of these is, one start speaks for
+//! all. Absent here: bits, bricks, queries.
+
+use antumbra_geometry::{Bounds, NO_COMPONENT, Patch, Relation, Segment, Start, SurfaceId};
+
+use super::candidates::{Candidates, Casters};
+use super::forms::Verdict;
+use super::value::Audience;
+
+/// Cells with more surfaces or events are not tried.
+const MOST_HOLDERS: usize = 48;
+const MOST_CONTOURS: usize = 512;
+/// More triangles are not searched for a component that covers.
+const MOST_COVERS: usize = 512;
+
+/// A cell's parts that an audience starts from.
+pub(crate) struct Receivers<'a> {
+    pub(crate) patches: Vec<Patch<'a>>,
+    /// Surfaces that are no triangles.
+    pub(crate) curved: Vec<SurfaceId>,
+    /// Whether there are more than were looked at.
+    pub(crate) are_too_many: bool,
+}
+
+impl Receivers<'_> {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.patches.is_empty() && self.curved.is_empty() && !self.are_too_many
+    }
+}
+
+impl<'a> Casters<'a> {
+    /// Returns the surfaces in a cell from which an audience asks.
+    pub(crate) fn receivers(
+        &self,
+        audience: Audience,
+        candidates: &Candidates,
+        bounds: &Bounds,
+    ) -> Receivers<'a> {
+        let mut receivers = Receivers {
+            patches: Vec::new(),
+            curved: Vec::new(),
+            are_too_many: candidates.holders.len() > MOST_HOLDERS,
+        };
+        if receivers.are_too_many {
+            return receivers;
+        }
+        let wanted = match audience {
+            Audience::Front => 1,
+            Audience::Back => -1,
+            Audience::Free => return receivers,
+        };
+        for &surface in &candidates.holders {
+            match self.sides.get(surface as usize) {
+                Some(&side) if side == wanted => {
+                    let patch = self
+                        .occluders
+                        .patch(SurfaceId(surface), bounds, &self.light);
+                    receivers.patches.extend(patch);
+                }
+                Some(_) => {}
+                None if wanted == 1 => receivers.curved.push(SurfaceId(surface)),
+                None => {}
+            }
+        }
+        receivers
+    }
+
+    /// Returns whether all points of a cell are in shadow, or all lit.
+    pub(crate) fn decide_free(&self, candidates: &Candidates, bounds: &Bounds) -> Option<bool> {
+        if candidates.is_covered || !candidates.covering.is_empty() {
+            return Some(true);
+        }
+        if candidates.triangles.is_empty() && candidates.crossing.is_empty() {
+            return Some(false);
+        }
+        let start = Start {
+            point: bounds.center(),
+            surface: None,
+        };
+        self.decide_box(candidates, &start, true)
+    }
+
+    /// Returns the answer of all starts in a cell, taking the one of the middle; surfaces of the
+    /// cell that are not opaque do not matter.
+    fn decide_box(
+        &self,
+        candidates: &Candidates,
+        start: &Start,
+        are_holders_in_the_way: bool,
+    ) -> Option<bool> {
+        if candidates.contours.len() > MOST_CONTOURS {
+            return None;
+        }
+        let is_opaque = |&surface: &u32| self.occluders.is_opaque(SurfaceId(surface));
+        let is_clear = candidates.contours.is_empty()
+            && candidates.crossing.is_empty()
+            && !(are_holders_in_the_way && candidates.holders.iter().any(is_opaque))
+            && !self.has_holes(candidates);
+        let segment = self.occluders.segment(start, &self.light);
+        if is_clear {
+            return Some(self.is_blocked_by_triangle(candidates, &segment));
+        }
+        let dirty = candidates
+            .contours
+            .iter()
+            .map(|&contour| self.contour(contour).edge.component)
+            .collect();
+        self.is_covered_by_component(candidates, dirty, &segment)
+            .then_some(true)
+    }
+
+    fn has_holes(&self, candidates: &Candidates) -> bool {
+        let mut triangles = candidates.triangles.iter();
+        triangles.any(|&triangle| !self.blocks_everywhere(triangle))
+    }
+
+    fn is_blocked_by_triangle(&self, candidates: &Candidates, segment: &Segment) -> bool {
+        candidates
+            .triangles
+            .iter()
+            .any(|&triangle| self.occluders.blocks(SurfaceId(triangle), segment))
+    }
+
+    /// Returns whether the start is blocked by a component that has no triangle in the cell, nor an
+    /// edge in the way (`dirty` lists those that have): then all starts are.
+    fn is_covered_by_component(
+        &self,
+        candidates: &Candidates,
+        mut dirty: Vec<u32>,
+        segment: &Segment,
+    ) -> bool {
+        if candidates.triangles.len() > MOST_COVERS || candidates.holders.len() > MOST_HOLDERS {
+            return false;
+        }
+        let triangle_count = self.occluders.triangle_count() as u32;
+        let held = candidates.holders.iter().filter(|&&s| s < triangle_count);
+        dirty.extend(held.map(|&surface| self.mesh.component(SurfaceId(surface))));
+        dirty.push(NO_COMPONENT);
+        dirty.sort_unstable();
+        dirty.dedup();
+        candidates.triangles.iter().any(|&triangle| {
+            let component = self.mesh.component(SurfaceId(triangle));
+            dirty.binary_search(&component).is_err()
+                && self.occluders.blocks(SurfaceId(triangle), segment)
+        })
+    }
+
+    /// Returns whether all starts on the surfaces of a cell have one answer, and which.
+    pub(crate) fn decide_surfaces(
+        &self,
+        receivers: &Receivers<'_>,
+        candidates: &Candidates,
+        bounds: &Bounds,
+    ) -> Option<bool> {
+        if candidates.is_covered {
+            return Some(true);
+        }
+        if receivers.are_too_many || candidates.contours.len() > MOST_CONTOURS {
+            return None;
+        }
+        if !candidates.covering.is_empty() && receivers.curved.is_empty() {
+            return Some(true);
+        }
+        let mut answer = None;
+        let mut agrees = |one: bool| *answer.get_or_insert(one) == one;
+        for &surface in &receivers.curved {
+            if !agrees(self.decide_curved(surface, candidates, bounds)?) {
+                return None;
+            }
+        }
+        for patch in &receivers.patches {
+            if !agrees(self.decide_patch(patch, candidates)?) {
+                return None;
+            }
+        }
+        answer
+    }
+
+    /// Returns the answer of all starts of a cell on a curved surface whose own rule lets them through.
+    fn decide_curved(
+        &self,
+        surface: SurfaceId,
+        candidates: &Candidates,
+        bounds: &Bounds,
+    ) -> Option<bool> {
+        let is_own = |&&number: &&u32| {
+            let mut surfaces = self.occluders.surfaces_of(self.curved(number).element);
+            surfaces
+                .any(|other| other == surface || self.occluders.have_one_own_rule(surface, other))
+        };
+        if candidates.covering.iter().any(|number| !is_own(&number)) {
+            return Some(true);
+        }
+        let is_crossed = candidates.crossing.iter().any(|number| !is_own(&number));
+        let mut holders = candidates.holders.iter();
+        let is_met = holders.any(|&holder| {
+            self.occluders.is_opaque(SurfaceId(holder))
+                && (holder as usize) < self.occluders.triangle_count()
+        });
+        if is_crossed || is_met {
+            return None;
+        }
+        // Its own solid blocks nothing here, and no other curved one does: triangles decide.
+        let start = Start {
+            point: bounds.center(),
+            surface: None,
+        };
+        let others = Candidates {
+            crossing: Vec::new(),
+            ..candidates.clone()
+        };
+        self.decide_box(&others, &start, false)
+    }
+
+    fn decide_patch(&self, patch: &Patch<'_>, candidates: &Candidates) -> Option<bool> {
+        // A convex umbra that holds the corners holds the patch.
+        let narrow = |point| self.frame.from_world(point).to_array().map(|x| x as f32);
+        let is_covered = candidates.triangles.iter().any(|&triangle| {
+            let forms = &self.umbra_forms[triangle as usize];
+            self.blocks_everywhere(triangle)
+                && patch
+                    .corners()
+                    .all(|corner| forms.verdict(narrow(corner)) == Verdict::Inside)
+        });
+        if is_covered {
+            return Some(true);
+        }
+
+        // Events: outlines in the way, or surfaces that the patch goes through.
+        let mut dirty = Vec::new();
+        for &number in &candidates.contours {
+            let edge = &self.contour(number).edge;
+            if !patch.misses_edge(edge) {
+                dirty.push(edge.component);
+            }
+        }
+        let mut is_clear = dirty.is_empty();
+        let curved = candidates.crossing.iter().chain(&candidates.covering);
+        let mut shaft = None;
+        for &number in curved {
+            let caster = self.curved(number);
+            match caster
+                .umbra
+                .relation(shaft.get_or_insert_with(|| patch.shaft()))
+            {
+                Relation::Misses => {}
+                Relation::Covers if caster.may_cover_patches => return Some(true),
+                Relation::Covers | Relation::Crosses => is_clear = false,
+            }
+        }
+        let triangle_count = self.occluders.triangle_count();
+        is_clear = is_clear
+            && candidates.holders.iter().all(|&holder| {
+                holder as usize >= triangle_count
+                    || !self.blocks_everywhere(holder)
+                    || patch.is_clear_of(SurfaceId(holder))
+            })
+            && candidates.triangles.iter().all(|&triangle| {
+                self.blocks_everywhere(triangle) || patch.misses_triangle(SurfaceId(triangle))
+            });
+        let start = Start {
+            point: patch.middle(),
+            surface: Some(patch.surface()),
+        };
+        let segment = self.occluders.segment(&start, &self.light);
+        if is_clear {
+            Some(self.is_blocked_by_triangle(candidates, &segment))
+        } else {
+            self.is_covered_by_component(candidates, dirty, &segment)
+                .then_some(true)
+        }
+    }
+
+    /// Returns the surfaces that may block a start of an audience in a cell, or `None` if they are more
+    /// than `most`.
+    pub(crate) fn blockers(
+        &self,
+        receivers: Option<&Receivers<'_>>,
+        candidates: &Candidates,
+        most: usize,
+    ) -> Option<Vec<u32>> {
+        const MOST_TRIED: usize = 4;
+        const MOST_PATCHES: usize = 16;
+        if candidates.triangles.len() > MOST_TRIED * most {
+            return None;
+        }
+        let patches = match receivers {
+            Some(receivers)
+                if receivers.curved.is_empty()
+                    && !receivers.are_too_many
+                    && receivers.patches.len() <= MOST_PATCHES =>
+            {
+                Some(&receivers.patches)
+            }
+            _ => None,
+        };
+        let mut list: Vec<u32> = match patches {
+            None => candidates.triangles.clone(),
+            Some(patches) => candidates
+                .triangles
+                .iter()
+                .copied()
+                .filter(|&triangle| patches.iter().any(|patch| self.may_block(triangle, patch)))
+                .collect(),
+        };
+        for &number in candidates.crossing.iter().chain(&candidates.covering) {
+            let caster = self.curved(number);
+            let is_missed = patches.is_some_and(|patches| {
+                patches
+                    .iter()
+                    .all(|patch| caster.umbra.relation(&patch.shaft()) == Relation::Misses)
+            });
+            if !is_missed {
+                let surfaces = self.occluders.surfaces_of(caster.element);
+                list.extend(surfaces.map(|surface| surface.0));
+            }
+            if list.len() > most {
+                return None;
+            }
+        }
+        (list.len() <= most).then_some(list)
+    }
+
+    fn may_block(&self, triangle: u32, patch: &Patch<'_>) -> bool {
+        let surface = SurfaceId(triangle);
+        if self.mesh.flat_group(surface) == self.mesh.flat_group(patch.surface()) {
+            return false;
+        }
+        let narrow = |point| self.frame.from_world(point).to_array().map(|x| x as f32);
+        let forms = &self.umbra_forms[triangle as usize];
+        let outside = patch
+            .corners()
+            .fold(0b1111, |bits, corner| bits & forms.outside(narrow(corner)));
+        outside == 0 && !patch.misses_triangle(surface)
+    }
+}

@@ -1,0 +1,273 @@
+//! Four linear functions of a point at a time, in `f32` with one error bound.
+//!
+//! In the frame's units a form is `n . x + w` with largest `|n|` 1, so `|w| <= 3`. What it is worth at a
+//! point `x` of the frame, as given, for an exact start within [`START_ROOM`] of it, is known up to
+//! [`BOUND`]: with `u = 2^-24`, rounding of `n`, `w` and `x` costs `3 u + 3 u + 3 u`, the sums
+//! `4 * 6 u`, the start `3 * START_ROOM`; together less than `2^-18`. A form that `f64` cannot tell well
+//! enough is zero everywhere: always in doubt.
+
+use antumbra_geometry::{DVec3, LightShape};
+
+use crate::frame::Frame;
+
+/// How far a start may lie from its point as given, in any coordinate, for values and lists to be asked,
+/// in the frame's units.
+pub(crate) const START_ROOM: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// What a form's value may be off.
+pub(crate) const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
+
+/// Four forms, coordinate by coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Forms {
+    rows: [[f32; 4]; 4],
+}
+
+/// What four forms say of a point or a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// One is surely negative.
+    Outside,
+    /// All are surely positive.
+    Inside,
+    Doubt,
+}
+
+/// A linear function in `f64`, in the frame's units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Form {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Form {
+    pub(crate) const DOUBT: Self = Self {
+        normal: DVec3::ZERO,
+        offset: 0.0,
+    };
+
+    /// The plane through `point` spanned by two vectors, positive on the side of `inside`; that is
+    /// `None` for lights at infinity seen along minus the vector.
+    pub(crate) fn spanned(u: DVec3, v: DVec3, point: DVec3, inside: Inside) -> Self {
+        let normal = u.cross(v);
+        let size = normal.abs().max_element();
+        let products = u.abs().max_element() * v.abs().max_element();
+        // The normal's error is below 2^-49 of the products.
+        let is_good = size > products * 2f64.powi(-20) && size > 1e-250;
+        if !is_good {
+            return Self::DOUBT;
+        }
+        let normal = normal / size;
+        let form = Self {
+            normal,
+            offset: -normal.dot(point),
+        };
+        let (height, error) = match inside {
+            Inside::Point(inside) => {
+                let far = inside.abs().max_element().max(1.0);
+                (form.at(inside), far * 2f64.powi(-26))
+            }
+            Inside::Direction(direction) => {
+                let length = direction.abs().max_element();
+                (normal.dot(direction), length * 2f64.powi(-26))
+            }
+        };
+        if height.abs() <= error || height.is_nan() {
+            Self::DOUBT
+        } else if height < 0.0 {
+            Self {
+                normal: -form.normal,
+                offset: -form.offset,
+            }
+        } else {
+            form
+        }
+    }
+
+    fn at(&self, x: DVec3) -> f64 {
+        self.normal.dot(x) + self.offset
+    }
+}
+
+/// Where a form is positive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Inside {
+    Point(DVec3),
+    Direction(DVec3),
+}
+
+impl Forms {
+    /// Negative everywhere.
+    pub(crate) const NOWHERE: Self = Self {
+        rows: [[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]],
+    };
+
+    pub(crate) fn new(forms: [Form; 4]) -> Self {
+        let row = |value: &dyn Fn(&Form) -> f64| std::array::from_fn(|i| value(&forms[i]) as f32);
+        Self {
+            rows: [
+                row(&|form| form.normal.x),
+                row(&|form| form.normal.y),
+                row(&|form| form.normal.z),
+                row(&|form| form.offset),
+            ],
+        }
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, x: [f32; 3]) -> [f32; 4] {
+        std::array::from_fn(|i| {
+            self.rows[0][i] * x[0]
+                + self.rows[1][i] * x[1]
+                + self.rows[2][i] * x[2]
+                + self.rows[3][i]
+        })
+    }
+
+    /// Returns what the forms say of the start at a point.
+    #[inline]
+    pub(crate) fn verdict(&self, x: [f32; 3]) -> Verdict {
+        let heights = self.at(x);
+        let lowest = heights[0].min(heights[1]).min(heights[2].min(heights[3]));
+        if lowest < -BOUND {
+            Verdict::Outside
+        } else if lowest > BOUND {
+            Verdict::Inside
+        } else {
+            Verdict::Doubt
+        }
+    }
+
+    /// Returns what the forms say of all points of a box.
+    #[inline]
+    pub(crate) fn verdict_of_box(&self, center: [f32; 3], half: [f32; 3]) -> Verdict {
+        let middle = self.at(center);
+        let reach: [f32; 4] = std::array::from_fn(|i| {
+            self.rows[0][i].abs() * half[0]
+                + self.rows[1][i].abs() * half[1]
+                + self.rows[2][i].abs() * half[2]
+        });
+        let (mut highest, mut lowest) = (f32::INFINITY, f32::INFINITY);
+        for i in 0..4 {
+            highest = highest.min(middle[i] + reach[i]);
+            lowest = lowest.min(middle[i] - reach[i]);
+        }
+        if highest < -BOUND {
+            Verdict::Outside
+        } else if lowest > BOUND {
+            Verdict::Inside
+        } else {
+            Verdict::Doubt
+        }
+    }
+
+    /// Returns the forms of a triangle's umbra, corners and light in world space: positive together at
+    /// the starts that it blocks.
+    pub(crate) fn of_umbra(frame: &Frame, corners: [DVec3; 3], light: &LightShape) -> Self {
+        let [a, b, c] = corners.map(|corner| frame.from_world(corner));
+        let (towards_light, is_finite) = match *light {
+            LightShape::Point(light) => (frame.from_world(light), true),
+            LightShape::Direction(direction) => (direction, false),
+        };
+        let over = |from: DVec3, to: DVec3, inside: DVec3| {
+            let ray = if is_finite {
+                from - towards_light
+            } else {
+                towards_light
+            };
+            Form::spanned(ray, to - from, from, Inside::Point(inside))
+        };
+        let lit = if is_finite {
+            Inside::Point(towards_light)
+        } else {
+            Inside::Direction(towards_light)
+        };
+        let plane = Form::spanned(b - a, c - a, a, lit);
+        let behind = Form {
+            normal: -plane.normal,
+            offset: -plane.offset,
+        };
+        Self::new([over(a, b, c), over(b, c, a), over(c, a, b), behind])
+    }
+}
+
+impl Forms {
+    /// Returns the plane through the light and an edge, four times; which side is positive is of no
+    /// account.
+    pub(crate) fn through_light(frame: &Frame, ends: [DVec3; 2], light: &LightShape) -> Self {
+        let [from, to] = ends.map(|end| frame.from_world(end));
+        let ray = match *light {
+            LightShape::Point(light) => from - frame.from_world(light),
+            LightShape::Direction(direction) => direction,
+        };
+        let normal = ray.cross(to - from);
+        Self::new(
+            [Form::spanned(
+                ray,
+                to - from,
+                from,
+                Inside::Point(from + normal.normalize_or_zero()),
+            ); 4],
+        )
+    }
+
+    /// Returns whether a box surely lies on one side of the first form.
+    #[inline]
+    pub(crate) fn straddles_not(&self, center: [f32; 3], half: [f32; 3]) -> bool {
+        let middle = self.at(center)[0];
+        let reach = self.rows[0][0].abs() * half[0]
+            + self.rows[1][0].abs() * half[1]
+            + self.rows[2][0].abs() * half[2];
+        middle.abs() > reach + BOUND
+    }
+
+    /// Returns for each form whether it is surely negative at a point, a bit each.
+    #[inline]
+    pub(crate) fn outside(&self, x: [f32; 3]) -> u32 {
+        let heights = self.at(x);
+        (0..4).fold(0, |bits, i| bits | u32::from(heights[i] < -BOUND) << i)
+    }
+
+    /// Returns the forms of the starts on a triangle: three that are positive over the inside of each
+    /// edge, seen along the axis of the normal's largest component, and the height over the plane along
+    /// that axis.
+    pub(crate) fn of_starts(frame: &Frame, corners: [DVec3; 3], axis: usize) -> Self {
+        let [a, b, c] = corners.map(|corner| frame.from_world(corner));
+        let mut along = DVec3::ZERO;
+        along[axis] = 1.0;
+        let over = |from: DVec3, to: DVec3, inside: DVec3| {
+            // Seen along the axis, so that the form does not change along it.
+            let mut edge = to - from;
+            edge[axis] = 0.0;
+            Form::spanned(edge, along, from, Inside::Point(inside))
+        };
+        let normal = (b - a).cross(c - a);
+        let products = (b - a).abs().max_element() * (c - a).abs().max_element();
+        let slope = normal[axis];
+        let height = if slope.abs() > products * 2f64.powi(-20) && slope.abs() > 1e-250 {
+            let normal = normal / slope;
+            Form {
+                normal,
+                offset: -normal.dot(a),
+            }
+        } else {
+            // Never near zero: such a triangle's starts are for the exact rule.
+            Form {
+                normal: DVec3::ZERO,
+                offset: 2.0,
+            }
+        };
+        Self::new([over(a, b, c), over(b, c, a), over(c, a, b), height])
+    }
+
+    /// Returns whether a point given for a start on this triangle surely is where the start is, up to
+    /// [`START_ROOM`].
+    #[inline]
+    pub(crate) fn is_start(&self, x: [f32; 3]) -> bool {
+        let heights = self.at(x);
+        // The height is right up to 2^-21; the start has the point's other two coordinates.
+        let lowest = heights[0].min(heights[1]).min(heights[2]);
+        lowest > BOUND && heights[3].abs() < (0.5 * START_ROOM) as f32
+    }
+}

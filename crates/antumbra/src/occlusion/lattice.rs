@@ -1,0 +1,141 @@
+//! Where the voxels of a store of bricks are.
+
+use antumbra_geometry::{Bounds, DVec3};
+
+use super::forms::START_ROOM;
+use crate::frame::Frame;
+
+/// Cells of an octree over the scene, and the bricks of 4^3 of them that hold their values.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lattice {
+    min: DVec3,
+    /// Edge of the octree's root cell in world units.
+    edge: f64,
+    /// Number of bricks of the coarsest level along each axis.
+    pub(crate) root: [u32; 3],
+    /// Octree level of the coarsest bricks: so many times the root cell is halved.
+    pub(crate) root_level: u32,
+    /// Levels of bricks.
+    pub(crate) brick_levels: u32,
+    finest_per_unit: f64,
+    finest: DVec3,
+    /// What cells are inflated by, in world units.
+    room: f64,
+}
+
+/// A cell of the octree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Cell {
+    pub(crate) level: u32,
+    /// Its number along each axis, in cells of its level.
+    pub(crate) at: [u32; 3],
+}
+
+impl Cell {
+    pub(crate) const ROOT: Self = Self {
+        level: 0,
+        at: [0; 3],
+    };
+
+    /// Returns the eight halves; bit `i` of the place picks the upper one along axis `i`.
+    pub(crate) fn children(self) -> [Self; 8] {
+        std::array::from_fn(|place| Self {
+            level: self.level + 1,
+            at: std::array::from_fn(|axis| 2 * self.at[axis] + (place as u32 >> axis & 1)),
+        })
+    }
+}
+
+impl Lattice {
+    /// Lays cells over the scene: bricks of the coarsest level after `root_level` halvings, at most
+    /// `finest_level` halvings in all.
+    pub(crate) fn new(scene: &Bounds, frame: &Frame, root_level: u32, finest_level: u32) -> Self {
+        let room = 2.0 * START_ROOM / frame.scale;
+        let bounds = scene.inflated(DVec3::splat(room));
+        let edge = bounds.size().max_element() * (1.0 + 8.0 * f64::EPSILON);
+        let brick_edge = edge / f64::from(1u32 << root_level);
+        let root = (bounds.size() / brick_edge)
+            .to_array()
+            .map(|count| (count.ceil() as u32).clamp(1, 1 << root_level));
+        let brick_levels = finest_level.saturating_sub(root_level).div_ceil(2).max(1);
+        let finest_per_brick = f64::from(1u32 << (2 * brick_levels));
+        Self {
+            min: bounds.min,
+            edge,
+            root,
+            root_level,
+            brick_levels,
+            finest_per_unit: finest_per_brick / brick_edge,
+            finest: DVec3::from_array(root.map(f64::from)) * finest_per_brick,
+            room,
+        }
+    }
+
+    /// Returns whether a cell holds a part of the scene's box.
+    pub(crate) fn is_inside(&self, cell: Cell) -> bool {
+        (0..3).all(|axis| {
+            let level = cell.level.min(self.root_level);
+            let brick = (cell.at[axis] >> (cell.level - level)) << (self.root_level - level);
+            brick < self.root[axis]
+        })
+    }
+
+    /// Returns the box of a cell, inflated so that it holds every start whose given point lies in it.
+    pub(crate) fn inflated(&self, cell: Cell) -> Bounds {
+        let edge = self.edge / f64::from(1u32 << cell.level);
+        let min = self.min + DVec3::from_array(cell.at.map(f64::from)) * edge;
+        Bounds {
+            min,
+            max: min + edge,
+        }
+        .inflated(DVec3::splat(self.room))
+    }
+
+    /// Returns the finest cell that holds a point, counted along each axis, or `None` outside.
+    #[inline]
+    pub(crate) fn finest_at(&self, point: DVec3) -> Option<[u32; 3]> {
+        let scaled = (point - self.min) * self.finest_per_unit;
+        let is_inside = scaled.cmpge(DVec3::ZERO).all() && scaled.cmplt(self.finest).all();
+        is_inside.then(|| [scaled.x as u32, scaled.y as u32, scaled.z as u32])
+    }
+
+    /// Returns the number of the coarsest brick that holds a finest cell.
+    #[inline]
+    pub(crate) fn root_brick(&self, finest: [u32; 3]) -> usize {
+        let shift = 2 * self.brick_levels;
+        let [x, y, z] = finest.map(|at| (at >> shift) as usize);
+        (z * self.root[1] as usize + y) * self.root[0] as usize + x
+    }
+
+    /// Returns the place of a finest cell in its brick of a level, 0 the coarsest.
+    #[inline]
+    pub(crate) fn place_in_brick(&self, finest: [u32; 3], level: u32) -> u32 {
+        let shift = 2 * (self.brick_levels - 1 - level);
+        let [x, y, z] = finest.map(|at| at >> shift & 3);
+        z << 4 | y << 2 | x
+    }
+
+    /// Returns all coarsest bricks as cells, in the order of their numbers.
+    pub(crate) fn root_bricks(&self) -> impl Iterator<Item = Cell> + use<> {
+        let Self {
+            root: [nx, ny, nz],
+            root_level: level,
+            ..
+        } = *self;
+        (0..nz).flat_map(move |z| {
+            (0..ny).flat_map(move |y| {
+                (0..nx).map(move |x| Cell {
+                    level,
+                    at: [x, y, z],
+                })
+            })
+        })
+    }
+
+    /// Returns the planes between finest cells: the lowest corner, their edge, and their number along
+    /// each axis.
+    pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {
+        let count = self.finest.to_array().map(|count| count as u32);
+        (self.min, 1.0 / self.finest_per_unit, count)
+    }
+}

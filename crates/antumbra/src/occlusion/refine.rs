@@ -1,0 +1,177 @@
+//! Values for one light, refined where surfaces are.
+//!
+//! Top down: a cell keeps what may matter to it, is decided, or keeps the few possible blockers, or is
+//! halved along each axis. In: the casters, the lattice. Out: one octree per audience under each of the
+//! coarsest bricks. Invariant: what is written for a cell is a function of the scene, the light and the
+//! cell.
+
+use antumbra_geometry::Bounds;
+use rayon::prelude::*;
+
+use super::bricks::Decisions;
+use super::candidates::{Candidates, Casters};
+use super::lattice::{Cell, Lattice};
+use super::value::Audience;
+
+/// How far to refine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Depth {
+    /// Halvings of the scene's box at most, for starts on surfaces.
+    pub(crate) surfaces: u32,
+    /// The same for points of space.
+    pub(crate) space: u32,
+    /// As few blockers are kept instead of finer cells.
+    pub(crate) short_list: usize,
+    /// As few blockers are kept in cells that are not refined further.
+    pub(crate) long_list: usize,
+}
+
+/// Decisions for all audiences.
+type Decided = [Decisions; 3];
+
+/// Cells of fewer halvings are shared among threads.
+const PARALLEL_LEVEL: u32 = 6;
+
+pub(crate) struct Refiner<'a> {
+    pub(crate) casters: &'a Casters<'a>,
+    pub(crate) lattice: &'a Lattice,
+    pub(crate) depth: Depth,
+}
+
+impl Refiner<'_> {
+    /// Returns the octrees under the coarsest bricks, for each audience in the order of the bricks.
+    pub(crate) fn refine(&self) -> [Vec<Decisions>; 3] {
+        let decided = self.decide(Cell::ROOT, &self.casters.all(), [true; 3]);
+        decided.map(|octree| {
+            let mut bricks = Vec::new();
+            for brick in self.lattice.root_bricks() {
+                bricks.push(cut_out(&octree, brick));
+            }
+            bricks
+        })
+    }
+
+    fn decide(&self, cell: Cell, around: &Candidates, pending: [bool; 3]) -> Decided {
+        const UNKNOWN: Decided = [const { Decisions::Unknown }; 3];
+        if !self.lattice.is_inside(cell) {
+            return UNKNOWN;
+        }
+        let bounds = self.lattice.inflated(cell);
+        let candidates = self.casters.narrow(around, &bounds, cell.level);
+        let mut decided = UNKNOWN;
+        let mut still = [false; 3];
+        for (number, audience) in Audience::ALL.into_iter().enumerate() {
+            if pending[number] {
+                match self.decide_for(audience, cell, &candidates, &bounds) {
+                    Some(decisions) => decided[number] = decisions,
+                    None => still[number] = true,
+                }
+            }
+        }
+        if still.contains(&true) {
+            let finer = self.decide_children(cell, &candidates, still);
+            for (number, finer) in finer.into_iter().enumerate() {
+                if still[number] {
+                    decided[number] = finer;
+                }
+            }
+        }
+        decided
+    }
+
+    fn decide_children(&self, cell: Cell, candidates: &Candidates, pending: [bool; 3]) -> Decided {
+        let decide = |child: Cell| self.decide(child, candidates, pending);
+        let children: Vec<Decided> = if cell.level < PARALLEL_LEVEL {
+            cell.children().into_par_iter().map(decide).collect()
+        } else {
+            cell.children().into_iter().map(decide).collect()
+        };
+        let mut all = [const { Vec::new() }; 3];
+        for child in children {
+            for (octrees, octree) in all.iter_mut().zip(child) {
+                octrees.push(octree);
+            }
+        }
+        all.map(|octrees| match <Box<[Decisions; 8]>>::try_from(octrees) {
+            Ok(octrees) => Decisions::Split(octrees),
+            Err(_) => Decisions::Unknown,
+        })
+    }
+
+    /// Returns what to write for a whole cell, or `None` to refine it.
+    fn decide_for(
+        &self,
+        audience: Audience,
+        cell: Cell,
+        candidates: &Candidates,
+        bounds: &Bounds,
+    ) -> Option<Decisions> {
+        if candidates.triangles.is_empty()
+            && candidates.crossing.is_empty()
+            && candidates.covering.is_empty()
+        {
+            return Some(Decisions::Known(false));
+        }
+        if audience == Audience::Free {
+            if let Some(is_shadowed) = self.casters.decide_free(candidates, bounds) {
+                return Some(Decisions::Known(is_shadowed));
+            }
+            // Fine cells only near surfaces.
+            let finest = if candidates.holders.is_empty() {
+                self.lattice.root_level + 2
+            } else {
+                self.depth.space
+            };
+            let can_refine = cell.level < finest;
+            return self.list(can_refine, || {
+                |most| self.casters.blockers(None, candidates, most)
+            });
+        }
+        let receivers = self.casters.receivers(audience, candidates, bounds);
+        if receivers.is_empty() {
+            // Nobody asks.
+            return Some(Decisions::Unknown);
+        }
+        let decided = self.casters.decide_surfaces(&receivers, candidates, bounds);
+        if let Some(is_shadowed) = decided {
+            return Some(Decisions::Known(is_shadowed));
+        }
+        let can_refine = cell.level < self.depth.surfaces;
+        self.list(can_refine, || {
+            |most| self.casters.blockers(Some(&receivers), candidates, most)
+        })
+    }
+
+    /// Returns the list of the few possible blockers; `None` to refine instead.
+    fn list<F>(&self, can_refine: bool, blockers: impl FnOnce() -> F) -> Option<Decisions>
+    where
+        F: Fn(usize) -> Option<Vec<u32>>,
+    {
+        let most = if can_refine {
+            self.depth.short_list
+        } else {
+            self.depth.long_list
+        };
+        match (blockers()(most), can_refine) {
+            (Some(list), _) if list.is_empty() => Some(Decisions::Known(false)),
+            (Some(list), _) if most > 0 => Some(Decisions::List(list.into())),
+            (_, true) => None,
+            (_, false) => Some(Decisions::Unknown),
+        }
+    }
+}
+
+/// Returns the part of an octree under a cell.
+fn cut_out(octree: &Decisions, cell: Cell) -> Decisions {
+    let mut here = octree;
+    for level in (0..cell.level).rev() {
+        let Decisions::Split(children) = here else {
+            break;
+        };
+        let place = (0..3).fold(0, |place, axis| {
+            place | (cell.at[axis] >> level & 1) << axis
+        });
+        here = &children[place as usize];
+    }
+    here.clone()
+}
