@@ -71,6 +71,7 @@ impl Run {
         Settings {
             shadows: typed.shadows.name().to_owned(),
             shadows_used: Shadows::of(prepared.index().method()).name().to_owned(),
+            rays: typed.rays.name().to_owned(),
             grid: prepared.index().grid_resolution(),
             size: meant.size,
             spp: typed.spp,
