@@ -148,7 +148,7 @@ fn table(statistics: &Statistics) -> String {
         ("  by blocker list", share(shadow.blocker_list)),
         ("  by ray", share(shadow.rays)),
         ("  found blocked", share(shadow.shadowed)),
-        ("voxels entered", count(traversal.steps)),
+        ("voxels, nodes entered", count(traversal.steps)),
         ("surfaces tested", count(traversal.intersections)),
         (
             "exposure",
