@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra::{GridResolution, Method, QuickCheck};
+use antumbra::{GridResolution, Method, QuickCheck, RayMethod};
 use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -112,6 +112,10 @@ pub(crate) struct Render {
     /// How shadow queries are answered; the picture is the same
     #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
     pub(crate) shadows: Shadows,
+
+    /// What finds where eye rays, mirrored and refracted rays hit; the picture is the same
+    #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
+    pub(crate) rays: Rays,
 
     /// Evaluate the quick check of the paper, and say or do what it advises
     #[arg(long, value_enum, value_name = "ACTION")]
@@ -257,19 +261,32 @@ pub(crate) enum Shadows {
     #[default]
     #[value(name = "voxel-1990")]
     Voxel1990,
+    /// Exact values on any mesh, in voxels refined where surfaces are; lists of the few possible
+    /// blockers; rays for the rest
+    Voxel,
     /// A walk through the uniform grid for each query
     Grid,
+    /// A ray through the bounding volume hierarchy for each query
+    Bvh,
     /// Every surface is tested
     Naive,
 }
 
 impl Shadows {
-    pub(crate) const ALL: [Self; 3] = [Self::Voxel1990, Self::Grid, Self::Naive];
+    pub(crate) const ALL: [Self; 5] = [
+        Self::Voxel,
+        Self::Voxel1990,
+        Self::Grid,
+        Self::Bvh,
+        Self::Naive,
+    ];
 
     pub(crate) fn method(self) -> Method {
         match self {
             Self::Voxel1990 => Method::Voxel1990,
+            Self::Voxel => Method::Voxel,
             Self::Grid => Method::Grid,
+            Self::Bvh => Method::Bvh,
             Self::Naive => Method::Naive,
         }
     }
@@ -277,7 +294,9 @@ impl Shadows {
     pub(crate) fn of(method: Method) -> Self {
         match method {
             Method::Voxel1990 => Self::Voxel1990,
+            Method::Voxel => Self::Voxel,
             Method::Grid => Self::Grid,
+            Method::Bvh => Self::Bvh,
             Method::Naive => Self::Naive,
         }
     }
@@ -286,8 +305,37 @@ impl Shadows {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Voxel1990 => "voxel-1990",
+            Self::Voxel => "voxel",
             Self::Grid => "grid",
+            Self::Bvh => "bvh",
             Self::Naive => "naive",
+        }
+    }
+}
+
+/// What finds the nearest hit of a ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Rays {
+    /// The bounding volume hierarchy
+    #[default]
+    Bvh,
+    /// The uniform grid
+    Grid,
+}
+
+impl Rays {
+    pub(crate) fn method(self) -> RayMethod {
+        match self {
+            Self::Bvh => RayMethod::Bvh,
+            Self::Grid => RayMethod::Grid,
+        }
+    }
+
+    /// Returns the name as it is typed.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Bvh => "bvh",
+            Self::Grid => "grid",
         }
     }
 }
@@ -353,6 +401,9 @@ mod tests {
         for shadows in Shadows::ALL {
             assert_eq!(Shadows::from_str(shadows.name(), false), Ok(shadows));
             assert_eq!(Shadows::of(shadows.method()), shadows);
+        }
+        for rays in [Rays::Bvh, Rays::Grid] {
+            assert_eq!(Rays::from_str(rays.name(), false), Ok(rays));
         }
     }
 }

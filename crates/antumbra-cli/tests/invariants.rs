@@ -194,7 +194,7 @@ fn assert_same_pictures(scene: &Path, more: &[&str]) {
         scene.display(),
         naive.len()
     );
-    for method in ["voxel-1990", "grid"] {
+    for method in ["voxel-1990", "grid", "bvh"] {
         assert!(
             picture(method) == naive,
             "{}: {method} differs from naive",

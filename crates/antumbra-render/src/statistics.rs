@@ -34,7 +34,7 @@ pub struct Statistics {
     pub rays: Rays,
     /// Shadow queries.
     pub shadow: ShadowQueries,
-    /// Work in the grid, all rays.
+    /// Work in the grid and the tree, all rays.
     pub traversal: Traversal,
     /// Wall-clock times.
     pub time: Times,
@@ -47,10 +47,12 @@ pub struct Statistics {
 /// What was asked for.
 #[derive(Clone, Debug, Serialize)]
 pub struct Settings {
-    /// `voxel-1990`, `grid` or `naive`.
+    /// `voxel-1990`, `grid`, `bvh` or `naive`.
     pub shadows: String,
     /// The method in use: another one where the quick check was to be obeyed.
     pub shadows_used: String,
+    /// What finds nearest hits: `bvh` or `grid`.
+    pub rays: String,
     /// Voxels along x, y, z.
     pub grid: [u32; 3],
     /// Width and height in pixels.
@@ -113,10 +115,10 @@ pub struct ShadowQueries {
     pub shadowed: u64,
 }
 
-/// Work in the grid.
+/// Work in the grid and the tree.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Traversal {
-    /// Voxels entered.
+    /// Voxels entered and nodes visited.
     pub steps: u64,
     /// Surfaces tested.
     pub intersections: u64,
@@ -220,6 +222,7 @@ mod tests {
             settings: Settings {
                 shadows: "grid".into(),
                 shadows_used: "grid".into(),
+                rays: "bvh".into(),
                 grid: [1, 2, 3],
                 size: [4, 5],
                 spp: 1,
@@ -273,6 +276,7 @@ mod tests {
             "/frames",
             "/preparations",
             "/quick_check",
+            "/settings/rays",
             "/settings/grid",
             "/settings/exposure",
             "/settings/exposure_stops",

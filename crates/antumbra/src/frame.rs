@@ -46,7 +46,7 @@ impl Frame {
     }
 
     /// Returns a point in the frame's units.
-    pub(crate) fn from_world(&self, point_in_world: DVec3) -> DVec3 {
+    pub(crate) fn point_in_frame(&self, point_in_world: DVec3) -> DVec3 {
         (point_in_world - self.center) * self.scale
     }
 }
@@ -70,7 +70,7 @@ mod tests {
             let frame = Frame::new(Bounds { min, max });
             for corner in [min, max] {
                 let reach =
-                    frame.from_world(corner).abs().max_element() + 7.0 * frame.margin_in_frame;
+                    frame.point_in_frame(corner).abs().max_element() + 7.0 * frame.margin_in_frame;
                 assert!(reach <= 1.0, "{low} {size}: {reach}");
             }
         }

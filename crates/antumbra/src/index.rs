@@ -154,7 +154,7 @@ pub enum BuildError {
          (about 1625 an axis)"
     )]
     BadResolution([u32; 3]),
-    /// The grid and the values would need more memory than allowed.
+    /// The grid, the tree and the values would need more memory than allowed.
     #[error(
         "grid and occlusion values need about {needed} bytes, more than the limit of {limit}; lower the grid resolution"
     )]
@@ -229,14 +229,14 @@ impl Builder {
         self
     }
 
-    /// Limits the memory of grid and values, in bytes; without it there is no limit.
+    /// Limits the memory of grid, tree and values, in bytes; without it there is no limit.
     #[must_use]
     pub fn memory_limit(mut self, bytes: u64) -> Self {
         self.memory_limit = Some(bytes);
         self
     }
 
-    /// Builds grid and occlusion values, on all threads of the current rayon pool.
+    /// Builds grid, tree and occlusion values, on all threads of the current rayon pool.
     ///
     /// # Errors
     /// A light or a setting is out of range, or the memory limit is too small.
@@ -547,8 +547,7 @@ impl ShadowIndex {
         self.adaptive.as_ref().map(AdaptiveValues::planes)
     }
 
-    /// Returns about how many bytes building the index takes at its height, before any is taken, with
-    /// the default ray method; the grid for rays takes less.
+    /// Returns about how many bytes building the index takes at its height, before any is taken.
     ///
     /// # Errors
     /// The resolution is out of range.
@@ -557,8 +556,8 @@ impl ShadowIndex {
         light_count: usize,
         resolution: GridResolution,
         method: Method,
+        rays: RayMethod,
     ) -> Result<u64, BuildError> {
-        let rays = RayMethod::default();
         predict_bytes(occluders, light_count, resolution, method, rays)
     }
 

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use antumbra::{Counters, GridResolution, Method, Shadow, ShadowIndex};
+use antumbra::{Counters, GridResolution, Method, Refinement, Shadow, ShadowIndex};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
 };
@@ -93,6 +93,22 @@ fn start(point: [f64; 3], surface: Option<usize>) -> Start {
     }
 }
 
+/// Values alone, coarse and fine; lists as soon as they are long enough for everything; both.
+fn refinements() -> [Refinement; 4] {
+    let refinement = |resolution, short_list, long_list| Refinement {
+        resolution,
+        space_resolution: resolution,
+        short_list,
+        long_list,
+    };
+    [
+        refinement(4, 0, 0),
+        refinement(32, 0, 0),
+        refinement(4, 64, 64),
+        refinement(64, 2, 8),
+    ]
+}
+
 /// All methods, the walking ones on several grids.
 fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, ShadowIndex)> {
     let occluders = occluders(surfaces);
@@ -113,6 +129,15 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
                 .expect("settings are in range");
             indices.push((format!("{method:?} {grid:?}"), index));
         }
+    }
+    for refinement in refinements() {
+        let index = ShadowIndex::builder(occluders.clone(), lights.clone())
+            .method(Method::Voxel)
+            .grid(GridResolution::Fixed([1; 3]))
+            .refinement(refinement)
+            .build()
+            .expect("settings are in range");
+        indices.push((format!("Voxel {refinement:?}"), index));
     }
     let by_tree = ShadowIndex::builder(occluders, lights)
         .method(Method::Bvh)

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Answer, BuildError, Counters, Decided, GridResolution, Method, QuickCheck, Shadow, ShadowIndex,
+    Answer, BuildError, Counters, Decided, GridResolution, Method, QuickCheck, RayMethod, Shadow,
+    ShadowIndex,
 };
 use antumbra_geometry::{
     Cone, DVec3, LightShape, Occluders, OccludersBuilder, Opacity, Ray, Sphere, Start, SurfaceId,
@@ -403,7 +404,8 @@ fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
         .memory_limit(limit)
         .build()
         .expect_err("more than a gibibyte");
-    let needed = ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990).unwrap();
+    let needed =
+        ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990, RayMethod::Bvh).unwrap();
     assert!(needed > 2 * 1600 * 1600 * 1600 / 8 && needed > limit);
     assert_eq!(refused, BuildError::Memory { needed, limit });
     let text = refused.to_string();
@@ -413,7 +415,8 @@ fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
 
     // The limit is kept to the byte of the prediction.
     let grid = GridResolution::Fixed([30; 3]);
-    let needed = ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990).unwrap();
+    let needed =
+        ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990, RayMethod::Bvh).unwrap();
     let build = |limit| {
         ShadowIndex::builder(occluders.clone(), lights.clone())
             .grid(grid)

@@ -153,7 +153,7 @@ fn check_shadows(name: &str, occluders: &Arc<Occluders>, lights: &[LightShape], 
     let by_tree = index(occluders, lights, RayMethod::Bvh);
     let mut shadowed = 0;
     for hit in hits {
-        for light in 0..lights.len() {
+        for (light, shape) in lights.iter().enumerate() {
             for surface in [Some(hit.surface), None] {
                 let point = hit.point;
                 let start = Start { point, surface };
@@ -164,7 +164,7 @@ fn check_shadows(name: &str, occluders: &Arc<Occluders>, lights: &[LightShape], 
                 let truth = by_tree
                     .shadow_by_reference(&start, light)
                     .expect("a fine query");
-                assert_eq!(answer, truth, "{name}: {start:?} {:?}", lights[light]);
+                assert_eq!(answer, truth, "{name}: {start:?} {shape:?}");
                 shadowed += usize::from(answer == Shadow::Shadowed);
             }
         }

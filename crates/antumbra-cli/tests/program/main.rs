@@ -19,12 +19,13 @@ fn help_names_every_command_and_the_exit_codes() {
         "verify",
         "scene",
         "convert",
+        "bench",
         "Exit codes",
         "130",
     ] {
         assert!(stdout(&output).contains(part), "{part}");
     }
-    for command in ["render", "inspect", "verify", "scene", "convert"] {
+    for command in ["render", "inspect", "verify", "scene", "convert", "bench"] {
         assert_code(&antumbra(&[command, "--help"]), 0);
     }
 }
@@ -32,11 +33,12 @@ fn help_names_every_command_and_the_exit_codes() {
 #[test]
 fn bad_usage_ends_with_2_and_says_what_was_expected() {
     let render = |more: &[&str]| antumbra(&[&["render", "a.nff", "-o", "b.png"], more].concat());
-    let cases: [(&[&str], &str); 17] = [
+    let cases: [(&[&str], &str); 18] = [
         (&["--size", "0x5"], "1 to 16384 pixels"),
         (&["--size", "99999x1"], "1 to 16384 pixels"),
         (&["--grid", "0"], "1 to 2048 voxels"),
-        (&["--shadows", "soft"], "voxel-1990"),
+        (&["--shadows", "soft"], "voxel-1990, grid, bvh, naive"),
+        (&["--rays", "octree"], "bvh, grid"),
         (&["--quick-check", "maybe"], "report"),
         (&["--spp", "0"], "1..=65536"),
         (&["--spp", "2", "--corner-rays"], "cannot be used with"),
@@ -117,15 +119,17 @@ fn the_picture_depends_neither_on_the_method_nor_on_threads() {
     for sampling in [&["--spp", "3"][..], &["--corner-rays"], &[]] {
         let expected = rendered(&folder, &scene, sampling);
         assert!(expected.starts_with(b"\x89PNG\r\n"));
-        for method in ["voxel-1990", "grid", "naive"] {
+        for method in ["voxel-1990", "grid", "bvh", "naive"] {
             for threads in ["1", "2", "7"] {
                 let more = [sampling, &["--shadows", method, "--threads", threads]].concat();
                 assert!(rendered(&folder, &scene, &more) == expected, "{more:?}");
             }
         }
         for grid in ["1", "3x4x5", "40"] {
-            let more = [sampling, &["--grid", grid]].concat();
-            assert!(rendered(&folder, &scene, &more) == expected, "{more:?}");
+            for rays in ["bvh", "grid"] {
+                let more = [sampling, &["--grid", grid, "--rays", rays]].concat();
+                assert!(rendered(&folder, &scene, &more) == expected, "{more:?}");
+            }
         }
     }
 }
@@ -141,7 +145,7 @@ fn the_occlusion_picture_does_not_depend_on_threads() {
 #[test]
 fn figures_are_all_there_and_add_up() {
     let (folder, scene) = Folder::with_scene();
-    for method in ["voxel-1990", "grid", "naive"] {
+    for method in ["voxel-1990", "grid", "bvh", "naive"] {
         for show in ["scene", "occlusion"] {
             let figures = figures(&folder, &scene, &["--shadows", method, "--show", show]);
             let of = |path| count(&figures, path);
@@ -166,6 +170,7 @@ fn figures_are_all_there_and_add_up() {
             assert_eq!(of("/preparations"), 1);
             assert_eq!(figures["is_complete"], true);
             assert_eq!(figures["settings"]["shadows"], method);
+            assert_eq!(figures["settings"]["rays"], "bvh");
             assert!(figures["quick_check"].is_null());
             for path in ["/time/load_s", "/time/prepare_s", "/time/render_s"] {
                 assert!(
@@ -200,8 +205,9 @@ fn every_method_counts_the_same_queries() {
     };
     let expected = of("naive");
     assert_eq!(expected[0], 65 * 49);
-    assert_eq!(of("grid"), expected);
-    assert_eq!(of("voxel-1990"), expected);
+    for method in ["voxel-1990", "grid", "bvh"] {
+        assert_eq!(of(method), expected, "{method}");
+    }
 }
 
 #[test]
@@ -377,7 +383,9 @@ fn inspect_counts_and_predicts() {
     assert_eq!(row("lights"), "2");
     assert_eq!(row("bounds"), "(-3, -3, 0) to (3, 3, 1.5)");
     assert!(row("grid").contains(" x "));
-    assert!(row("memory, voxel-1990").contains('B'));
+    for method in ["voxel-1990", "grid", "bvh", "naive"] {
+        assert!(row(&format!("memory, {method} ")).contains('B'));
+    }
 }
 
 #[test]
@@ -401,7 +409,7 @@ fn built_in_scenes_are_written_and_verify_finds_no_difference() {
 #[test]
 fn verify_takes_every_shape_and_any_one_method() {
     let (_folder, scene) = Folder::with_scene();
-    for method in ["voxel-1990", "grid", "naive"] {
+    for method in ["voxel-1990", "grid", "bvh", "naive"] {
         let arguments = [
             "verify",
             text(&scene),

@@ -159,21 +159,28 @@ impl<'a> Integrator<'a> {
     /// Notes in `seen` what an eye ray sees first; asks every light there and follows no further.
     pub fn look_only(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) {
         seen.clear();
+        if let Some(point) = self.first_seen(eye_ray, tally) {
+            seen.is_surface = true;
+            let lights = 0..self.prepared.scene().lights.len();
+            seen.queries
+                .extend(lights.map(|light| self.ask(&point, light, tally)));
+        }
+    }
+
+    /// Returns the first point along an eye ray whose surface covers anything, or `None` where
+    /// nothing is seen.
+    pub fn first_seen(&self, eye_ray: &Ray, tally: &mut Tally) -> Option<SurfacePoint> {
         tally.primary += 1;
         let mut ray = *eye_ray;
-        for passed in 0..=MAX_PASSED {
-            let Some(point) = self.nearest(&ray, tally) else {
-                return;
-            };
+        let mut passed = 0;
+        loop {
+            let point = self.nearest(&ray, tally)?;
             tally.primary_hits += u64::from(passed == 0);
             let look = self.prepared.look(&point.hit, point.viewer_side);
             if look.coverage > 0.0 || passed == MAX_PASSED {
-                seen.is_surface = true;
-                let lights = 0..self.prepared.scene().lights.len();
-                seen.queries
-                    .extend(lights.map(|light| self.ask(&point, light, tally)));
-                return;
+                return Some(point);
             }
+            passed += 1;
             tally.passed += 1;
             ray = point.ray_towards(ray.direction);
         }

@@ -70,7 +70,7 @@ impl Gathered {
         &self.places
     }
 
-    /// Returns the bytes that grid and values will take, before any is taken.
+    /// Returns the bytes that grid, tree and values will take, before any is taken.
     ///
     /// # Errors
     /// A setting is out of range.
@@ -85,6 +85,7 @@ impl Gathered {
             light_count,
             options.grid,
             options.method,
+            options.rays,
         )?)
     }
 
@@ -111,6 +112,7 @@ impl Gathered {
             .collect();
         Ok(ShadowIndex::builder(Arc::clone(&self.occluders), shapes)
             .method(options.method)
+            .rays(options.rays)
             .grid(options.grid)
             .quick_check(options.quick_check)
             .memory_limit(options.memory_limit)

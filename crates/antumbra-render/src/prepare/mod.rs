@@ -18,7 +18,7 @@ mod masks;
 mod memory;
 mod surface;
 
-use antumbra::{BuildError, GridResolution, Method, QuickCheck, ShadowIndex};
+use antumbra::{BuildError, GridResolution, Method, QuickCheck, RayMethod, ShadowIndex};
 use antumbra_geometry::OccludersError;
 use antumbra_scene::model::Scene;
 
@@ -67,11 +67,13 @@ fn named(name: &str) -> String {
 pub struct PrepareOptions {
     /// How shadow queries are answered.
     pub method: Method,
+    /// What finds nearest hits.
+    pub rays: RayMethod,
     /// How fine the grid is.
     pub grid: GridResolution,
     /// What the quick check of Paper 7.3 does.
     pub quick_check: QuickCheck,
-    /// Most bytes that grid and values may take.
+    /// Most bytes that grid, tree and values may take.
     pub memory_limit: u64,
 }
 
@@ -79,6 +81,7 @@ impl Default for PrepareOptions {
     fn default() -> Self {
         Self {
             method: Method::default(),
+            rays: RayMethod::default(),
             grid: GridResolution::default(),
             quick_check: QuickCheck::default(),
             memory_limit: u64::MAX,

@@ -30,8 +30,8 @@ pub(super) struct FrameBox {
 impl FrameBox {
     pub(super) fn new(frame: &Frame, bounds: &Bounds) -> Self {
         let room = DVec3::splat(frame.margin_in_frame + PLANE_ROOM);
-        let min = frame.from_world(bounds.min) - room;
-        let max = frame.from_world(bounds.max) + room;
+        let min = frame.point_in_frame(bounds.min) - room;
+        let max = frame.point_in_frame(bounds.max) + room;
         Self {
             min: min.to_array().map(|x| (x as f32).next_down()),
             max: max.to_array().map(|x| (x as f32).next_up()),

@@ -324,7 +324,7 @@ impl TriangleGroup {
             let Some([a, b, c]) = occluders.triangle_positions(surface) else {
                 continue;
             };
-            let corner = frame.from_world(a);
+            let corner = frame.point_in_frame(a);
             let (ab, ac) = ((b - a) * frame.scale, (c - a) * frame.scale);
             for axis in 0..3 {
                 group.corner[axis][lane] = corner[axis] as f32;
@@ -349,7 +349,7 @@ impl SphereGroup {
             let Some(sphere) = occluders.sphere(surface) else {
                 continue;
             };
-            let center = frame.from_world(sphere.center);
+            let center = frame.point_in_frame(sphere.center);
             for axis in 0..3 {
                 group.center[axis][lane] = center[axis] as f32;
             }

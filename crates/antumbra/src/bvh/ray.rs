@@ -146,8 +146,7 @@ impl Bvh {
         // Not for starts that lie far off the plane of a needle-thin triangle, nor for lengths whose
         // reciprocal overflows; a NaN among the components is one in the sum.
         let is_fit = offset <= 0.25 * frame.margin
-            && length >= 1e-290
-            && length <= 1e290
+            && (1e-290..=1e290).contains(&length)
             && !direction.element_sum().is_nan();
         if !is_fit {
             return Prepared::Unfit;
@@ -222,7 +221,7 @@ enum Entry {
 fn enter(frame: &Frame, segment: &Segment, origin: DVec3) -> Entry {
     let direction = segment.direction();
     let distance = origin.abs().max_element();
-    if !(distance <= FARTHEST_START) {
+    if distance.is_nan() || distance > FARTHEST_START {
         return Entry::Unfit;
     }
     // A slab test in f64. Each parameter errs by less than 2^-50 of itself, which is 2^-30 of the
@@ -249,7 +248,7 @@ fn enter(frame: &Frame, segment: &Segment, origin: DVec3) -> Entry {
     if segment.is_finite() && enters > 1.0 + 1e-12 {
         return Entry::Never;
     }
-    let place = frame.from_world(point_along(
+    let place = frame.point_in_frame(point_along(
         segment.origin(),
         direction,
         segment.direction_tail(),

@@ -96,7 +96,7 @@ impl Bvh {
         let offset = offset(segment);
         let light = LightShape::Direction(segment.direction());
         // From afar, distances are rounded by more than the room that the walk leaves behind a hit.
-        let distance = self.frame.from_world(point).abs().max_element();
+        let distance = self.frame.point_in_frame(point).abs().max_element();
         let is_near = 2.0 * f64::EPSILON * distance <= 0.25 * self.frame.margin_in_frame;
         match self.prepare(simd, point, offset, &light, || segment.clone()) {
             Prepared::Miss if is_near => None,

@@ -235,7 +235,10 @@ fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool
 impl AdaptiveValues {
     #[inline]
     fn narrow(&self, point: DVec3) -> [f32; 3] {
-        self.frame.from_world(point).to_array().map(|x| x as f32)
+        self.frame
+            .point_in_frame(point)
+            .to_array()
+            .map(|x| x as f32)
     }
 
     #[inline]

@@ -153,7 +153,7 @@ impl<'a> Casters<'a> {
     pub(crate) fn narrow(&self, all: &Candidates, bounds: &Bounds, level: u32) -> Candidates {
         let shaft = Shaft::new(*bounds, self.light);
         let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-        let center = narrow(self.frame.from_world(bounds.center()));
+        let center = narrow(self.frame.point_in_frame(bounds.center()));
         let half = narrow(bounds.size() * (0.5 * self.frame.scale)).map(|x| x + 0.25 * BOUND);
 
         let mut kept = Candidates {

@@ -218,7 +218,12 @@ impl<'a> Casters<'a> {
 
     fn decide_patch(&self, patch: &Patch<'_>, candidates: &Candidates) -> Option<bool> {
         // A convex umbra that holds the corners holds the patch.
-        let narrow = |point| self.frame.from_world(point).to_array().map(|x| x as f32);
+        let narrow = |point| {
+            self.frame
+                .point_in_frame(point)
+                .to_array()
+                .map(|x| x as f32)
+        };
         let is_covered = candidates.triangles.iter().any(|&triangle| {
             let forms = &self.umbra_forms[triangle as usize];
             self.blocks_everywhere(triangle)
@@ -330,7 +335,12 @@ impl<'a> Casters<'a> {
         if self.mesh.flat_group(surface) == self.mesh.flat_group(patch.surface()) {
             return false;
         }
-        let narrow = |point| self.frame.from_world(point).to_array().map(|x| x as f32);
+        let narrow = |point| {
+            self.frame
+                .point_in_frame(point)
+                .to_array()
+                .map(|x| x as f32)
+        };
         let forms = &self.umbra_forms[triangle as usize];
         let outside = patch
             .corners()

@@ -165,9 +165,9 @@ impl Forms {
     /// Returns the forms of a triangle's umbra, corners and light in world space: positive together at
     /// the starts that it blocks.
     pub(crate) fn of_umbra(frame: &Frame, corners: [DVec3; 3], light: &LightShape) -> Self {
-        let [a, b, c] = corners.map(|corner| frame.from_world(corner));
+        let [a, b, c] = corners.map(|corner| frame.point_in_frame(corner));
         let (towards_light, is_finite) = match *light {
-            LightShape::Point(light) => (frame.from_world(light), true),
+            LightShape::Point(light) => (frame.point_in_frame(light), true),
             LightShape::Direction(direction) => (direction, false),
         };
         let over = |from: DVec3, to: DVec3, inside: DVec3| {
@@ -196,9 +196,9 @@ impl Forms {
     /// Returns the plane through the light and an edge, four times; which side is positive is of no
     /// account.
     pub(crate) fn through_light(frame: &Frame, ends: [DVec3; 2], light: &LightShape) -> Self {
-        let [from, to] = ends.map(|end| frame.from_world(end));
+        let [from, to] = ends.map(|end| frame.point_in_frame(end));
         let ray = match *light {
-            LightShape::Point(light) => from - frame.from_world(light),
+            LightShape::Point(light) => from - frame.point_in_frame(light),
             LightShape::Direction(direction) => direction,
         };
         let normal = ray.cross(to - from);
@@ -233,7 +233,7 @@ impl Forms {
     /// edge, seen along the axis of the normal's largest component, and the height over the plane along
     /// that axis.
     pub(crate) fn of_starts(frame: &Frame, corners: [DVec3; 3], axis: usize) -> Self {
-        let [a, b, c] = corners.map(|corner| frame.from_world(corner));
+        let [a, b, c] = corners.map(|corner| frame.point_in_frame(corner));
         let mut along = DVec3::ZERO;
         along[axis] = 1.0;
         let over = |from: DVec3, to: DVec3, inside: DVec3| {

@@ -42,6 +42,9 @@ impl Faces {
     }
 }
 
+/// Why no question is refused.
+const FINE: &str = "corners are finite and there is a light";
+
 type Key = [u64; 3];
 
 fn key(point: DVec3) -> Key {
@@ -64,7 +67,7 @@ pub(super) fn aims(index: &ShadowIndex, light: DVec3, reach: f64) -> Aims {
             surface: Some(surface),
         };
         let side = if occluders.is_opaque(surface) {
-            index.light_side(&start, 0)
+            index.light_side(&start, 0).expect(FINE)
         } else {
             0
         };

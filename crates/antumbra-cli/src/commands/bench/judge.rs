@@ -33,7 +33,7 @@ pub(super) fn judge(
         .filter(|number| {
             let query = different[number * different.len() / judged];
             let truth = index.shadow_by_reference(&batch.starts[query], batch.light);
-            ours[query] != (truth == Shadow::Shadowed)
+            ours[query] != (truth.expect("the query was answered before") == Shadow::Shadowed)
         })
         .count();
     Verdicts {

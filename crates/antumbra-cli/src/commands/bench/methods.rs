@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use antumbra::RayMethod;
 use antumbra_baselines::IndexMethod;
 use antumbra_render::prepare::{Gathered, PrepareOptions};
 use antumbra_scene::model::Light;
@@ -62,6 +63,8 @@ pub(super) fn build(
     for shadows in methods {
         let options = PrepareOptions {
             method: shadows.method(),
+            // Nobody asks for nearest hits: only `bvh` gets the tree.
+            rays: RayMethod::Grid,
             grid: cost.grid.unwrap_or_default(),
             memory_limit: memory_left,
             ..PrepareOptions::default()

@@ -22,6 +22,9 @@ const MOST_RAYS: u64 = 1024;
 /// Queries whose voxels are looked at, spread evenly over the frame.
 const QUERIES: usize = 10_000;
 
+/// Why no sample is refused: it is a hit on the index's own surfaces.
+const FINE: &str = "a hit is a fine start";
+
 /// Returns the share of queries in voxels of one answer, `voxels_per_axis` along each axis of the
 /// scene's box.
 pub(super) fn ceiling(
@@ -101,14 +104,14 @@ fn is_of_one_answer(
             point: hit.point,
             surface: Some(hit.surface),
         };
-        let side = index.light_side(&start, light);
+        let side = index.light_side(&start, light).expect(FINE);
         let is_facing = match facing {
             Facing::Winding => side > 0,
             Facing::Viewer => side != 0,
         };
         if is_facing && voxel.contains(hit.point) {
             samples += 1;
-            let answer = index.shadow(&start, light, &mut counters);
+            let answer = index.shadow(&start, light, &mut counters).expect(FINE);
             seen[usize::from(answer.shadow == Shadow::Shadowed)] = true;
         }
     }

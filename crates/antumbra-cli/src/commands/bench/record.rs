@@ -1,7 +1,8 @@
 //! Queries as a frame asks them, of one light.
 //!
 //! In: a prepared scene, a camera. Out: batches with the answers of the prepared index. A query is
-//! recorded where the integrator asks one: the surface faces the light and the light shines there.
+//! recorded where the integrator asks one about what a pixel shows first: the surface faces the
+//! light and the light shines there.
 
 use antumbra::Shadow;
 use antumbra_baselines::Batch;
@@ -31,6 +32,9 @@ pub(super) enum Aim {
 /// Free points lie this far off surfaces, scene units.
 const FREE_DISTANCES: [f64; 2] = [0.01, 0.1];
 
+/// Why no query is refused: starts are hits, or lie a little off them.
+const FINE: &str = "starts are finite and the scene has the light";
+
 /// Records the queries of a frame, row after row.
 pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) -> Recorded {
     let integrator = Integrator::new(prepared, 1);
@@ -49,7 +53,7 @@ pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) ->
                     }),
                 };
                 let ray = view.ray(f64::from(column) + across, f64::from(row) + down);
-                let point = integrator.primary_hit(&ray, &mut tally)?;
+                let point = integrator.first_seen(&ray, &mut tally)?;
                 let LightQuery::Asked { answer, .. } = integrator.ask(&point, light, &mut tally)
                 else {
                     return None;
@@ -58,7 +62,7 @@ pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) ->
                     point: point.hit.point,
                     surface: Some(point.hit.surface),
                 };
-                let side = f64::from(prepared.index().light_side(&start, light));
+                let side = f64::from(prepared.index().light_side(&start, light).expect(FINE));
                 let normal = point.geometric_normal * side;
                 Some((start, normal, answer.shadow == Shadow::Shadowed))
             });
@@ -131,7 +135,7 @@ fn answers(prepared: &Prepared, batch: &Batch) -> Vec<bool> {
     let ask = |start| {
         let mut counters = antumbra::Counters::default();
         let answer = prepared.index().shadow(start, batch.light, &mut counters);
-        answer.shadow == Shadow::Shadowed
+        answer.expect(FINE).shadow == Shadow::Shadowed
     };
     batch.starts.par_iter().map(ask).collect()
 }

@@ -89,7 +89,7 @@ fn scene(
 ) -> Result<SceneReport, Failure> {
     // One light of the scene stays.
     let file = typed.light.file(path);
-    let mut scene = load::lit_scene(&file, screen)?.scene;
+    let mut scene = load::lit_scene(&file, &typed.cost, screen)?.scene;
     if typed.light_number >= scene.lights.len() {
         return Err(Failure::input(
             format!(
@@ -102,7 +102,7 @@ fn scene(
         ));
     }
     scene.lights = vec![scene.lights.swap_remove(typed.light_number)];
-    let camera = load::camera(&scene, &file, typed.camera.as_ref(), screen)?;
+    let camera = load::camera(&scene, &file, typed.camera.as_ref(), typed.size, screen)?;
 
     // Recorded by the plain grid, which stays as the one whose answers are expected.
     let options = PrepareOptions {

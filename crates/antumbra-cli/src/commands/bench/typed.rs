@@ -45,6 +45,8 @@ impl LightOfScenes {
             up: self.up,
             lights: self.light.into_iter().collect(),
             sun: self.sun,
+            // Nobody sees it.
+            background: None,
         }
     }
 

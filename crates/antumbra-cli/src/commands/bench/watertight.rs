@@ -236,7 +236,7 @@ fn sphere() -> Scene {
 /// A mesh from a file, under a light high over it unless one is typed. Starts lie near behind what
 /// they aim at; another part of the mesh may still be in between, which hides a leak.
 fn file(path: &std::path::Path, typed: &Watertight, screen: &Screen) -> Result<Target, Failure> {
-    let scene = load::lit_scene(&typed.light.file(path), screen)?.scene;
+    let scene = load::lit_scene(&typed.light.file(path), &typed.cost, screen)?.scene;
     let bounds = scene.bounds();
     let light = match scene.lights.first().map(|light| light.kind) {
         Some(LightKind::Point { position }) if typed.light.is_given() => position,

@@ -71,6 +71,7 @@ impl Run {
         Settings {
             shadows: typed.shadows.name().to_owned(),
             shadows_used: Shadows::of(prepared.index().method()).name().to_owned(),
+            rays: typed.rays.name().to_owned(),
             grid: prepared.index().grid_resolution(),
             size: meant.size,
             spp: typed.spp,
@@ -147,7 +148,7 @@ fn table(statistics: &Statistics) -> String {
         ("  by blocker list", share(shadow.blocker_list)),
         ("  by ray", share(shadow.rays)),
         ("  found blocked", share(shadow.shadowed)),
-        ("voxels entered", count(traversal.steps)),
+        ("voxels, nodes entered", count(traversal.steps)),
         ("surfaces tested", count(traversal.intersections)),
         (
             "exposure",

@@ -88,6 +88,7 @@ impl Meant {
             exposure: exposure(typed, format, scene, screen),
             prepare: PrepareOptions {
                 method: typed.shadows.method(),
+                rays: typed.rays.method(),
                 grid: typed.cost.grid.unwrap_or_default(),
                 quick_check: QuickCheckAction::quick_check(typed.quick_check),
                 ..PrepareOptions::default()
