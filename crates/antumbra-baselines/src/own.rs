@@ -1,6 +1,6 @@
 //! antumbra itself, as one method among others.
 
-use antumbra::{Counters, Shadow, ShadowCounters, ShadowIndex};
+use antumbra::{Counters, ShadowCounters, ShadowIndex};
 
 use crate::{Batch, LoadedBatch, ShadowMethod};
 
@@ -62,9 +62,8 @@ impl LoadedBatch for Loaded<'_> {
     fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
         let mut counters = Counters::default();
         let starts = &self.batch.starts[first..first + is_shadowed.len()];
-        for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
-            let answer = self.index.shadow(start, self.batch.light, &mut counters);
-            *is_shadowed = answer.expect(VALID).shadow == Shadow::Shadowed;
-        }
+        self.index
+            .shadows(starts, self.batch.light, is_shadowed, &mut counters)
+            .expect(VALID);
     }
 }

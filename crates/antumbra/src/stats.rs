@@ -29,7 +29,17 @@ pub struct ShadowCounters {
 }
 
 impl ShadowCounters {
+    /// Adds another count to this one.
+    pub fn add(&mut self, other: &Self) {
+        self.first_pass += other.first_pass;
+        self.intermediate += other.intermediate;
+        self.blocker_list += other.blocker_list;
+        self.rays += other.rays;
+        self.shadowed += other.shadowed;
+    }
+
     /// Counts one answer.
+    #[inline]
     pub(crate) fn count(&mut self, answer: Answer) {
         match answer.decided {
             Decided::FirstPass => self.first_pass += 1,
@@ -46,10 +56,6 @@ impl Counters {
     pub fn add(&mut self, other: &Self) {
         self.steps += other.steps;
         self.intersections += other.intersections;
-        self.shadow.first_pass += other.shadow.first_pass;
-        self.shadow.intermediate += other.shadow.intermediate;
-        self.shadow.blocker_list += other.shadow.blocker_list;
-        self.shadow.rays += other.shadow.rays;
-        self.shadow.shadowed += other.shadow.shadowed;
+        self.shadow.add(&other.shadow);
     }
 }

@@ -3,10 +3,12 @@
 //! In: the surfaces, the lights. Out: for a start what is known of it. Invariant: what is known is the
 //! reference's answer. Absent here: rays.
 
-use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Start, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x4};
 use rayon::prelude::*;
 
-use super::bricks::{Bricks, Decisions, Leaf, ListPool, pack};
+use super::bricks::{Bricks, Decisions, Leaf, ListId, ListPool, pack};
 use super::candidates::Casters;
 use super::forms::{Forms, START_ROOM, Verdict};
 use super::lattice::Lattice;
@@ -23,6 +25,7 @@ pub(crate) struct AdaptiveValues {
     start_forms: Vec<Forms>,
     mesh: Mesh,
     lights: Vec<LightValues>,
+    level: Level,
 }
 
 /// Values for one light.
@@ -103,118 +106,204 @@ impl AdaptiveValues {
             start_forms,
             mesh,
             lights,
+            level: Level::new(),
         }
     }
 
-    /// Returns what is known of a start whose own rule, if it has one, does not block.
-    #[inline]
-    pub(crate) fn get(&self, occluders: &Occluders, start: &Start, light: usize) -> Known {
-        let values = &self.lights[light];
-        let x = self.narrow(start.point);
-        let audience = match start.surface {
-            None => Audience::Free,
-            Some(SurfaceId(surface)) => match self.start_forms.get(surface as usize) {
-                Some(forms) => {
-                    if !forms.is_start(x) {
-                        return self.get_off_surface(occluders, start, light);
-                    }
-                    match values.sides[surface as usize] {
-                        1 => Audience::Front,
-                        -1 => Audience::Back,
-                        _ => return Known::Nothing,
-                    }
-                }
-                None => {
-                    if !self.is_on_curved(occluders, start) {
-                        return Known::Nothing;
-                    }
-                    Audience::Front
-                }
-            },
-        };
-        self.get_at(occluders, start, start.point, audience, light)
+    /// Finds what is known of starts whose own rules, if they have one, do not block: one place of
+    /// `known` for each of `starts`, at most [`BLOCK`] of them.
+    pub(crate) fn get(
+        &self,
+        occluders: &Occluders,
+        starts: &[Start],
+        light: usize,
+        known: &mut [Known],
+    ) {
+        dispatch!(self.level, simd => self.get_wide(simd, occluders, starts, light, known));
     }
 
-    /// The start is not where its point is given.
-    #[cold]
-    fn get_off_surface(&self, occluders: &Occluders, start: &Start, light: usize) -> Known {
-        let values = &self.lights[light];
-        let Some(surface) = start.surface else {
-            return Known::Nothing;
+    #[inline(always)]
+    fn get_wide<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        starts: &[Start],
+        light: usize,
+        known: &mut [Known],
+    ) {
+        let query = Query {
+            simd,
+            values: self,
+            light: &self.lights[light],
+            occluders,
         };
-        let audience = match values.sides.get(surface.0 as usize) {
-            Some(1) => Audience::Front,
-            Some(-1) => Audience::Back,
-            _ => return Known::Nothing,
+        // One step for all starts before the next: so the memory that they need is fetched together.
+        let mut audiences = [None; BLOCK];
+        for (start, audience) in starts.iter().zip(&mut audiences) {
+            *audience = query.audience(start);
+        }
+        for ((start, audience), known) in starts.iter().zip(audiences).zip(known) {
+            *known = match audience {
+                Some(audience) => query.get(start, start.point, audience),
+                None => query.get_off_surface(start),
+            };
+        }
+    }
+}
+
+/// Starts that are looked up together.
+pub(crate) const BLOCK: usize = 32;
+
+/// What is needed to look up a start.
+struct Query<'a, S> {
+    simd: S,
+    values: &'a AdaptiveValues,
+    light: &'a LightValues,
+    occluders: &'a Occluders,
+}
+
+impl<S: Simd> Query<'_, S> {
+    #[inline(always)]
+    fn narrow(&self, point: DVec3) -> f32x4<S> {
+        let x = self.values.frame.point_in_frame(point);
+        f32x4::simd_from(self.simd, [x.x as f32, x.y as f32, x.z as f32, 0.0])
+    }
+
+    /// Returns whose values speak of a start that is where its point is, `None` if it may not be.
+    #[inline(always)]
+    fn audience(&self, start: &Start) -> Option<Audience> {
+        let Some(SurfaceId(surface)) = start.surface else {
+            return Some(Audience::Free);
+        };
+        let forms = self.values.start_forms.get(surface as usize)?;
+        if !forms.is_start(self.simd, self.narrow(start.point)) {
+            return None;
+        }
+        audience_of(self.light.sides[surface as usize])
+    }
+
+    /// The start is not where its point is given, or is on a curved surface.
+    #[cold]
+    #[inline(never)]
+    fn get_off_surface(&self, start: &Start) -> Known {
+        let Some(SurfaceId(surface)) = start.surface else {
+            return Known::Nothing;
         };
         // The light does not matter to where the start is.
         let direction = LightShape::Direction(DVec3::X);
-        let segment = occluders.segment(start, &direction);
-        if segment.origin_error() * self.frame.scale > 0.5 * START_ROOM {
-            return Known::Nothing;
+        let segment = self.occluders.segment(start, &direction);
+        let room = 0.5 * START_ROOM / self.values.frame.scale;
+        let audience = match self.light.sides.get(surface as usize) {
+            Some(&side) => audience_of(side),
+            None => self.is_on_curved(start, room).then_some(Audience::Front),
+        };
+        match audience {
+            Some(audience) if segment.origin_error() < room => {
+                self.get(start, segment.origin(), audience)
+            }
+            _ => Known::Nothing,
         }
-        self.get_at(occluders, start, segment.origin(), audience, light)
     }
 
-    /// Returns whether a point is on a curved surface, nearly.
-    fn is_on_curved(&self, occluders: &Occluders, start: &Start) -> bool {
+    /// Returns whether a start on a curved surface is nearly where its point is.
+    fn is_on_curved(&self, start: &Start, room: f64) -> bool {
         let Some(surface) = start.surface else {
             return false;
         };
-        let room = 0.5 * START_ROOM / self.frame.scale;
-        match occluders.sphere(surface) {
-            Some(sphere) => {
-                let distance = (start.point - sphere.center).length();
-                (distance - sphere.radius).abs() < room
-            }
-            None => {
-                let around = antumbra_geometry::Bounds {
-                    min: start.point - room,
-                    max: start.point + room,
-                };
-                let direction = LightShape::Direction(DVec3::X);
-                let segment = occluders.segment(start, &direction);
-                let moved = (segment.origin() - start.point).abs().max_element();
-                occluders.may_meet_box(surface, &around) && moved + segment.origin_error() < room
-            }
+        if let Some(sphere) = self.occluders.sphere(surface) {
+            let distance = (start.point - sphere.center).length();
+            return (distance - sphere.radius).abs() < room;
+        }
+        let around = Bounds {
+            min: start.point - room,
+            max: start.point + room,
+        };
+        self.occluders.may_meet_box(surface, &around)
+    }
+
+    #[inline(always)]
+    fn get(&self, start: &Start, point: DVec3, audience: Audience) -> Known {
+        let lattice = &self.values.lattice;
+        let x = self.narrow(point);
+        let Some(finest) = lattice.finest_at(self.simd, x) else {
+            return Known::Nothing;
+        };
+        match self.light.bricks[audience as usize].find(lattice, finest) {
+            Leaf::Known(is_shadowed) => Known::Value(is_shadowed),
+            Leaf::Unknown => Known::Nothing,
+            Leaf::List(list) => Known::List(self.is_blocked_by(list, start, x)),
         }
     }
 
-    #[inline]
-    fn get_at(
-        &self,
-        occluders: &Occluders,
-        start: &Start,
-        point: DVec3,
-        audience: Audience,
-        light: usize,
-    ) -> Known {
-        let Some(finest) = self.lattice.finest_at(point) else {
-            return Known::Nothing;
-        };
-        let values = &self.lights[light];
-        match values.bricks[audience as usize].find(&self.lattice, finest) {
-            Leaf::Known(is_shadowed) => Known::Value(is_shadowed),
-            Leaf::Unknown => Known::Nothing,
-            Leaf::List(list) => {
-                let own_group = match start.surface {
-                    Some(surface) if audience != Audience::Free => self.flat_group(surface),
-                    _ => NO_GROUP,
-                };
-                let x = self.narrow(point);
-                let list = list.0 as usize;
-                let lists = &values.lists;
-                Known::List(lists.is_blocked(list, occluders, start, &values.light, x, own_group))
+    /// Returns whether a listed surface blocks a start. Triangles of the start's own plane do not.
+    #[inline(always)]
+    fn is_blocked_by(&self, ListId(list): ListId, start: &Start, x: f32x4<S>) -> bool {
+        let lists = &self.light.lists;
+        let length = lists.words[list as usize] as usize;
+        let first = list as usize + 1;
+        let entries = &lists.words[first..first + length];
+        let mut is_in_doubt = false;
+        for &entry in entries {
+            let Some(forms) = lists.forms.get(entry as usize) else {
+                is_in_doubt = true;
+                continue;
+            };
+            let verdict = forms.wide_verdict(self.simd, x);
+            if verdict == Verdict::Outside {
+                continue;
             }
+            let blocker = &lists.blockers[entry as usize];
+            if start
+                .surface
+                .is_some_and(|own| self.are_in_one_plane(own, blocker))
+            {
+                continue;
+            }
+            if verdict == Verdict::Inside && blocker.blocks_everywhere {
+                return true;
+            }
+            is_in_doubt = true;
         }
+        is_in_doubt && self.is_blocked_exactly(entries, start, x)
+    }
+
+    #[inline(always)]
+    fn are_in_one_plane(&self, own: SurfaceId, blocker: &Blocker) -> bool {
+        (own.0 as usize) < self.values.start_forms.len()
+            && self.values.mesh.flat_group(own) == blocker.flat_group
+    }
+
+    /// Asks the exact rule about what is in doubt.
+    #[cold]
+    #[inline(never)]
+    fn is_blocked_exactly(&self, entries: &[u32], start: &Start, x: f32x4<S>) -> bool {
+        let lists = &self.light.lists;
+        let segment = self.occluders.segment(start, &self.light.light);
+        entries.iter().any(|&entry| {
+            let surface = match lists.forms.get(entry as usize) {
+                Some(forms) if forms.wide_verdict(self.simd, x) == Verdict::Outside => {
+                    return false;
+                }
+                Some(_) => lists.blockers[entry as usize].surface,
+                None => SurfaceId(entry & !EXACT),
+            };
+            self.occluders.blocks(surface, &segment)
+        })
+    }
+}
+
+/// Returns whose values speak of starts on a triangle; of those that the light's plane holds none do.
+#[inline(always)]
+fn audience_of(side: i8) -> Option<Audience> {
+    match side {
+        1 => Some(Audience::Front),
+        -1 => Some(Audience::Back),
+        _ => None,
     }
 }
 
 /// Halvings of the scene's box to the coarsest bricks, of 4^3 cells each.
 const ROOT_LEVEL: u32 = 4;
-
-/// The flat group of starts that belong to no triangle.
-const NO_GROUP: u32 = u32::MAX;
 
 /// Whether numbers stay so far from the ends of their range that products of lengths are safe, and
 /// coordinates so small beside the scene that its frame can tell them.
@@ -233,23 +322,6 @@ fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool
 }
 
 impl AdaptiveValues {
-    #[inline]
-    fn narrow(&self, point: DVec3) -> [f32; 3] {
-        self.frame
-            .point_in_frame(point)
-            .to_array()
-            .map(|x| x as f32)
-    }
-
-    #[inline]
-    fn flat_group(&self, surface: SurfaceId) -> u32 {
-        if (surface.0 as usize) < self.start_forms.len() {
-            self.mesh.flat_group(surface)
-        } else {
-            NO_GROUP
-        }
-    }
-
     /// Returns the bytes of values and links.
     pub(crate) fn value_bytes(&self) -> u64 {
         let of_light = |values: &LightValues| values.bricks.iter().map(Bricks::bytes).sum::<u64>();
@@ -362,62 +434,5 @@ impl Lists {
             forms,
             blockers,
         }
-    }
-
-    /// Returns whether a listed surface blocks a start. Triangles of the start's own plane do not.
-    #[inline]
-    fn is_blocked(
-        &self,
-        list: usize,
-        occluders: &Occluders,
-        start: &Start,
-        light: &LightShape,
-        x: [f32; 3],
-        own_group: u32,
-    ) -> bool {
-        let length = self.words[list] as usize;
-        let entries = &self.words[list + 1..=list + length];
-        let mut is_in_doubt = false;
-        for &entry in entries {
-            let Some(forms) = self.forms.get(entry as usize) else {
-                is_in_doubt = true;
-                continue;
-            };
-            match forms.verdict(x) {
-                Verdict::Outside => {}
-                verdict => {
-                    let blocker = &self.blockers[entry as usize];
-                    if blocker.flat_group == own_group {
-                        continue;
-                    }
-                    if verdict == Verdict::Inside && blocker.blocks_everywhere {
-                        return true;
-                    }
-                    is_in_doubt = true;
-                }
-            }
-        }
-        is_in_doubt && self.is_blocked_exactly(entries, occluders, start, light, x)
-    }
-
-    /// Asks the exact rule about what is in doubt.
-    #[cold]
-    fn is_blocked_exactly(
-        &self,
-        entries: &[u32],
-        occluders: &Occluders,
-        start: &Start,
-        light: &LightShape,
-        x: [f32; 3],
-    ) -> bool {
-        let segment = occluders.segment(start, light);
-        entries.iter().any(|&entry| {
-            let surface = match self.forms.get(entry as usize) {
-                Some(forms) if forms.verdict(x) == Verdict::Outside => return false,
-                Some(_) => self.blockers[entry as usize].surface,
-                None => SurfaceId(entry & !EXACT),
-            };
-            occluders.blocks(surface, &segment)
-        })
     }
 }

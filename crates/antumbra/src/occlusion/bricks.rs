@@ -1,7 +1,8 @@
 //! Values in bricks of 4^3 cells, finer bricks under cells that need them.
 //!
-//! In: one octree of decided cells. Out: [`Leaf`] for a finest cell. A brick keeps two bits a cell, and
-//! a link only for cells that have one. Bricks of one level lie together.
+//! In: octrees of decided cells. Out: [`Leaf`] for a finest cell. A brick keeps two bits a cell, and says
+//! where the finer bricks of its complicated cells and the lists of its listed cells lie, in the order of
+//! the cells. Bricks of one level lie together.
 
 use std::collections::HashMap;
 
@@ -23,67 +24,86 @@ pub(crate) enum Leaf {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ListId(pub(crate) u32);
 
+impl ListId {
+    /// No list: too many surfaces may block.
+    const NONE: Self = Self(u32::MAX);
+}
+
 /// A decided octree of one audience.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Decisions {
     Known(bool),
+    /// There are no such starts.
+    Nobody,
     /// The entries of a list.
     List(Box<[u32]>),
     Unknown,
     Split(Box<[Self; 8]>),
 }
 
+impl Decisions {
+    /// Returns a cell of eight; one that needs no eight where they agree.
+    pub(crate) fn of_children(children: Box<[Self; 8]>) -> Self {
+        let mut agreed = Self::Nobody;
+        for child in children.iter() {
+            match (&agreed, child) {
+                (_, Self::Nobody) => {}
+                (Self::Nobody, Self::Known(_)) => agreed = child.clone(),
+                (Self::Known(one), Self::Known(other)) if one == other => {}
+                _ => return Self::Split(children),
+            }
+        }
+        agreed
+    }
+}
+
 /// Sixty-four cells.
 #[derive(Clone, Copy, Debug, Default)]
 struct Brick {
     values: Values64,
-    /// Where its links start.
-    links: u32,
-}
-
-/// A finer brick or a list.
-#[derive(Clone, Copy, Debug)]
-struct Link(u32);
-
-impl Link {
-    const LIST: u32 = 1 << 31;
+    /// The first brick under its complicated cells.
+    finer: u32,
+    /// The place of its first list.
+    lists: u32,
 }
 
 /// The values of one audience for one light.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bricks {
     bricks: Vec<Brick>,
-    links: Vec<Link>,
+    lists: Vec<ListId>,
 }
 
 impl Bricks {
     /// Returns what is known at a finest cell of the lattice.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn find(&self, lattice: &Lattice, finest: [u32; 3]) -> Leaf {
-        let mut brick = lattice.root_brick(finest);
+        let mut brick = &self.bricks[lattice.root_brick(finest)];
         let mut level = 0;
         loop {
             let place = lattice.place_in_brick(finest, level);
-            let here = &self.bricks[brick];
-            match here.values.get(place) {
+            match brick.values.get(place) {
                 Occlusion::Null => return Leaf::Known(false),
                 Occlusion::Full => return Leaf::Known(true),
-                Occlusion::Complicated => return Leaf::Unknown,
-                Occlusion::Linked => {
-                    let link = self.links[(here.links + here.values.links_before(place)) as usize];
-                    if link.0 & Link::LIST != 0 {
-                        return Leaf::List(ListId(link.0 & !Link::LIST));
-                    }
-                    brick = link.0 as usize;
+                Occlusion::Complicated => {
+                    let finer = brick.finer + brick.values.complicated_before(place);
+                    brick = &self.bricks[finer as usize];
                     level += 1;
+                }
+                Occlusion::Listed => {
+                    let list = brick.lists + brick.values.listed_before(place);
+                    return match self.lists[list as usize] {
+                        ListId::NONE => Leaf::Unknown,
+                        list => Leaf::List(list),
+                    };
                 }
             }
         }
     }
 
-    /// Returns the bytes of values and links.
+    /// Returns the bytes of values and the index to lists.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(self.bricks.as_slice()) + size_of_val(self.links.as_slice())) as u64
+        (size_of_val(self.bricks.as_slice()) + size_of_val(self.lists.as_slice())) as u64
     }
 }
 
@@ -96,14 +116,15 @@ pub(crate) struct ListPool {
 }
 
 impl ListPool {
-    fn add(&mut self, list: Box<[u32]>) -> u32 {
+    fn add(&mut self, list: Box<[u32]>) -> ListId {
         let words = &mut self.words;
-        *self.numbers.entry(list).or_insert_with_key(|list| {
+        let number = self.numbers.entry(list).or_insert_with_key(|list| {
             let number = words.len() as u32;
             words.push(list.len() as u32);
             words.extend_from_slice(list);
             number
-        })
+        });
+        ListId(*number)
     }
 }
 
@@ -111,45 +132,51 @@ impl ListPool {
 pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
     let mut all = Bricks {
         bricks: vec![Brick::default(); octrees.len()],
-        links: Vec::new(),
+        lists: Vec::new(),
     };
-    // Level after level, so that the coarse bricks stay together.
+    // Level after level: coarse bricks stay together, and so do those under one brick.
     let mut level: Vec<(usize, Decisions)> = octrees.into_iter().enumerate().collect();
     while !level.is_empty() {
         let mut next = Vec::new();
         for (number, octree) in level {
-            let links = all.links.len() as u32;
-            let mut values = Values64::default();
-            let mut cells: [Option<Decisions>; 64] = [const { None }; 64];
+            let mut brick = Brick {
+                finer: all.bricks.len() as u32,
+                lists: all.lists.len() as u32,
+                ..Brick::default()
+            };
+            let mut cells: [Decisions; 64] = [const { Decisions::Nobody }; 64];
             spread(octree, 4, [0; 3], &mut cells);
             for (place, cell) in (0..).zip(cells) {
-                let (value, link) = match cell {
-                    Some(Decisions::Known(is_shadowed)) => (Occlusion::known(is_shadowed), None),
-                    None | Some(Decisions::Unknown) => (Occlusion::Complicated, None),
-                    Some(Decisions::List(list)) => {
-                        (Occlusion::Linked, Some(Link(lists.add(list) | Link::LIST)))
+                let value = match cell {
+                    Decisions::Known(is_shadowed) => Occlusion::known(is_shadowed),
+                    Decisions::Nobody => Occlusion::Null,
+                    Decisions::Unknown => {
+                        all.lists.push(ListId::NONE);
+                        Occlusion::Listed
                     }
-                    Some(split @ Decisions::Split(_)) => {
-                        let finer = all.bricks.len();
+                    Decisions::List(list) => {
+                        all.lists.push(lists.add(list));
+                        Occlusion::Listed
+                    }
+                    split @ Decisions::Split(_) => {
+                        next.push((all.bricks.len(), split));
                         all.bricks.push(Brick::default());
-                        next.push((finer, split));
-                        (Occlusion::Linked, Some(Link(finer as u32)))
+                        Occlusion::Complicated
                     }
                 };
-                values.set(place, value);
-                all.links.extend(link);
+                brick.values.set(place, value);
             }
-            all.bricks[number] = Brick { values, links };
+            all.bricks[number] = brick;
         }
         level = next;
     }
     all.bricks.shrink_to_fit();
-    all.links.shrink_to_fit();
+    all.lists.shrink_to_fit();
     all
 }
 
 /// Spreads an octree over a cube of cells of a brick, `edge` of them along an axis.
-fn spread(octree: Decisions, edge: usize, at: [usize; 3], cells: &mut [Option<Decisions>; 64]) {
+fn spread(octree: Decisions, edge: usize, at: [usize; 3], cells: &mut [Decisions; 64]) {
     match octree {
         Decisions::Split(children) if edge > 1 => {
             let half = edge / 2;
@@ -162,7 +189,7 @@ fn spread(octree: Decisions, edge: usize, at: [usize; 3], cells: &mut [Option<De
             for z in at[2]..at[2] + edge {
                 for y in at[1]..at[1] + edge {
                     for x in at[0]..at[0] + edge {
-                        cells[z << 4 | y << 2 | x] = Some(octree.clone());
+                        cells[z << 4 | y << 2 | x] = octree.clone();
                     }
                 }
             }

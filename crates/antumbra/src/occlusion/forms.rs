@@ -8,6 +8,9 @@
 
 use antumbra_geometry::{DVec3, LightShape};
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4};
+
 use crate::frame::Frame;
 
 /// How far a start may lie from its point as given, in any coordinate, for values and lists to be asked,
@@ -112,6 +115,26 @@ impl Forms {
                 row(&|form| form.normal.z),
                 row(&|form| form.offset),
             ],
+        }
+    }
+
+    /// Returns the forms at a point, whose fourth coordinate is of no account.
+    #[inline(always)]
+    pub(crate) fn wide_at<S: Simd>(&self, simd: S, x: f32x4<S>) -> f32x4<S> {
+        let row = |i: usize| f32x4::from_slice(simd, &self.rows[i]);
+        row(0) * x[0] + row(1) * x[1] + (row(2) * x[2] + row(3))
+    }
+
+    /// Returns what the forms say of the start at a point.
+    #[inline(always)]
+    pub(crate) fn wide_verdict<S: Simd>(&self, simd: S, x: f32x4<S>) -> Verdict {
+        let heights = self.wide_at(simd, x);
+        if heights.simd_lt(-BOUND).any_true() {
+            Verdict::Outside
+        } else if heights.simd_gt(BOUND).all_true() {
+            Verdict::Inside
+        } else {
+            Verdict::Doubt
         }
     }
 
@@ -263,11 +286,11 @@ impl Forms {
 
     /// Returns whether a point given for a start on this triangle surely is where the start is, up to
     /// [`START_ROOM`].
-    #[inline]
-    pub(crate) fn is_start(&self, x: [f32; 3]) -> bool {
-        let heights = self.at(x);
-        // The height is right up to 2^-21; the start has the point's other two coordinates.
-        let lowest = heights[0].min(heights[1]).min(heights[2]);
-        lowest > BOUND && heights[3].abs() < (0.5 * START_ROOM) as f32
+    #[inline(always)]
+    pub(crate) fn is_start<S: Simd>(&self, simd: S, x: f32x4<S>) -> bool {
+        // The height is right up to half the room; the start has the point's other two coordinates.
+        const HEIGHT: f32 = (0.5 * START_ROOM) as f32;
+        let heights = self.wide_at(simd, x);
+        heights.simd_gt(BOUND).to_bitmask() & 0b111 == 0b111 && heights[3].abs() < HEIGHT
     }
 }

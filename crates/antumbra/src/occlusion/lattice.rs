@@ -1,6 +1,8 @@
 //! Where the voxels of a store of bricks are.
 
 use antumbra_geometry::{Bounds, DVec3};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4};
 
 use super::forms::START_ROOM;
 use crate::frame::Frame;
@@ -18,7 +20,11 @@ pub(crate) struct Lattice {
     /// Levels of bricks.
     pub(crate) brick_levels: u32,
     finest_per_unit: f64,
-    finest: DVec3,
+    /// Number of finest cells along each axis; the fourth holds every fourth coordinate.
+    finest: [f32; 4],
+    /// The lowest corner in the frame's units.
+    frame_min: [f32; 4],
+    finest_per_frame: f32,
     /// What cells are inflated by, in world units.
     room: f64,
 }
@@ -58,6 +64,7 @@ impl Lattice {
             .to_array()
             .map(|count| (count.ceil() as u32).clamp(1, 1 << root_level));
         let brick_levels = finest_level.saturating_sub(root_level).div_ceil(2).max(1);
+        let frame_min = frame.point_in_frame(bounds.min);
         let finest_per_brick = f64::from(1u32 << (2 * brick_levels));
         Self {
             min: bounds.min,
@@ -66,7 +73,17 @@ impl Lattice {
             root_level,
             brick_levels,
             finest_per_unit: finest_per_brick / brick_edge,
-            finest: DVec3::from_array(root.map(f64::from)) * finest_per_brick,
+            finest: [0, 1, 2, 3].map(|axis| match root.get(axis) {
+                Some(&count) => count as f32 * finest_per_brick as f32,
+                None => 1.0,
+            }),
+            frame_min: [
+                frame_min.x as f32,
+                frame_min.y as f32,
+                frame_min.z as f32,
+                0.0,
+            ],
+            finest_per_frame: (finest_per_brick / brick_edge / frame.scale) as f32,
             room,
         }
     }
@@ -91,12 +108,18 @@ impl Lattice {
         .inflated(DVec3::splat(self.room))
     }
 
-    /// Returns the finest cell that holds a point, counted along each axis, or `None` outside.
-    #[inline]
-    pub(crate) fn finest_at(&self, point: DVec3) -> Option<[u32; 3]> {
-        let scaled = (point - self.min) * self.finest_per_unit;
-        let is_inside = scaled.cmpge(DVec3::ZERO).all() && scaled.cmplt(self.finest).all();
-        is_inside.then(|| [scaled.x as u32, scaled.y as u32, scaled.z as u32])
+    /// Returns the finest cell that holds a point of the frame, counted along each axis, or `None`
+    /// outside. Up to rounding, which the inflation of cells covers many times.
+    #[inline(always)]
+    pub(crate) fn finest_at<S: Simd>(&self, simd: S, x: f32x4<S>) -> Option<[u32; 3]> {
+        // Added to a number, this leaves the nearest whole one in the last bits.
+        const WHOLE: f32 = 12_582_912.0; // 3 * 2^22
+        let scaled = (x - f32x4::from_slice(simd, &self.frame_min)) * self.finest_per_frame;
+        let finest = f32x4::from_slice(simd, &self.finest);
+        let is_inside = scaled.simd_ge(0.0) & scaled.simd_lt(finest);
+        let shifted = scaled - 0.5 + WHOLE;
+        let whole = |axis: usize| shifted[axis].to_bits() & 0x3f_ffff;
+        is_inside.all_true().then(|| [whole(0), whole(1), whole(2)])
     }
 
     /// Returns the number of the coarsest brick that holds a finest cell.
@@ -135,7 +158,7 @@ impl Lattice {
     /// Returns the planes between finest cells: the lowest corner, their edge, and their number along
     /// each axis.
     pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {
-        let count = self.finest.to_array().map(|count| count as u32);
-        (self.min, 1.0 / self.finest_per_unit, count)
+        let [x, y, z, _] = self.finest.map(|count| count as u32);
+        (self.min, 1.0 / self.finest_per_unit, [x, y, z])
     }
 }

@@ -17,7 +17,7 @@ mod refine;
 mod store;
 mod value;
 
-pub(crate) use adaptive::{AdaptiveValues, Known};
+pub(crate) use adaptive::{AdaptiveValues, BLOCK, Known};
 pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;
 pub(crate) use refine::Depth;

@@ -52,13 +52,13 @@ impl Refiner<'_> {
     }
 
     fn decide(&self, cell: Cell, around: &Candidates, pending: [bool; 3]) -> Decided {
-        const UNKNOWN: Decided = [const { Decisions::Unknown }; 3];
+        const NOBODY: Decided = [const { Decisions::Nobody }; 3];
         if !self.lattice.is_inside(cell) {
-            return UNKNOWN;
+            return NOBODY;
         }
         let bounds = self.lattice.inflated(cell);
         let candidates = self.casters.narrow(around, &bounds, cell.level);
-        let mut decided = UNKNOWN;
+        let mut decided = NOBODY;
         let mut still = [false; 3];
         for (number, audience) in Audience::ALL.into_iter().enumerate() {
             if pending[number] {
@@ -93,7 +93,7 @@ impl Refiner<'_> {
             }
         }
         all.map(|octrees| match <Box<[Decisions; 8]>>::try_from(octrees) {
-            Ok(octrees) => Decisions::Split(octrees),
+            Ok(octrees) => Decisions::of_children(octrees),
             Err(_) => Decisions::Unknown,
         })
     }
@@ -129,8 +129,7 @@ impl Refiner<'_> {
         }
         let receivers = self.casters.receivers(audience, candidates, bounds);
         if receivers.is_empty() {
-            // Nobody asks.
-            return Some(Decisions::Unknown);
+            return Some(Decisions::Nobody);
         }
         let decided = self.casters.decide_surfaces(&receivers, candidates, bounds);
         if let Some(is_shadowed) = decided {

@@ -11,10 +11,11 @@ pub(crate) enum Occlusion {
     Null,
     /// `01`. Every start is in shadow.
     Full,
-    /// `10`. Starts differ, or nothing is known of them.
+    /// `10`. Starts differ, or nothing is known of them. In a store of bricks finer voxels say more.
     Complicated,
-    /// `11`. As complicated, and there is more to read: finer voxels, or the few possible blockers.
-    Linked,
+    /// `11`, in stores of bricks. As complicated, but there are no finer voxels: perhaps a list of the
+    /// few possible blockers.
+    Listed,
 }
 
 /// Starts that values speak of.
@@ -38,7 +39,7 @@ impl Occlusion {
             Self::Null => 0b00,
             Self::Full => 0b01,
             Self::Complicated => 0b10,
-            Self::Linked => 0b11,
+            Self::Listed => 0b11,
         }
     }
 
@@ -47,7 +48,7 @@ impl Occlusion {
             0b00 => Self::Null,
             0b01 => Self::Full,
             0b10 => Self::Complicated,
-            _ => Self::Linked,
+            _ => Self::Listed,
         }
     }
 
@@ -62,7 +63,7 @@ impl Occlusion {
         match self {
             Self::Null => Some(false),
             Self::Full => Some(true),
-            Self::Complicated | Self::Linked => None,
+            Self::Complicated | Self::Listed => None,
         }
     }
 
@@ -98,9 +99,15 @@ impl Values64 {
         self.high = put(self.high, bits >> 1);
     }
 
-    /// Returns how many of the values before `place` are linked.
+    /// Returns how many of the values before `place` are complicated.
     #[inline]
-    pub(crate) fn links_before(&self, place: u32) -> u32 {
+    pub(crate) fn complicated_before(&self, place: u32) -> u32 {
+        (!self.low & self.high & ((1 << place) - 1)).count_ones()
+    }
+
+    /// Returns how many of the values before `place` are listed.
+    #[inline]
+    pub(crate) fn listed_before(&self, place: u32) -> u32 {
         (self.low & self.high & ((1 << place) - 1)).count_ones()
     }
 }
@@ -120,23 +127,25 @@ mod tests {
     fn null_one_says_nothing_about_free_points() {
         assert_eq!(Occlusion::Null.of_any_point(false), Some(false));
         assert_eq!(Occlusion::Null.of_any_point(true), None);
-        assert_eq!(Occlusion::Linked.of_any_point(true), None);
+        assert_eq!(Occlusion::Listed.of_any_point(true), None);
         assert_eq!(Occlusion::Full.of_surface_point(), Some(true));
     }
 
     #[test]
-    fn sixty_four_values_are_kept_and_links_counted() {
+    fn sixty_four_values_are_kept_and_counted() {
         let value = |place: u32| Occlusion::from_bits((place * 7 % 5 % 4) as u8);
         let mut values = Values64::default();
         for place in (0..64).rev() {
-            values.set(place, Occlusion::Linked);
+            values.set(place, Occlusion::Listed);
             values.set(place, value(place));
         }
-        let mut links = 0;
+        let (mut complicated, mut listed) = (0, 0);
         for place in 0..64 {
             assert_eq!(values.get(place), value(place));
-            assert_eq!(values.links_before(place), links);
-            links += u32::from(value(place) == Occlusion::Linked);
+            assert_eq!(values.complicated_before(place), complicated);
+            assert_eq!(values.listed_before(place), listed);
+            complicated += u32::from(value(place) == Occlusion::Complicated);
+            listed += u32::from(value(place) == Occlusion::Listed);
         }
     }
 }
