@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
 
+use crate::Counters;
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
 use crate::occlusion::{AdaptiveValues, DenseValues, Depth, mark, quick_check};
 use crate::shadow::{self, ByVoxel};
-use crate::{Counters, ShadowCounters};
 
 /// How shadow queries are answered. Every method gives the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -284,6 +284,7 @@ impl Builder {
         let adaptive = (method == Method::Voxel)
             .then(|| AdaptiveValues::new(&self.occluders, &self.lights, self.refinement.depth()));
         Ok(ShadowIndex {
+            surface_count: self.occluders.surface_count(),
             occluders: self.occluders,
             lights: self.lights,
             method,
@@ -392,6 +393,7 @@ fn layout(occluders: &Occluders, resolution: GridResolution) -> Result<Layout, B
 #[derive(Debug)]
 pub struct ShadowIndex {
     occluders: Arc<Occluders>,
+    surface_count: usize,
     lights: Vec<LightShape>,
     method: Method,
     rays: RayMethod,
@@ -471,10 +473,7 @@ impl ShadowIndex {
         self.check_query(start, light)?;
         let (occluders, grid) = (&*self.occluders, &self.grid);
         if let Some(by_voxel) = self.by_voxel(light) {
-            let mut answer = Answer::new(false, Decided::Ray);
-            by_voxel.answer(std::slice::from_ref(start), counters, |_, found| {
-                answer = found
-            });
+            let answer = by_voxel.answer_one(start, counters);
             counters.shadow.count(answer);
             return Ok(answer);
         }
@@ -504,7 +503,7 @@ impl ShadowIndex {
     /// the light is blocked. Faster than one by one.
     ///
     /// # Errors
-    /// As [`ShadowIndex::shadow`], for the first query that has no answer; nothing is written then.
+    /// As [`ShadowIndex::shadow`], for the first query that has no answer; those before may be written.
     ///
     /// # Panics
     /// `is_shadowed` is not as long as `starts`.
@@ -516,23 +515,20 @@ impl ShadowIndex {
         counters: &mut Counters,
     ) -> Result<(), QueryError> {
         assert_eq!(starts.len(), is_shadowed.len(), "one answer a start");
-        for start in starts {
-            self.check_query(start, light)?;
+        if light >= self.lights.len() {
+            return Err(QueryError::UnknownLight(light));
         }
-        let mut tally = ShadowCounters::default();
         match self.by_voxel(light) {
-            Some(by_voxel) => by_voxel.answer(starts, counters, |place, answer| {
-                is_shadowed[place] = answer.shadow == Shadow::Shadowed;
-                tally.count(answer);
+            Some(by_voxel) => by_voxel.answer(starts, is_shadowed, counters, |start| {
+                self.check_query(start, light)
             }),
             None => {
                 for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
                     *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
                 }
+                Ok(())
             }
         }
-        counters.shadow.add(&tally);
-        Ok(())
     }
 
     fn by_voxel(&self, light: usize) -> Option<ByVoxel<'_>> {
@@ -558,17 +554,31 @@ impl ShadowIndex {
         Ok(shadow::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow)
     }
 
+    #[inline]
     fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
         let Start { point, surface } = *start;
+        // Not for NaN.
+        let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()
+            && surface.is_none_or(|surface| (surface.0 as usize) < self.surface_count)
+            && light < self.lights.len();
+        if is_fine {
+            Ok(())
+        } else {
+            Err(self.refusal(start, light))
+        }
+    }
+
+    #[cold]
+    fn refusal(&self, start: &Start, light: usize) -> QueryError {
+        let Start { point, surface } = *start;
         if !point.is_finite() || point.abs().max_element() > LARGEST {
-            return Err(QueryError::BadPoint(point));
+            return QueryError::BadPoint(point);
         }
         match surface {
-            Some(SurfaceId(surface)) if surface as usize >= self.occluders.surface_count() => {
-                Err(QueryError::UnknownSurface(surface))
+            Some(SurfaceId(surface)) if surface as usize >= self.surface_count => {
+                QueryError::UnknownSurface(surface)
             }
-            _ if light >= self.lights.len() => Err(QueryError::UnknownLight(light)),
-            _ => Ok(()),
+            _ => QueryError::UnknownLight(light),
         }
     }
 

@@ -1,73 +1,59 @@
-//! The values of all lights, as queries read them.
+//! The values of all lights.
 //!
-//! In: the surfaces, the lights. Out: for a start what is known of it. Invariant: what is known is the
-//! reference's answer. Absent here: rays.
+//! In: the surfaces, the lights. Out: bricks, lists and tables, which `lookup` reads.
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Start, SurfaceId};
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x4};
+use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, SurfaceId};
+use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::bricks::{Bricks, Decisions, Leaf, ListId, ListPool, pack};
+use super::bricks::{Bricks, Decisions, ListPool, pack};
 use super::candidates::Casters;
-use super::forms::{Forms, START_ROOM, Verdict};
+use super::forms::{Forms, START_ROOM};
 use super::lattice::Lattice;
 use super::refine::{Depth, Refiner};
-use super::value::Audience;
 use crate::frame::Frame;
 
 /// Values of a scene for its lights.
 #[derive(Debug)]
 pub(crate) struct AdaptiveValues {
-    frame: Frame,
-    lattice: Lattice,
+    pub(super) frame: Frame,
+    pub(super) lattice: Lattice,
     /// For each triangle whether a point is where a start on it is.
-    start_forms: Vec<Forms>,
-    mesh: Mesh,
-    lights: Vec<LightValues>,
-    level: Level,
+    pub(super) start_forms: Vec<Forms>,
+    pub(super) mesh: Mesh,
+    pub(super) lights: Vec<LightValues>,
+    pub(super) level: Level,
 }
 
 /// Values for one light.
 #[derive(Debug)]
-struct LightValues {
-    light: LightShape,
+pub(super) struct LightValues {
+    pub(super) light: LightShape,
     /// For each triangle the side of its plane that the light is on.
-    sides: Vec<i8>,
+    pub(super) sides: Vec<i8>,
     /// For each [`Audience`].
-    bricks: [Bricks; 3],
-    lists: Lists,
+    pub(super) bricks: [Bricks; 3],
+    pub(super) lists: Lists,
 }
 
 /// Lists of possible blockers.
 #[derive(Debug)]
-struct Lists {
+pub(super) struct Lists {
     /// Each list: its length, then its entries: numbers of `blockers`, or surfaces with [`EXACT`].
-    words: Vec<u32>,
-    forms: Vec<Forms>,
-    blockers: Vec<Blocker>,
+    pub(super) words: Vec<u32>,
+    pub(super) forms: Vec<Forms>,
+    pub(super) blockers: Vec<Blocker>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Blocker {
-    surface: SurfaceId,
-    flat_group: u32,
-    blocks_everywhere: bool,
+pub(super) struct Blocker {
+    pub(super) surface: SurfaceId,
+    pub(super) flat_group: u32,
+    pub(super) blocks_everywhere: bool,
 }
 
 /// Marks entries of lists that only the exact rule can tell.
-const EXACT: u32 = 1 << 31;
-
-/// What the values know of a start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Known {
-    /// The answer, by the value alone.
-    Value(bool),
-    /// The answer, by a list.
-    List(bool),
-    /// Nothing.
-    Nothing,
-}
+pub(super) const EXACT: u32 = 1 << 31;
 
 impl AdaptiveValues {
     /// Decides and lists for all lights, on all threads.
@@ -108,197 +94,6 @@ impl AdaptiveValues {
             lights,
             level: Level::new(),
         }
-    }
-
-    /// Finds what is known of starts whose own rules, if they have one, do not block: one place of
-    /// `known` for each of `starts`, at most [`BLOCK`] of them.
-    pub(crate) fn get(
-        &self,
-        occluders: &Occluders,
-        starts: &[Start],
-        light: usize,
-        known: &mut [Known],
-    ) {
-        dispatch!(self.level, simd => self.get_wide(simd, occluders, starts, light, known));
-    }
-
-    #[inline(always)]
-    fn get_wide<S: Simd>(
-        &self,
-        simd: S,
-        occluders: &Occluders,
-        starts: &[Start],
-        light: usize,
-        known: &mut [Known],
-    ) {
-        let query = Query {
-            simd,
-            values: self,
-            light: &self.lights[light],
-            occluders,
-        };
-        // One step for all starts before the next: so the memory that they need is fetched together.
-        let mut audiences = [None; BLOCK];
-        for (start, audience) in starts.iter().zip(&mut audiences) {
-            *audience = query.audience(start);
-        }
-        for ((start, audience), known) in starts.iter().zip(audiences).zip(known) {
-            *known = match audience {
-                Some(audience) => query.get(start, start.point, audience),
-                None => query.get_off_surface(start),
-            };
-        }
-    }
-}
-
-/// Starts that are looked up together.
-pub(crate) const BLOCK: usize = 32;
-
-/// What is needed to look up a start.
-struct Query<'a, S> {
-    simd: S,
-    values: &'a AdaptiveValues,
-    light: &'a LightValues,
-    occluders: &'a Occluders,
-}
-
-impl<S: Simd> Query<'_, S> {
-    #[inline(always)]
-    fn narrow(&self, point: DVec3) -> f32x4<S> {
-        let x = self.values.frame.point_in_frame(point);
-        f32x4::simd_from(self.simd, [x.x as f32, x.y as f32, x.z as f32, 0.0])
-    }
-
-    /// Returns whose values speak of a start that is where its point is, `None` if it may not be.
-    #[inline(always)]
-    fn audience(&self, start: &Start) -> Option<Audience> {
-        let Some(SurfaceId(surface)) = start.surface else {
-            return Some(Audience::Free);
-        };
-        let forms = self.values.start_forms.get(surface as usize)?;
-        if !forms.is_start(self.simd, self.narrow(start.point)) {
-            return None;
-        }
-        audience_of(self.light.sides[surface as usize])
-    }
-
-    /// The start is not where its point is given, or is on a curved surface.
-    #[cold]
-    #[inline(never)]
-    fn get_off_surface(&self, start: &Start) -> Known {
-        let Some(SurfaceId(surface)) = start.surface else {
-            return Known::Nothing;
-        };
-        // The light does not matter to where the start is.
-        let direction = LightShape::Direction(DVec3::X);
-        let segment = self.occluders.segment(start, &direction);
-        let room = 0.5 * START_ROOM / self.values.frame.scale;
-        let audience = match self.light.sides.get(surface as usize) {
-            Some(&side) => audience_of(side),
-            None => self.is_on_curved(start, room).then_some(Audience::Front),
-        };
-        match audience {
-            Some(audience) if segment.origin_error() < room => {
-                self.get(start, segment.origin(), audience)
-            }
-            _ => Known::Nothing,
-        }
-    }
-
-    /// Returns whether a start on a curved surface is nearly where its point is.
-    fn is_on_curved(&self, start: &Start, room: f64) -> bool {
-        let Some(surface) = start.surface else {
-            return false;
-        };
-        if let Some(sphere) = self.occluders.sphere(surface) {
-            let distance = (start.point - sphere.center).length();
-            return (distance - sphere.radius).abs() < room;
-        }
-        let around = Bounds {
-            min: start.point - room,
-            max: start.point + room,
-        };
-        self.occluders.may_meet_box(surface, &around)
-    }
-
-    #[inline(always)]
-    fn get(&self, start: &Start, point: DVec3, audience: Audience) -> Known {
-        let lattice = &self.values.lattice;
-        let x = self.narrow(point);
-        let Some(finest) = lattice.finest_at(self.simd, x) else {
-            return Known::Nothing;
-        };
-        match self.light.bricks[audience as usize].find(lattice, finest) {
-            Leaf::Known(is_shadowed) => Known::Value(is_shadowed),
-            Leaf::Unknown => Known::Nothing,
-            Leaf::List(list) => Known::List(self.is_blocked_by(list, start, x)),
-        }
-    }
-
-    /// Returns whether a listed surface blocks a start. Triangles of the start's own plane do not.
-    #[inline(always)]
-    fn is_blocked_by(&self, ListId(list): ListId, start: &Start, x: f32x4<S>) -> bool {
-        let lists = &self.light.lists;
-        let length = lists.words[list as usize] as usize;
-        let first = list as usize + 1;
-        let entries = &lists.words[first..first + length];
-        let mut is_in_doubt = false;
-        for &entry in entries {
-            let Some(forms) = lists.forms.get(entry as usize) else {
-                is_in_doubt = true;
-                continue;
-            };
-            let verdict = forms.wide_verdict(self.simd, x);
-            if verdict == Verdict::Outside {
-                continue;
-            }
-            let blocker = &lists.blockers[entry as usize];
-            if start
-                .surface
-                .is_some_and(|own| self.are_in_one_plane(own, blocker))
-            {
-                continue;
-            }
-            if verdict == Verdict::Inside && blocker.blocks_everywhere {
-                return true;
-            }
-            is_in_doubt = true;
-        }
-        is_in_doubt && self.is_blocked_exactly(entries, start, x)
-    }
-
-    #[inline(always)]
-    fn are_in_one_plane(&self, own: SurfaceId, blocker: &Blocker) -> bool {
-        (own.0 as usize) < self.values.start_forms.len()
-            && self.values.mesh.flat_group(own) == blocker.flat_group
-    }
-
-    /// Asks the exact rule about what is in doubt.
-    #[cold]
-    #[inline(never)]
-    fn is_blocked_exactly(&self, entries: &[u32], start: &Start, x: f32x4<S>) -> bool {
-        let lists = &self.light.lists;
-        let segment = self.occluders.segment(start, &self.light.light);
-        entries.iter().any(|&entry| {
-            let surface = match lists.forms.get(entry as usize) {
-                Some(forms) if forms.wide_verdict(self.simd, x) == Verdict::Outside => {
-                    return false;
-                }
-                Some(_) => lists.blockers[entry as usize].surface,
-                None => SurfaceId(entry & !EXACT),
-            };
-            self.occluders.blocks(surface, &segment)
-        })
-    }
-}
-
-/// Returns whose values speak of starts on a triangle; of those that the light's plane holds none do.
-#[inline(always)]
-fn audience_of(side: i8) -> Option<Audience> {
-    match side {
-        1 => Some(Audience::Front),
-        -1 => Some(Audience::Back),
-        _ => None,
     }
 }
 

@@ -1,32 +1,42 @@
 //! Values in bricks of 4^3 cells, finer bricks under cells that need them.
 //!
-//! In: octrees of decided cells. Out: [`Leaf`] for a finest cell. A brick keeps two bits a cell, and says
+//! In: octrees of decided cells. Out: a [`Leaf`] for a finest cell. A brick keeps two bits a cell, and says
 //! where the finer bricks of its complicated cells and the lists of its listed cells lie, in the order of
 //! the cells. Bricks of one level lie together.
 
 use std::collections::HashMap;
 
-use super::lattice::Lattice;
+use super::lattice::{Finest, Lattice};
 use super::value::{Occlusion, Values64};
 
-/// What is known at a cell.
+/// What is known at a cell: an answer, a list of blockers, or nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Leaf {
-    /// All starts have this answer.
-    Known(bool),
-    /// Only the blockers of a list matter.
-    List(ListId),
+pub(crate) struct Leaf(u32);
+
+impl Leaf {
+    /// All starts are lit.
+    const LIT: Self = Self(0);
+    /// All starts are in shadow.
+    const SHADOWED: Self = Self(1);
     /// Ask a ray.
-    Unknown,
-}
+    pub(crate) const UNKNOWN: Self = Self(u32::MAX);
+    const FIRST_LIST: u32 = 2;
 
-/// Names a list of blockers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ListId(pub(crate) u32);
+    fn of_list(list: u32) -> Self {
+        Self(Self::FIRST_LIST + list)
+    }
 
-impl ListId {
-    /// No list: too many surfaces may block.
-    const NONE: Self = Self(u32::MAX);
+    /// Returns the one answer of all starts.
+    #[inline(always)]
+    pub(crate) fn known(self) -> Option<bool> {
+        (self.0 < Self::FIRST_LIST).then_some(self == Self::SHADOWED)
+    }
+
+    /// Returns where the list starts, in a cell without one answer.
+    #[inline(always)]
+    pub(crate) fn list(self) -> Option<usize> {
+        (self != Self::UNKNOWN).then(|| self.0.wrapping_sub(Self::FIRST_LIST) as usize)
+    }
 }
 
 /// A decided octree of one audience.
@@ -64,38 +74,35 @@ struct Brick {
     /// The first brick under its complicated cells.
     finer: u32,
     /// The place of its first list.
-    lists: u32,
+    leaves: u32,
 }
 
 /// The values of one audience for one light.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bricks {
     bricks: Vec<Brick>,
-    lists: Vec<ListId>,
+    leaves: Vec<Leaf>,
 }
 
 impl Bricks {
     /// Returns what is known at a finest cell of the lattice.
     #[inline(always)]
-    pub(crate) fn find(&self, lattice: &Lattice, finest: [u32; 3]) -> Leaf {
+    pub(crate) fn find(&self, lattice: &Lattice, finest: Finest) -> Leaf {
         let mut brick = &self.bricks[lattice.root_brick(finest)];
-        let mut level = 0;
+        let mut shift = lattice.coarsest_shift();
         loop {
-            let place = lattice.place_in_brick(finest, level);
+            let place = finest.place_in_brick(shift);
             match brick.values.get(place) {
-                Occlusion::Null => return Leaf::Known(false),
-                Occlusion::Full => return Leaf::Known(true),
+                Occlusion::Null => return Leaf::LIT,
+                Occlusion::Full => return Leaf::SHADOWED,
                 Occlusion::Complicated => {
                     let finer = brick.finer + brick.values.complicated_before(place);
                     brick = &self.bricks[finer as usize];
-                    level += 1;
+                    shift -= 2;
                 }
                 Occlusion::Listed => {
-                    let list = brick.lists + brick.values.listed_before(place);
-                    return match self.lists[list as usize] {
-                        ListId::NONE => Leaf::Unknown,
-                        list => Leaf::List(list),
-                    };
+                    let leaf = brick.leaves + brick.values.listed_before(place);
+                    return self.leaves[leaf as usize];
                 }
             }
         }
@@ -103,7 +110,7 @@ impl Bricks {
 
     /// Returns the bytes of values and the index to lists.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(self.bricks.as_slice()) + size_of_val(self.lists.as_slice())) as u64
+        (size_of_val(self.bricks.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
     }
 }
 
@@ -116,7 +123,7 @@ pub(crate) struct ListPool {
 }
 
 impl ListPool {
-    fn add(&mut self, list: Box<[u32]>) -> ListId {
+    fn add(&mut self, list: Box<[u32]>) -> Leaf {
         let words = &mut self.words;
         let number = self.numbers.entry(list).or_insert_with_key(|list| {
             let number = words.len() as u32;
@@ -124,7 +131,7 @@ impl ListPool {
             words.extend_from_slice(list);
             number
         });
-        ListId(*number)
+        Leaf::of_list(*number)
     }
 }
 
@@ -132,7 +139,7 @@ impl ListPool {
 pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
     let mut all = Bricks {
         bricks: vec![Brick::default(); octrees.len()],
-        lists: Vec::new(),
+        leaves: Vec::new(),
     };
     // Level after level: coarse bricks stay together, and so do those under one brick.
     let mut level: Vec<(usize, Decisions)> = octrees.into_iter().enumerate().collect();
@@ -141,7 +148,7 @@ pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
         for (number, octree) in level {
             let mut brick = Brick {
                 finer: all.bricks.len() as u32,
-                lists: all.lists.len() as u32,
+                leaves: all.leaves.len() as u32,
                 ..Brick::default()
             };
             let mut cells: [Decisions; 64] = [const { Decisions::Nobody }; 64];
@@ -151,11 +158,11 @@ pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
                     Decisions::Known(is_shadowed) => Occlusion::known(is_shadowed),
                     Decisions::Nobody => Occlusion::Null,
                     Decisions::Unknown => {
-                        all.lists.push(ListId::NONE);
+                        all.leaves.push(Leaf::UNKNOWN);
                         Occlusion::Listed
                     }
                     Decisions::List(list) => {
-                        all.lists.push(lists.add(list));
+                        all.leaves.push(lists.add(list));
                         Occlusion::Listed
                     }
                     split @ Decisions::Split(_) => {
@@ -171,7 +178,7 @@ pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
         level = next;
     }
     all.bricks.shrink_to_fit();
-    all.lists.shrink_to_fit();
+    all.leaves.shrink_to_fit();
     all
 }
 

@@ -52,6 +52,24 @@ impl Cell {
     }
 }
 
+/// A finest cell: its numbers along the axes in fields of a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Finest(u64);
+
+impl Finest {
+    const FIELD: u32 = 20;
+
+    /// Returns the cell's place in its brick of a level, given by a shift.
+    #[inline(always)]
+    pub(crate) fn place_in_brick(self, shift: u32) -> u32 {
+        const EACH: u64 = 3 | 3 << Finest::FIELD | 3 << (2 * Finest::FIELD);
+        // Brings x to bit 40, y to 42, z to 44; what else the product holds lies beside.
+        const GATHER: u64 = 1 << 40 | 1 << 22 | 1 << 4;
+        let fields = self.0 >> shift & EACH;
+        (fields.wrapping_mul(GATHER) >> 40 & 63) as u32
+    }
+}
+
 impl Lattice {
     /// Lays cells over the scene: bricks of the coarsest level after `root_level` halvings, at most
     /// `finest_level` halvings in all.
@@ -108,34 +126,36 @@ impl Lattice {
         .inflated(DVec3::splat(self.room))
     }
 
-    /// Returns the finest cell that holds a point of the frame, counted along each axis, or `None`
-    /// outside. Up to rounding, which the inflation of cells covers many times.
+    /// Returns the finest cell that holds a point of the frame, or `None` outside. Up to rounding, which
+    /// the inflation of cells covers many times.
     #[inline(always)]
-    pub(crate) fn finest_at<S: Simd>(&self, simd: S, x: f32x4<S>) -> Option<[u32; 3]> {
+    pub(crate) fn finest_at<S: Simd>(&self, simd: S, x: f32x4<S>) -> Option<Finest> {
         // Added to a number, this leaves the nearest whole one in the last bits.
         const WHOLE: f32 = 12_582_912.0; // 3 * 2^22
         let scaled = (x - f32x4::from_slice(simd, &self.frame_min)) * self.finest_per_frame;
         let finest = f32x4::from_slice(simd, &self.finest);
         let is_inside = scaled.simd_ge(0.0) & scaled.simd_lt(finest);
         let shifted = scaled - 0.5 + WHOLE;
-        let whole = |axis: usize| shifted[axis].to_bits() & 0x3f_ffff;
-        is_inside.all_true().then(|| [whole(0), whole(1), whole(2)])
+        let whole = |axis: usize| u64::from(shifted[axis].to_bits() & 0x3f_ffff);
+        is_inside
+            .all_true()
+            .then(|| Finest(whole(0) | whole(1) << Finest::FIELD | whole(2) << (2 * Finest::FIELD)))
     }
 
     /// Returns the number of the coarsest brick that holds a finest cell.
-    #[inline]
-    pub(crate) fn root_brick(&self, finest: [u32; 3]) -> usize {
-        let shift = 2 * self.brick_levels;
-        let [x, y, z] = finest.map(|at| (at >> shift) as usize);
-        (z * self.root[1] as usize + y) * self.root[0] as usize + x
+    #[inline(always)]
+    pub(crate) fn root_brick(&self, Finest(finest): Finest) -> usize {
+        let axis = |axis: u32| {
+            let at = finest >> (axis * Finest::FIELD) & ((1 << Finest::FIELD) - 1);
+            at as usize >> (2 * self.brick_levels)
+        };
+        (axis(2) * self.root[1] as usize + axis(1)) * self.root[0] as usize + axis(0)
     }
 
-    /// Returns the place of a finest cell in its brick of a level, 0 the coarsest.
-    #[inline]
-    pub(crate) fn place_in_brick(&self, finest: [u32; 3], level: u32) -> u32 {
-        let shift = 2 * (self.brick_levels - 1 - level);
-        let [x, y, z] = finest.map(|at| at >> shift & 3);
-        z << 4 | y << 2 | x
+    /// Returns the shift that gives a cell's place in its coarsest brick.
+    #[inline(always)]
+    pub(crate) fn coarsest_shift(&self) -> u32 {
+        2 * (self.brick_levels - 1)
     }
 
     /// Returns all coarsest bricks as cells, in the order of their numbers.

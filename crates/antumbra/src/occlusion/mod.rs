@@ -11,13 +11,15 @@ mod candidates;
 mod classify;
 mod forms;
 mod lattice;
+mod lookup;
 mod mark;
 mod quick_check;
 mod refine;
 mod store;
 mod value;
 
-pub(crate) use adaptive::{AdaptiveValues, BLOCK, Known};
+pub(crate) use adaptive::AdaptiveValues;
+pub(crate) use lookup::{BLOCK, Found};
 pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;
 pub(crate) use refine::Depth;

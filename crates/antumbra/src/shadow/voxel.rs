@@ -3,8 +3,8 @@
 use antumbra_geometry::{LightShape, Occluders, Start};
 
 use crate::bvh::Bvh;
-use crate::occlusion::{AdaptiveValues, BLOCK, Known};
-use crate::{Answer, Counters, Decided};
+use crate::occlusion::{AdaptiveValues, BLOCK, Found};
+use crate::{Answer, Counters, Decided, QueryError};
 
 /// What queries are answered by.
 pub(crate) struct ByVoxel<'a> {
@@ -17,49 +17,58 @@ pub(crate) struct ByVoxel<'a> {
 
 impl ByVoxel<'_> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
-    /// not, and gives each answer with its place.
+    /// not. `check` says what is no start.
     #[inline]
     pub(crate) fn answer(
         &self,
         starts: &[Start],
+        is_shadowed: &mut [bool],
         counters: &mut Counters,
-        mut give: impl FnMut(usize, Answer),
-    ) {
-        let mut known = [Known::Nothing; BLOCK];
-        for (block, starts) in starts.chunks(BLOCK).enumerate() {
-            self.values
-                .get(self.occluders, starts, self.light_number, &mut known);
-            for ((place, start), known) in starts.iter().enumerate().zip(&known) {
-                give(
-                    block * BLOCK + place,
-                    self.answer_known(start, *known, counters),
-                );
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
+        for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
+            let found = self.values.find(self.occluders, starts, self.light_number);
+            for (is_shadowed, found) in is_shadowed.iter_mut().zip(found) {
+                *is_shadowed = found.is_shadowed();
+                shadowed_count += u64::from(found.is_shadowed());
+                list_count += u64::from(found.is_by_list());
             }
+            for (number, found) in found[..starts.len()].iter().enumerate() {
+                if *found == Found::NOTHING {
+                    let start = &starts[number];
+                    check(start)?;
+                    is_shadowed[number] = self.is_blocked(start, counters);
+                    shadowed_count += u64::from(is_shadowed[number]);
+                    ray_count += 1;
+                }
+            }
+        }
+        counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
+        counters.shadow.blocker_list += list_count;
+        counters.shadow.rays += ray_count;
+        counters.shadow.shadowed += shadowed_count;
+        Ok(())
+    }
+
+    /// Answers one query.
+    pub(crate) fn answer_one(&self, start: &Start, counters: &mut Counters) -> Answer {
+        let [found, ..] = self.values.find(
+            self.occluders,
+            std::slice::from_ref(start),
+            self.light_number,
+        );
+        if found == Found::NOTHING {
+            Answer::new(self.is_blocked(start, counters), Decided::Ray)
+        } else if found.is_by_list() {
+            Answer::new(found.is_shadowed(), Decided::BlockerList)
+        } else {
+            Answer::new(found.is_shadowed(), Decided::FirstPass)
         }
     }
 
-    #[inline]
-    fn answer_known(&self, start: &Start, known: Known, counters: &mut Counters) -> Answer {
-        // Values speak of starts that no own rule shadows.
-        let has_own_rule = start
-            .surface
-            .is_some_and(|own| self.occluders.has_own_rule(own));
-        if has_own_rule
-            && self
-                .occluders
-                .own_rule_blocks(&self.occluders.segment(start, self.light))
-        {
-            return Answer::new(true, Decided::FirstPass);
-        }
-        match known {
-            Known::Value(is_shadowed) => Answer::new(is_shadowed, Decided::FirstPass),
-            Known::List(is_shadowed) => Answer::new(is_shadowed, Decided::BlockerList),
-            Known::Nothing => {
-                let is_shadowed = self
-                    .bvh
-                    .any_hit(self.occluders, start, self.light, counters);
-                Answer::new(is_shadowed, Decided::Ray)
-            }
-        }
+    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
+        super::by_bvh(self.occluders, self.bvh, start, self.light, counters).shadow
+            == crate::Shadow::Shadowed
     }
 }

@@ -1,0 +1,252 @@
+//! What values know of starts.
+//!
+//! In: starts. Out: a [`Found`] each. Invariant: an answer that is found is the reference's. Absent here:
+//! rays, lights' power, how values were made.
+
+use antumbra_geometry::{Bounds, DVec3, Occluders, Start, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x4};
+
+use super::adaptive::{AdaptiveValues, Blocker, EXACT, LightValues};
+use super::bricks::Leaf;
+use super::forms::{START_ROOM, Verdict};
+use super::value::Audience;
+
+/// Starts that are looked up together.
+pub(crate) const BLOCK: usize = 32;
+
+/// What is known of a start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Found(u8);
+
+impl Found {
+    /// Nothing; perhaps the start is no start at all.
+    pub(crate) const NOTHING: Self = Self(0b100);
+    const SHADOWED: u8 = 0b01;
+    const BY_LIST: u8 = 0b10;
+
+    #[inline(always)]
+    fn by_value(is_shadowed: bool) -> Self {
+        Self(u8::from(is_shadowed))
+    }
+
+    #[inline(always)]
+    fn by_list(is_shadowed: bool) -> Self {
+        Self(u8::from(is_shadowed) | Self::BY_LIST)
+    }
+
+    /// Returns whether the start is in shadow, if something is known.
+    #[inline(always)]
+    pub(crate) fn is_shadowed(self) -> bool {
+        self.0 & Self::SHADOWED != 0
+    }
+
+    /// Returns whether a list said so.
+    #[inline(always)]
+    pub(crate) fn is_by_list(self) -> bool {
+        self.0 & Self::BY_LIST != 0
+    }
+}
+
+impl AdaptiveValues {
+    /// Finds what is known of at most [`BLOCK`] starts.
+    pub(crate) fn find(
+        &self,
+        occluders: &Occluders,
+        starts: &[Start],
+        light: usize,
+    ) -> [Found; BLOCK] {
+        dispatch!(self.level, simd => {
+            Lookup { simd, values: self, light: &self.lights[light], occluders }.find(starts)
+        })
+    }
+
+    /// Returns a point in the frame's units.
+    #[inline(always)]
+    fn narrow(&self, point: DVec3) -> [f32; 4] {
+        let x = self.frame.point_in_frame(point);
+        [x.x as f32, x.y as f32, x.z as f32, 0.0]
+    }
+}
+
+/// What is needed to look up a start.
+struct Lookup<'a, S> {
+    simd: S,
+    values: &'a AdaptiveValues,
+    light: &'a LightValues,
+    occluders: &'a Occluders,
+}
+
+impl<S: Simd> Lookup<'_, S> {
+    /// One step for all starts before the next: so the memory that they need is fetched together.
+    #[inline(always)]
+    fn find(&self, starts: &[Start]) -> [Found; BLOCK] {
+        let mut places = [[0.0; 4]; BLOCK];
+        for (start, place) in starts.iter().zip(&mut places) {
+            *place = self.values.narrow(start.point);
+        }
+        let mut audiences = [None; BLOCK];
+        for ((start, place), audience) in starts.iter().zip(&places).zip(&mut audiences) {
+            *audience = self.audience(start, self.wide(place));
+        }
+        let mut leaves = [Leaf::UNKNOWN; BLOCK];
+        for ((place, audience), leaf) in places.iter().zip(&audiences).zip(&mut leaves) {
+            if let Some(audience) = audience {
+                *leaf = self.leaf(self.wide(place), *audience);
+            }
+        }
+        let mut found = [Found::NOTHING; BLOCK];
+        for (number, (start, found)) in starts.iter().zip(&mut found).enumerate() {
+            *found = match leaves[number].known() {
+                Some(is_shadowed) => Found::by_value(is_shadowed),
+                None if audiences[number].is_none() => self.find_off_surface(start),
+                None => self.find_in_list(leaves[number], start, self.wide(&places[number])),
+            };
+        }
+        found
+    }
+
+    #[inline(always)]
+    fn wide(&self, place: &[f32; 4]) -> f32x4<S> {
+        f32x4::from_slice(self.simd, place)
+    }
+
+    /// Returns whose values speak of a start that is where its point is, `None` if it may not be.
+    #[inline(always)]
+    fn audience(&self, start: &Start, x: f32x4<S>) -> Option<Audience> {
+        let Some(SurfaceId(surface)) = start.surface else {
+            return Some(Audience::Free);
+        };
+        let forms = self.values.start_forms.get(surface as usize)?;
+        if !forms.is_start(self.simd, x) {
+            return None;
+        }
+        audience_of(self.light.sides[surface as usize])
+    }
+
+    #[inline(always)]
+    fn leaf(&self, x: f32x4<S>, audience: Audience) -> Leaf {
+        let lattice = &self.values.lattice;
+        match lattice.finest_at(self.simd, x) {
+            Some(finest) => self.light.bricks[audience as usize].find(lattice, finest),
+            None => Leaf::UNKNOWN,
+        }
+    }
+
+    /// The start is not where its point is given, or is on a curved surface, or is none.
+    #[cold]
+    #[inline(never)]
+    fn find_off_surface(&self, start: &Start) -> Found {
+        let Some(surface) = start.surface else {
+            return Found::NOTHING;
+        };
+        let is_near = start.point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
+        if !is_near || surface.0 as usize >= self.occluders.surface_count() {
+            return Found::NOTHING;
+        }
+        let segment = self.occluders.segment(start, &self.light.light);
+        let room = 0.5 * START_ROOM / self.values.frame.scale;
+        let audience = match self.light.sides.get(surface.0 as usize) {
+            Some(&side) => audience_of(side),
+            None => {
+                // Values speak of starts that no own rule shadows.
+                if self.occluders.own_rule_blocks(&segment) {
+                    return Found::by_value(true);
+                }
+                self.is_on_curved(surface, start.point, room)
+                    .then_some(Audience::Front)
+            }
+        };
+        let Some(audience) = audience.filter(|_| segment.origin_error() < room) else {
+            return Found::NOTHING;
+        };
+        let place = self.values.narrow(segment.origin());
+        let leaf = self.leaf(self.wide(&place), audience);
+        match leaf.known() {
+            Some(is_shadowed) => Found::by_value(is_shadowed),
+            None => self.find_in_list(leaf, start, self.wide(&place)),
+        }
+    }
+
+    /// Returns whether a point is nearly on a curved surface.
+    fn is_on_curved(&self, surface: SurfaceId, point: DVec3, room: f64) -> bool {
+        if let Some(sphere) = self.occluders.sphere(surface) {
+            let distance = (point - sphere.center).length();
+            return (distance - sphere.radius).abs() < room;
+        }
+        let around = Bounds {
+            min: point - room,
+            max: point + room,
+        };
+        self.occluders.may_meet_box(surface, &around)
+    }
+
+    /// Asks the blockers of a list. Triangles of the start's own plane do not block it.
+    #[inline(always)]
+    fn find_in_list(&self, leaf: Leaf, start: &Start, x: f32x4<S>) -> Found {
+        let Some(list) = leaf.list() else {
+            return Found::NOTHING;
+        };
+        let lists = &self.light.lists;
+        let length = lists.words[list] as usize;
+        let entries = &lists.words[list + 1..list + 1 + length];
+        let mut is_in_doubt = false;
+        for &entry in entries {
+            let Some(forms) = lists.forms.get(entry as usize) else {
+                is_in_doubt = true;
+                continue;
+            };
+            let verdict = forms.wide_verdict(self.simd, x);
+            if verdict == Verdict::Outside {
+                continue;
+            }
+            let blocker = &lists.blockers[entry as usize];
+            let is_flat_with = |own| self.are_in_one_plane(own, blocker);
+            if start.surface.is_some_and(is_flat_with) {
+                continue;
+            }
+            if verdict == Verdict::Inside && blocker.blocks_everywhere {
+                return Found::by_list(true);
+            }
+            is_in_doubt = true;
+        }
+        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, x))
+    }
+
+    #[inline(always)]
+    fn are_in_one_plane(&self, own: SurfaceId, blocker: &Blocker) -> bool {
+        (own.0 as usize) < self.values.start_forms.len()
+            && self.values.mesh.flat_group(own) == blocker.flat_group
+    }
+
+    /// Asks the exact rule about what is in doubt.
+    #[cold]
+    #[inline(never)]
+    fn is_blocked_exactly(&self, entries: &[u32], start: &Start, x: f32x4<S>) -> bool {
+        let lists = &self.light.lists;
+        let segment = self.occluders.segment(start, &self.light.light);
+        entries.iter().any(|&entry| {
+            let surface = match lists.forms.get(entry as usize) {
+                Some(forms) if forms.wide_verdict(self.simd, x) == Verdict::Outside => {
+                    return false;
+                }
+                Some(_) => lists.blockers[entry as usize].surface,
+                None => SurfaceId(entry & !EXACT),
+            };
+            self.occluders.blocks(surface, &segment)
+        })
+    }
+}
+
+/// Points farther out are none: 2^100, as for geometry.
+const LARGEST_POINT: f64 = 1.2676506002282294e30;
+
+/// Returns whose values speak of starts on a triangle; of those that the light's plane holds none do.
+#[inline(always)]
+fn audience_of(side: i8) -> Option<Audience> {
+    match side {
+        1 => Some(Audience::Front),
+        -1 => Some(Audience::Back),
+        _ => None,
+    }
+}
