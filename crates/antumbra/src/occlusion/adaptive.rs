@@ -61,7 +61,7 @@ impl AdaptiveValues {
         let bounds = occluders.bounds();
         let frame = Frame::new(bounds);
         let finest = depth.surfaces.max(depth.space);
-        let lattice = Lattice::new(&bounds, &frame, ROOT_LEVEL.min(finest), finest);
+        let lattice = Lattice::new(&bounds, &frame, finest);
         let mesh = Mesh::new(occluders);
         let start_forms = (0..occluders.triangle_count() as u32)
             .into_par_iter()
@@ -96,9 +96,6 @@ impl AdaptiveValues {
         }
     }
 }
-
-/// Halvings of the scene's box to the coarsest bricks, of 4^3 cells each.
-const ROOT_LEVEL: u32 = 4;
 
 /// Whether numbers stay so far from the ends of their range that products of lengths are safe, and
 /// coordinates so small beside the scene that its frame can tell them.

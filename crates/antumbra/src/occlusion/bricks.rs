@@ -77,9 +77,19 @@ struct Brick {
     leaves: u32,
 }
 
+impl Brick {
+    fn of_one_value(value: Occlusion) -> Self {
+        let mut brick = Self::default();
+        (0..64).for_each(|place| brick.values.set(place, value));
+        brick
+    }
+}
+
 /// The values of one audience for one light.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bricks {
+    /// The coarsest bricks by their place; those of one answer are shared.
+    root: Vec<u32>,
     bricks: Vec<Brick>,
     leaves: Vec<Leaf>,
 }
@@ -88,7 +98,8 @@ impl Bricks {
     /// Returns what is known at a finest cell of the lattice.
     #[inline(always)]
     pub(crate) fn find(&self, lattice: &Lattice, finest: Finest) -> Leaf {
-        let mut brick = &self.bricks[lattice.root_brick(finest)];
+        let root = self.root[lattice.root_brick(finest)];
+        let mut brick = &self.bricks[root as usize];
         let mut shift = lattice.coarsest_shift();
         loop {
             let place = finest.place_in_brick(shift);
@@ -110,7 +121,10 @@ impl Bricks {
 
     /// Returns the bytes of values and the index to lists.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(self.bricks.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
+        let bytes = size_of_val(self.root.as_slice())
+            + size_of_val(self.bricks.as_slice())
+            + size_of_val(self.leaves.as_slice());
+        bytes as u64
     }
 }
 
@@ -138,11 +152,26 @@ impl ListPool {
 /// Packs the octrees under the coarsest bricks, one after the other.
 pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
     let mut all = Bricks {
-        bricks: vec![Brick::default(); octrees.len()],
+        root: Vec::with_capacity(octrees.len()),
+        // Everybody lit, everybody in shadow.
+        bricks: [Occlusion::Null, Occlusion::Full]
+            .map(Brick::of_one_value)
+            .into(),
         leaves: Vec::new(),
     };
     // Level after level: coarse bricks stay together, and so do those under one brick.
-    let mut level: Vec<(usize, Decisions)> = octrees.into_iter().enumerate().collect();
+    let mut level: Vec<(usize, Decisions)> = Vec::new();
+    for octree in octrees {
+        all.root.push(match octree {
+            Decisions::Nobody | Decisions::Known(false) => 0,
+            Decisions::Known(true) => 1,
+            octree => {
+                level.push((all.bricks.len(), octree));
+                all.bricks.push(Brick::default());
+                all.bricks.len() as u32 - 1
+            }
+        });
+    }
     while !level.is_empty() {
         let mut next = Vec::new();
         for (number, octree) in level {

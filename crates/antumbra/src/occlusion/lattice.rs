@@ -71,9 +71,16 @@ impl Finest {
 }
 
 impl Lattice {
-    /// Lays cells over the scene: bricks of the coarsest level after `root_level` halvings, at most
-    /// `finest_level` halvings in all.
-    pub(crate) fn new(scene: &Bounds, frame: &Frame, root_level: u32, finest_level: u32) -> Self {
+    /// Lays cells over the scene, the finest after `finest_level` halvings of its longest side, at
+    /// least two.
+    pub(crate) fn new(scene: &Bounds, frame: &Frame, finest_level: u32) -> Self {
+        // The root table has at most 32^3 places, so that it stays in the caches.
+        const MOST_ROOT_LEVELS: u32 = 5;
+        let brick_levels = finest_level
+            .saturating_sub(MOST_ROOT_LEVELS)
+            .div_ceil(2)
+            .max(1);
+        let root_level = finest_level.saturating_sub(2 * brick_levels);
         let room = 2.0 * START_ROOM / frame.scale;
         let bounds = scene.inflated(DVec3::splat(room));
         let edge = bounds.size().max_element() * (1.0 + 8.0 * f64::EPSILON);
@@ -81,7 +88,6 @@ impl Lattice {
         let root = (bounds.size() / brick_edge)
             .to_array()
             .map(|count| (count.ceil() as u32).clamp(1, 1 << root_level));
-        let brick_levels = finest_level.saturating_sub(root_level).div_ceil(2).max(1);
         let frame_min = frame.point_in_frame(bounds.min);
         let finest_per_brick = f64::from(1u32 << (2 * brick_levels));
         Self {
@@ -142,7 +148,7 @@ impl Lattice {
             .then(|| Finest(whole(0) | whole(1) << Finest::FIELD | whole(2) << (2 * Finest::FIELD)))
     }
 
-    /// Returns the number of the coarsest brick that holds a finest cell.
+    /// Returns the place of the coarsest brick that holds a finest cell in the root table.
     #[inline(always)]
     pub(crate) fn root_brick(&self, Finest(finest): Finest) -> usize {
         let axis = |axis: u32| {

@@ -29,6 +29,9 @@ pub(crate) struct Depth {
 /// Decisions for all audiences.
 type Decided = [Decisions; 3];
 
+/// Halvings of the scene's box at most where no surface is.
+const EMPTY_SPACE_LEVEL: u32 = 6;
+
 /// Cells of fewer halvings are shared among threads.
 const PARALLEL_LEVEL: u32 = 6;
 
@@ -118,7 +121,7 @@ impl Refiner<'_> {
             }
             // Fine cells only near surfaces.
             let finest = if candidates.holders.is_empty() {
-                self.lattice.root_level + 2
+                self.depth.space.min(EMPTY_SPACE_LEVEL)
             } else {
                 self.depth.space
             };

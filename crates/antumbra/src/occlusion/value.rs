@@ -86,10 +86,15 @@ pub(crate) struct Values64 {
 }
 
 impl Values64 {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn get(&self, place: u32) -> Occlusion {
-        let bit = |plane: u64| (plane >> place & 1) as u8;
-        Occlusion::from_bits(bit(self.high) << 1 | bit(self.low))
+        let (low, high) = (self.low >> place & 1 != 0, self.high >> place & 1 != 0);
+        match (high, low) {
+            (false, false) => Occlusion::Null,
+            (false, true) => Occlusion::Full,
+            (true, false) => Occlusion::Complicated,
+            (true, true) => Occlusion::Listed,
+        }
     }
 
     pub(crate) fn set(&mut self, place: u32, value: Occlusion) {
