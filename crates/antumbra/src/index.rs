@@ -57,6 +57,8 @@ pub struct Refinement {
     pub space_resolution: u32,
     /// As few possible blockers are listed instead of finer voxels; 0 lists none.
     pub short_list: usize,
+    /// The same for points of space.
+    pub space_list: usize,
     /// As few are listed in the finest voxels; 0 lists none.
     pub long_list: usize,
 }
@@ -65,8 +67,9 @@ impl Default for Refinement {
     fn default() -> Self {
         Self {
             resolution: 512,
-            space_resolution: 256,
-            short_list: 4,
+            space_resolution: 512,
+            short_list: 2,
+            space_list: 12,
             long_list: 24,
         }
     }
@@ -79,6 +82,7 @@ impl Refinement {
             surfaces: level(self.resolution),
             space: level(self.space_resolution),
             short_list: self.short_list,
+            space_list: self.space_list,
             long_list: self.long_list,
         }
     }

@@ -99,6 +99,7 @@ fn refinements() -> [Refinement; 4] {
         resolution,
         space_resolution: resolution,
         short_list,
+        space_list: short_list,
         long_list,
     };
     [

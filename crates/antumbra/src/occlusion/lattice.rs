@@ -121,6 +121,11 @@ impl Lattice {
         })
     }
 
+    /// Returns whether bricks have cells of a level.
+    pub(crate) fn is_level_of_cells(&self, level: u32) -> bool {
+        level > self.root_level && (level - self.root_level).is_multiple_of(2)
+    }
+
     /// Returns the box of a cell, inflated so that it holds every start whose given point lies in it.
     pub(crate) fn inflated(&self, cell: Cell) -> Bounds {
         let edge = self.edge / f64::from(1u32 << cell.level);

@@ -22,6 +22,8 @@ pub(crate) struct Depth {
     pub(crate) space: u32,
     /// As few blockers are kept instead of finer cells.
     pub(crate) short_list: usize,
+    /// The same for points of space.
+    pub(crate) space_list: usize,
     /// As few blockers are kept in cells that are not refined further.
     pub(crate) long_list: usize,
 }
@@ -125,10 +127,9 @@ impl Refiner<'_> {
             } else {
                 self.depth.space
             };
-            let can_refine = cell.level < finest;
-            return self.list(can_refine, || {
-                |most| self.casters.blockers(None, candidates, most)
-            });
+            let most = self.most_listed(cell.level, finest, self.depth.space_list);
+            let list = most.and_then(|most| self.casters.blockers(None, candidates, most));
+            return written(list, cell.level < finest);
         }
         let receivers = self.casters.receivers(audience, candidates, bounds);
         if receivers.is_empty() {
@@ -138,28 +139,31 @@ impl Refiner<'_> {
         if let Some(is_shadowed) = decided {
             return Some(Decisions::Known(is_shadowed));
         }
-        let can_refine = cell.level < self.depth.surfaces;
-        self.list(can_refine, || {
-            |most| self.casters.blockers(Some(&receivers), candidates, most)
-        })
+        let most = self.most_listed(cell.level, self.depth.surfaces, self.depth.short_list);
+        let list = most.and_then(|most| self.casters.blockers(Some(&receivers), candidates, most));
+        written(list, cell.level < self.depth.surfaces)
     }
 
-    /// Returns the list of the few possible blockers; `None` to refine instead.
-    fn list<F>(&self, can_refine: bool, blockers: impl FnOnce() -> F) -> Option<Decisions>
-    where
-        F: Fn(usize) -> Option<Vec<u32>>,
-    {
-        let most = if can_refine {
-            self.depth.short_list
+    /// Returns how many blockers may be listed for a cell of a level, `None` for no lists.
+    fn most_listed(&self, level: u32, finest: u32, short_list: usize) -> Option<usize> {
+        let most = if level < finest {
+            short_list
         } else {
             self.depth.long_list
         };
-        match (blockers()(most), can_refine) {
-            (Some(list), _) if list.is_empty() => Some(Decisions::Known(false)),
-            (Some(list), _) if most > 0 => Some(Decisions::List(list.into())),
-            (_, true) => None,
-            (_, false) => Some(Decisions::Unknown),
-        }
+        // Cells of other levels would need a list for each of the cells that they become.
+        let is_own_cell = self.lattice.is_level_of_cells(level) || level == finest;
+        (most > 0 && is_own_cell).then_some(most)
+    }
+}
+
+/// Returns what to write for a cell of possible blockers, `None` to refine it.
+fn written(list: Option<Vec<u32>>, can_refine: bool) -> Option<Decisions> {
+    match list {
+        Some(list) if list.is_empty() => Some(Decisions::Known(false)),
+        Some(list) => Some(Decisions::List(list.into())),
+        None if can_refine => None,
+        None => Some(Decisions::Unknown),
     }
 }
 
