@@ -67,9 +67,9 @@ impl Default for Refinement {
     fn default() -> Self {
         Self {
             resolution: 512,
-            space_resolution: 512,
+            space_resolution: 256,
             short_list: 2,
-            space_list: 12,
+            space_list: 16,
             long_list: 24,
         }
     }

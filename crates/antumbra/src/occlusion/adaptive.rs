@@ -11,13 +11,15 @@ use super::candidates::Casters;
 use super::forms::{Forms, START_ROOM};
 use super::lattice::Lattice;
 use super::refine::{Depth, Refiner};
+use super::value::Audience;
 use crate::frame::Frame;
 
 /// Values of a scene for its lights.
 #[derive(Debug)]
 pub(crate) struct AdaptiveValues {
     pub(super) frame: Frame,
-    pub(super) lattice: Lattice,
+    /// For each [`Audience`].
+    pub(super) lattices: [Lattice; 3],
     /// For each triangle whether a point is where a start on it is.
     pub(super) start_forms: Vec<Forms>,
     pub(super) mesh: Mesh,
@@ -60,8 +62,13 @@ impl AdaptiveValues {
     pub(crate) fn new(occluders: &Occluders, lights: &[LightShape], depth: Depth) -> Self {
         let bounds = occluders.bounds();
         let frame = Frame::new(bounds);
-        let finest = depth.surfaces.max(depth.space);
-        let lattice = Lattice::new(&bounds, &frame, finest);
+        let lattices = Audience::ALL.map(|audience| {
+            let finest = match audience {
+                Audience::Front | Audience::Back => depth.surfaces,
+                Audience::Free => depth.space,
+            };
+            Lattice::new(&bounds, &frame, finest)
+        });
         let mesh = Mesh::new(occluders);
         let start_forms = (0..occluders.triangle_count() as u32)
             .into_par_iter()
@@ -80,15 +87,15 @@ impl AdaptiveValues {
             .iter()
             .map(|&light| {
                 if is_ordinary(occluders, &frame, &light) {
-                    LightValues::new(occluders, &mesh, frame, &lattice, light, depth)
+                    LightValues::new(occluders, &mesh, frame, &lattices, light, depth)
                 } else {
-                    LightValues::nothing(occluders, &lattice, light)
+                    LightValues::nothing(occluders, &lattices, light)
                 }
             })
             .collect();
         Self {
             frame,
-            lattice,
+            lattices,
             start_forms,
             mesh,
             lights,
@@ -140,7 +147,7 @@ impl AdaptiveValues {
 
     /// Returns the planes between the finest cells.
     pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {
-        self.lattice.planes()
+        self.lattices[Audience::Front as usize].planes()
     }
 }
 
@@ -149,14 +156,14 @@ impl LightValues {
         occluders: &Occluders,
         mesh: &Mesh,
         frame: Frame,
-        lattice: &Lattice,
+        lattices: &[Lattice; 3],
         light: LightShape,
         depth: Depth,
     ) -> Self {
         let casters = Casters::new(occluders, mesh, frame, light);
         let refiner = Refiner {
             casters: &casters,
-            lattice,
+            lattices,
             depth,
         };
         let octrees = refiner.refine();
@@ -172,18 +179,15 @@ impl LightValues {
     }
 
     /// Values that know nothing.
-    fn nothing(occluders: &Occluders, lattice: &Lattice, light: LightShape) -> Self {
-        let brick_count = lattice.root_bricks().count();
-        let unknown = || {
-            pack(
-                vec![Decisions::Unknown; brick_count],
-                &mut ListPool::default(),
-            )
+    fn nothing(occluders: &Occluders, lattices: &[Lattice; 3], light: LightShape) -> Self {
+        let unknown = |lattice: &Lattice| {
+            let octrees = lattice.root_bricks().map(|_| Decisions::Unknown);
+            pack(octrees.collect(), &mut ListPool::default())
         };
         Self {
             light,
             sides: vec![0; occluders.triangle_count()],
-            bricks: std::array::from_fn(|_| unknown()),
+            bricks: lattices.each_ref().map(unknown),
             lists: Lists {
                 words: Vec::new(),
                 forms: Vec::new(),

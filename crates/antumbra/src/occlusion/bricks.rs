@@ -15,7 +15,7 @@ pub(crate) struct Leaf(u32);
 
 impl Leaf {
     /// All starts are lit.
-    const LIT: Self = Self(0);
+    pub(crate) const LIT: Self = Self(0);
     /// All starts are in shadow.
     const SHADOWED: Self = Self(1);
     /// Ask a ray.

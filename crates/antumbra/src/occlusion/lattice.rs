@@ -186,6 +186,20 @@ impl Lattice {
         })
     }
 
+    /// Returns the box of all cells; no surface is outside.
+    pub(crate) fn bounds(&self) -> Bounds {
+        let [x, y, z, _] = self.finest.map(f64::from);
+        Bounds {
+            min: self.min,
+            max: self.min + DVec3::new(x, y, z) / self.finest_per_unit,
+        }
+    }
+
+    /// Returns what cells are inflated by, in world units.
+    pub(crate) fn room(&self) -> f64 {
+        self.room
+    }
+
     /// Returns the planes between finest cells: the lowest corner, their edge, and their number along
     /// each axis.
     pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {

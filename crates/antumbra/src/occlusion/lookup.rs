@@ -3,13 +3,14 @@
 //! In: starts. Out: a [`Found`] each. Invariant: an answer that is found is the reference's. Absent here:
 //! rays, lights' power, how values were made.
 
-use antumbra_geometry::{Bounds, DVec3, Occluders, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x4};
 
 use super::adaptive::{AdaptiveValues, Blocker, EXACT, LightValues};
 use super::bricks::Leaf;
 use super::forms::{START_ROOM, Verdict};
+use super::lattice::Lattice;
 use super::value::Audience;
 
 /// Starts that are looked up together.
@@ -100,6 +101,7 @@ impl<S: Simd> Lookup<'_, S> {
             *found = match leaves[number].known() {
                 Some(is_shadowed) => Found::by_value(is_shadowed),
                 None if audiences[number].is_none() => self.find_off_surface(start),
+                None if leaves[number] == Leaf::UNKNOWN => self.find_from_outside(start),
                 None => self.find_in_list(leaves[number], start, self.wide(&places[number])),
             };
         }
@@ -126,7 +128,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     #[inline(always)]
     fn leaf(&self, x: f32x4<S>, audience: Audience) -> Leaf {
-        let lattice = &self.values.lattice;
+        let lattice = &self.values.lattices[audience as usize];
         match lattice.finest_at(self.simd, x) {
             Some(finest) => self.light.bricks[audience as usize].find(lattice, finest),
             None => Leaf::UNKNOWN,
@@ -165,6 +167,30 @@ impl<S: Simd> Lookup<'_, S> {
         match leaf.known() {
             Some(is_shadowed) => Found::by_value(is_shadowed),
             None => self.find_in_list(leaf, start, self.wide(&place)),
+        }
+    }
+
+    /// A free start outside all cells answers as the point where its segment comes in: nothing blocks
+    /// before that.
+    #[cold]
+    #[inline(never)]
+    fn find_from_outside(&self, start: &Start) -> Found {
+        let lattice = &self.values.lattices[Audience::Free as usize];
+        let is_near = start.point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
+        if start.surface.is_some() || !is_near || lattice.bounds().contains(start.point) {
+            return Found::NOTHING;
+        }
+        match enter(lattice, start.point, &self.light.light) {
+            Entry::Never => Found::by_value(false),
+            Entry::Unknown => Found::NOTHING,
+            Entry::At(point) => {
+                let place = self.values.narrow(point);
+                let leaf = self.leaf(self.wide(&place), Audience::Free);
+                match leaf.known() {
+                    Some(is_shadowed) => Found::by_value(is_shadowed),
+                    None => self.find_in_list(leaf, start, self.wide(&place)),
+                }
+            }
         }
     }
 
@@ -236,6 +262,52 @@ impl<S: Simd> Lookup<'_, S> {
             self.occluders.blocks(surface, &segment)
         })
     }
+}
+
+/// Where a segment comes into the box of all cells.
+enum Entry {
+    /// Within half a room of a point of the segment, inside.
+    At(DVec3),
+    Never,
+    /// Too far away to tell well.
+    Unknown,
+}
+
+/// Returns where the segment from a point outside comes into a lattice's box: a slab test with a box
+/// that is a quarter of the room wider, which covers its rounding.
+fn enter(lattice: &Lattice, from: DVec3, light: &LightShape) -> Entry {
+    const SHORTEST: f64 = 1e-200;
+    let (towards, reach) = match *light {
+        LightShape::Point(light) => (light - from, 1.0),
+        LightShape::Direction(direction) => (direction, f64::INFINITY),
+    };
+    let (room, bounds) = (lattice.room(), lattice.bounds());
+    // Each parameter errs by a few roundings of itself.
+    let farthest = (from - bounds.center()).abs().max_element() + bounds.size().max_element();
+    let is_told = farthest * 32.0 * f64::EPSILON < 0.125 * room;
+    if !is_told || towards.abs().max_element() < SHORTEST {
+        return Entry::Unknown;
+    }
+    let wider = bounds.inflated(DVec3::splat(0.25 * room));
+    let (mut enters, mut leaves) = (0.0_f64, reach);
+    for axis in 0..3 {
+        let rate = 1.0 / towards[axis];
+        if !rate.is_finite() {
+            if from[axis] < wider.min[axis] || from[axis] > wider.max[axis] {
+                return Entry::Never;
+            }
+            continue;
+        }
+        let at = |plane: DVec3| (plane[axis] - from[axis]) * rate;
+        let (a, b) = (at(wider.min), at(wider.max));
+        enters = enters.max(a.min(b));
+        leaves = leaves.min(a.max(b));
+    }
+    if enters > leaves {
+        return Entry::Never;
+    }
+    let inside = bounds.inflated(DVec3::splat(-room / 64.0));
+    Entry::At((from + towards * enters).clamp(inside.min, inside.max))
 }
 
 /// Points farther out are none: 2^100, as for geometry.

@@ -39,7 +39,8 @@ const PARALLEL_LEVEL: u32 = 6;
 
 pub(crate) struct Refiner<'a> {
     pub(crate) casters: &'a Casters<'a>,
-    pub(crate) lattice: &'a Lattice,
+    /// For each [`Audience`].
+    pub(crate) lattices: &'a [Lattice; 3],
     pub(crate) depth: Depth,
 }
 
@@ -47,21 +48,19 @@ impl Refiner<'_> {
     /// Returns the octrees under the coarsest bricks, for each audience in the order of the bricks.
     pub(crate) fn refine(&self) -> [Vec<Decisions>; 3] {
         let decided = self.decide(Cell::ROOT, &self.casters.all(), [true; 3]);
+        let mut lattices = self.lattices.iter();
         decided.map(|octree| {
-            let mut bricks = Vec::new();
-            for brick in self.lattice.root_bricks() {
-                bricks.push(cut_out(&octree, brick));
-            }
-            bricks
+            let bricks = lattices.next().into_iter().flat_map(Lattice::root_bricks);
+            bricks.map(|brick| cut_out(&octree, brick)).collect()
         })
     }
 
     fn decide(&self, cell: Cell, around: &Candidates, pending: [bool; 3]) -> Decided {
         const NOBODY: Decided = [const { Decisions::Nobody }; 3];
-        if !self.lattice.is_inside(cell) {
+        if !self.lattices[0].is_inside(cell) {
             return NOBODY;
         }
-        let bounds = self.lattice.inflated(cell);
+        let bounds = self.lattices[0].inflated(cell);
         let candidates = self.casters.narrow(around, &bounds, cell.level);
         let mut decided = NOBODY;
         let mut still = [false; 3];
@@ -127,7 +126,7 @@ impl Refiner<'_> {
             } else {
                 self.depth.space
             };
-            let most = self.most_listed(cell.level, finest, self.depth.space_list);
+            let most = self.most_listed(audience, cell.level, finest, self.depth.space_list);
             let list = most.and_then(|most| self.casters.blockers(None, candidates, most));
             return written(list, cell.level < finest);
         }
@@ -139,20 +138,28 @@ impl Refiner<'_> {
         if let Some(is_shadowed) = decided {
             return Some(Decisions::Known(is_shadowed));
         }
-        let most = self.most_listed(cell.level, self.depth.surfaces, self.depth.short_list);
+        let (finest, short_list) = (self.depth.surfaces, self.depth.short_list);
+        let most = self.most_listed(audience, cell.level, finest, short_list);
         let list = most.and_then(|most| self.casters.blockers(Some(&receivers), candidates, most));
         written(list, cell.level < self.depth.surfaces)
     }
 
     /// Returns how many blockers may be listed for a cell of a level, `None` for no lists.
-    fn most_listed(&self, level: u32, finest: u32, short_list: usize) -> Option<usize> {
+    fn most_listed(
+        &self,
+        audience: Audience,
+        level: u32,
+        finest: u32,
+        short_list: usize,
+    ) -> Option<usize> {
         let most = if level < finest {
             short_list
         } else {
             self.depth.long_list
         };
         // Cells of other levels would need a list for each of the cells that they become.
-        let is_own_cell = self.lattice.is_level_of_cells(level) || level == finest;
+        let is_own_cell =
+            self.lattices[audience as usize].is_level_of_cells(level) || level == finest;
         (most > 0 && is_own_cell).then_some(most)
     }
 }
