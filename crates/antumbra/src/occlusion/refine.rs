@@ -34,6 +34,9 @@ type Decided = [Decisions; 3];
 /// Halvings of the scene's box at most where no surface is.
 const EMPTY_SPACE_LEVEL: u32 = 6;
 
+/// So many times longer lists do for starts with the light behind.
+const BACK_LISTS: usize = 4;
+
 /// Cells of fewer halvings are shared among threads.
 const PARALLEL_LEVEL: u32 = 6;
 
@@ -138,7 +141,12 @@ impl Refiner<'_> {
         if let Some(is_shadowed) = decided {
             return Some(Decisions::Known(is_shadowed));
         }
-        let (finest, short_list) = (self.depth.surfaces, self.depth.short_list);
+        let finest = self.depth.surfaces;
+        let short_list = match audience {
+            // Few ask from behind.
+            Audience::Back => BACK_LISTS * self.depth.short_list,
+            Audience::Front | Audience::Free => self.depth.short_list,
+        };
         let most = self.most_listed(audience, cell.level, finest, short_list);
         let list = most.and_then(|most| self.casters.blockers(Some(&receivers), candidates, most));
         written(list, cell.level < self.depth.surfaces)
