@@ -60,7 +60,8 @@ impl Refiner<'_> {
 
     fn decide(&self, cell: Cell, around: &Candidates, pending: [bool; 3]) -> Decided {
         const NOBODY: Decided = [const { Decisions::Nobody }; 3];
-        if !self.lattices[0].is_inside(cell) {
+        let mut lattices = self.lattices.iter();
+        if !lattices.any(|lattice| lattice.is_inside(cell)) {
             return NOBODY;
         }
         let bounds = self.lattices[0].inflated(cell);
