@@ -2,10 +2,13 @@
 //!
 //! In: the surfaces, the lights. Out: bricks, lists and tables, which `lookup` reads.
 
+use std::collections::HashMap;
+
 use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, SurfaceId};
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use super::balls::{Ball, BallStart};
 use super::bricks::{Bricks, Decisions, ListPool, pack};
 use super::candidates::Casters;
 use super::forms::{Forms, START_ROOM};
@@ -18,10 +21,14 @@ use crate::frame::Frame;
 #[derive(Debug)]
 pub(crate) struct AdaptiveValues {
     pub(super) frame: Frame,
+    /// How far a start may lie from its point, in world units.
+    pub(super) start_room: f64,
     /// For each [`Audience`].
     pub(super) lattices: [Lattice; 3],
     /// For each triangle whether a point is where a start on it is.
     pub(super) start_forms: Vec<Forms>,
+    /// The same for the other surfaces.
+    pub(super) ball_starts: Vec<BallStart>,
     pub(super) mesh: Mesh,
     pub(super) lights: Vec<LightValues>,
     pub(super) level: Level,
@@ -41,10 +48,12 @@ pub(super) struct LightValues {
 /// Lists of possible blockers.
 #[derive(Debug)]
 pub(super) struct Lists {
-    /// Each list: its length, then its entries: numbers of `blockers`, or surfaces with [`EXACT`].
+    /// Each list: its length, then its entries: numbers of `blockers`, numbers of `balls` with [`BALL`],
+    /// or surfaces with [`EXACT`].
     pub(super) words: Vec<u32>,
     pub(super) forms: Vec<Forms>,
     pub(super) blockers: Vec<Blocker>,
+    pub(super) balls: Vec<(Ball, SurfaceId)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +62,9 @@ pub(super) struct Blocker {
     pub(super) flat_group: u32,
     pub(super) blocks_everywhere: bool,
 }
+
+/// Marks entries of lists that are spheres.
+pub(super) const BALL: u32 = 1 << 30;
 
 /// Marks entries of lists that only the exact rule can tell.
 pub(super) const EXACT: u32 = 1 << 31;
@@ -83,6 +95,15 @@ impl AdaptiveValues {
                 }
             })
             .collect();
+        let ball_starts = (occluders.triangle_count()..occluders.surface_count())
+            .map(|surface| {
+                let surface = SurfaceId(surface as u32);
+                match occluders.sphere(surface) {
+                    Some(sphere) if occluders.is_opaque(surface) => BallStart::new(sphere),
+                    _ => BallStart::NONE,
+                }
+            })
+            .collect();
         let lights = lights
             .iter()
             .map(|&light| {
@@ -95,8 +116,10 @@ impl AdaptiveValues {
             .collect();
         Self {
             frame,
+            start_room: START_ROOM / frame.scale,
             lattices,
             start_forms,
+            ball_starts,
             mesh,
             lights,
             level: Level::new(),
@@ -137,11 +160,13 @@ impl AdaptiveValues {
                 words,
                 forms,
                 blockers,
+                balls,
             } = &values.lists;
-            bytes(&values.sides) + bytes(words) + bytes(forms) + bytes(blockers)
+            bytes(&values.sides) + bytes(words) + bytes(forms) + bytes(blockers) + bytes(balls)
         };
         self.lights.iter().map(of_light).sum::<u64>()
             + bytes(&self.start_forms)
+            + bytes(&self.ball_starts)
             + self.mesh.memory_bytes()
     }
 
@@ -192,6 +217,7 @@ impl LightValues {
                 words: Vec::new(),
                 forms: Vec::new(),
                 blockers: Vec::new(),
+                balls: Vec::new(),
             },
         }
     }
@@ -203,13 +229,14 @@ impl Lists {
         let mut words = pool.words;
         let mut forms = Vec::new();
         let mut blockers = Vec::new();
+        let mut balls = Balls::default();
         let mut numbers = vec![u32::MAX; casters.umbra_forms.len()];
         let mut at = 0;
         while at < words.len() {
             let length = words[at] as usize;
             for entry in &mut words[at + 1..=at + length] {
                 let Some(number) = numbers.get_mut(*entry as usize) else {
-                    *entry |= EXACT;
+                    *entry = balls.entry(casters.occluders, SurfaceId(*entry));
                     continue;
                 };
                 if *number == u32::MAX {
@@ -229,6 +256,29 @@ impl Lists {
             words,
             forms,
             blockers,
+            balls: balls.all,
         }
+    }
+}
+
+/// Collects the spheres that are listed.
+#[derive(Default)]
+struct Balls {
+    all: Vec<(Ball, SurfaceId)>,
+    numbers: HashMap<SurfaceId, u32>,
+}
+
+impl Balls {
+    /// Returns the entry of a surface that is no triangle.
+    fn entry(&mut self, occluders: &Occluders, surface: SurfaceId) -> u32 {
+        let Some(sphere) = occluders.sphere(surface) else {
+            return surface.0 | EXACT;
+        };
+        let all = &mut self.all;
+        let number = self.numbers.entry(surface).or_insert_with(|| {
+            all.push((Ball::new(sphere), surface));
+            all.len() as u32 - 1
+        });
+        *number | BALL
     }
 }

@@ -17,7 +17,7 @@ impl Leaf {
     /// All starts are lit.
     pub(crate) const LIT: Self = Self(0);
     /// All starts are in shadow.
-    const SHADOWED: Self = Self(1);
+    pub(crate) const SHADOWED: Self = Self(1);
     /// Ask a ray.
     pub(crate) const UNKNOWN: Self = Self(u32::MAX);
     const FIRST_LIST: u32 = 2;

@@ -7,9 +7,10 @@ use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x4};
 
-use super::adaptive::{AdaptiveValues, Blocker, EXACT, LightValues};
+use super::adaptive::{AdaptiveValues, BALL, Blocker, EXACT, LightValues};
+use super::balls::OnBall;
 use super::bricks::Leaf;
-use super::forms::{START_ROOM, Verdict};
+use super::forms::Verdict;
 use super::lattice::Lattice;
 use super::value::Audience;
 
@@ -86,23 +87,28 @@ impl<S: Simd> Lookup<'_, S> {
         for (start, place) in starts.iter().zip(&mut places) {
             *place = self.values.narrow(start.point);
         }
-        let mut audiences = [None; BLOCK];
+        let mut audiences = [Asks::Doubt; BLOCK];
         for ((start, place), audience) in starts.iter().zip(&places).zip(&mut audiences) {
             *audience = self.audience(start, self.wide(place));
         }
         let mut leaves = [Leaf::UNKNOWN; BLOCK];
         for ((place, audience), leaf) in places.iter().zip(&audiences).zip(&mut leaves) {
-            if let Some(audience) = audience {
-                *leaf = self.leaf(self.wide(place), *audience);
+            match *audience {
+                Asks::In(audience) => *leaf = self.leaf(self.wide(place), audience),
+                Asks::OwnShadow => *leaf = Leaf::SHADOWED,
+                Asks::Doubt => {}
             }
         }
         let mut found = [Found::NOTHING; BLOCK];
         for (number, (start, found)) in starts.iter().zip(&mut found).enumerate() {
             *found = match leaves[number].known() {
                 Some(is_shadowed) => Found::by_value(is_shadowed),
-                None if audiences[number].is_none() => self.find_off_surface(start),
+                None if audiences[number] == Asks::Doubt => self.find_off_surface(start),
                 None if leaves[number] == Leaf::UNKNOWN => self.find_from_outside(start),
-                None => self.find_in_list(leaves[number], start, self.wide(&places[number])),
+                None => {
+                    let x = self.wide(&places[number]);
+                    self.find_in_list(leaves[number], start, start.point, x)
+                }
             };
         }
         found
@@ -113,17 +119,39 @@ impl<S: Simd> Lookup<'_, S> {
         f32x4::from_slice(self.simd, place)
     }
 
-    /// Returns whose values speak of a start that is where its point is, `None` if it may not be.
+    /// Returns whose values speak of a start that is where its point is.
     #[inline(always)]
-    fn audience(&self, start: &Start, x: f32x4<S>) -> Option<Audience> {
+    fn audience(&self, start: &Start, x: f32x4<S>) -> Asks {
         let Some(SurfaceId(surface)) = start.surface else {
-            return Some(Audience::Free);
+            return Asks::In(Audience::Free);
         };
-        let forms = self.values.start_forms.get(surface as usize)?;
+        let surface = surface as usize;
+        let Some(forms) = self.values.start_forms.get(surface) else {
+            return self.audience_on_ball(surface, start.point);
+        };
         if !forms.is_start(self.simd, x) {
-            return None;
+            return Asks::Doubt;
         }
-        audience_of(self.light.sides[surface as usize])
+        Asks::on_side(self.light.sides[surface])
+    }
+
+    #[inline(always)]
+    fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
+        let number = surface - self.values.start_forms.len();
+        let Some(ball) = self.values.ball_starts.get(number) else {
+            return Asks::Doubt;
+        };
+        match ball.tell(point, &self.light.light, self.room()) {
+            OnBall::Front => Asks::In(Audience::Front),
+            OnBall::OwnShadow => Asks::OwnShadow,
+            OnBall::Doubt => Asks::Doubt,
+        }
+    }
+
+    /// Returns how far a start may lie from its point, in world units.
+    #[inline(always)]
+    fn room(&self) -> f64 {
+        self.values.start_room
     }
 
     #[inline(always)]
@@ -147,26 +175,26 @@ impl<S: Simd> Lookup<'_, S> {
             return Found::NOTHING;
         }
         let segment = self.occluders.segment(start, &self.light.light);
-        let room = 0.5 * START_ROOM / self.values.frame.scale;
-        let audience = match self.light.sides.get(surface.0 as usize) {
-            Some(&side) => audience_of(side),
+        let room = 0.5 * self.room();
+        let asks = match self.light.sides.get(surface.0 as usize) {
+            Some(&side) => Asks::on_side(side),
             None => {
                 // Values speak of starts that no own rule shadows.
                 if self.occluders.own_rule_blocks(&segment) {
                     return Found::by_value(true);
                 }
-                self.is_on_curved(surface, start.point, room)
-                    .then_some(Audience::Front)
+                if self.is_on_curved(surface, start.point, room) {
+                    Asks::In(Audience::Front)
+                } else {
+                    Asks::Doubt
+                }
             }
         };
-        let Some(audience) = audience.filter(|_| segment.origin_error() < room) else {
-            return Found::NOTHING;
-        };
-        let place = self.values.narrow(segment.origin());
-        let leaf = self.leaf(self.wide(&place), audience);
-        match leaf.known() {
-            Some(is_shadowed) => Found::by_value(is_shadowed),
-            None => self.find_in_list(leaf, start, self.wide(&place)),
+        match asks {
+            Asks::In(audience) if segment.origin_error() < room => {
+                self.find_at(start, segment.origin(), audience)
+            }
+            _ => Found::NOTHING,
         }
     }
 
@@ -183,14 +211,17 @@ impl<S: Simd> Lookup<'_, S> {
         match enter(lattice, start.point, &self.light.light) {
             Entry::Never => Found::by_value(false),
             Entry::Unknown => Found::NOTHING,
-            Entry::At(point) => {
-                let place = self.values.narrow(point);
-                let leaf = self.leaf(self.wide(&place), Audience::Free);
-                match leaf.known() {
-                    Some(is_shadowed) => Found::by_value(is_shadowed),
-                    None => self.find_in_list(leaf, start, self.wide(&place)),
-                }
-            }
+            Entry::At(point) => self.find_at(start, point, Audience::Free),
+        }
+    }
+
+    /// Finds what is known of a start that answers as one within the room of a point does.
+    fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
+        let place = self.values.narrow(point);
+        let leaf = self.leaf(self.wide(&place), audience);
+        match leaf.known() {
+            Some(is_shadowed) => Found::by_value(is_shadowed),
+            None => self.find_in_list(leaf, start, point, self.wide(&place)),
         }
     }
 
@@ -207,9 +238,10 @@ impl<S: Simd> Lookup<'_, S> {
         self.occluders.may_meet_box(surface, &around)
     }
 
-    /// Asks the blockers of a list. Triangles of the start's own plane do not block it.
+    /// Asks the blockers of a list about a start near `point`, which is `x` in the frame. Triangles of
+    /// the start's own plane and its own sphere do not block it.
     #[inline(always)]
-    fn find_in_list(&self, leaf: Leaf, start: &Start, x: f32x4<S>) -> Found {
+    fn find_in_list(&self, leaf: Leaf, start: &Start, point: DVec3, x: f32x4<S>) -> Found {
         let Some(list) = leaf.list() else {
             return Found::NOTHING;
         };
@@ -219,7 +251,11 @@ impl<S: Simd> Lookup<'_, S> {
         let mut is_in_doubt = false;
         for &entry in entries {
             let Some(forms) = lists.forms.get(entry as usize) else {
-                is_in_doubt = true;
+                match self.ball_verdict(entry, start, point) {
+                    Verdict::Outside => {}
+                    Verdict::Inside => return Found::by_list(true),
+                    Verdict::Doubt => is_in_doubt = true,
+                }
                 continue;
             };
             let verdict = forms.wide_verdict(self.simd, x);
@@ -236,7 +272,31 @@ impl<S: Simd> Lookup<'_, S> {
             }
             is_in_doubt = true;
         }
-        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, x))
+        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
+    }
+
+    /// Tells whether a listed surface that is no triangle blocks. The start's own solid does not: its own
+    /// rule was asked before.
+    #[inline(always)]
+    fn ball_verdict(&self, entry: u32, start: &Start, point: DVec3) -> Verdict {
+        if entry & BALL == 0 || entry & EXACT != 0 {
+            return Verdict::Doubt;
+        }
+        let (ball, surface) = &self.light.lists.balls[(entry & !BALL) as usize];
+        if start.surface == Some(*surface) {
+            return Verdict::Outside;
+        }
+        match ball.verdict(point, &self.light.light, self.room()) {
+            // Another one in the same place is its own, too.
+            Verdict::Inside
+                if start
+                    .surface
+                    .is_some_and(|own| self.occluders.have_one_own_rule(own, *surface)) =>
+            {
+                Verdict::Outside
+            }
+            verdict => verdict,
+        }
     }
 
     #[inline(always)]
@@ -248,18 +308,28 @@ impl<S: Simd> Lookup<'_, S> {
     /// Asks the exact rule about what is in doubt.
     #[cold]
     #[inline(never)]
-    fn is_blocked_exactly(&self, entries: &[u32], start: &Start, x: f32x4<S>) -> bool {
+    fn is_blocked_exactly(
+        &self,
+        entries: &[u32],
+        start: &Start,
+        point: DVec3,
+        x: f32x4<S>,
+    ) -> bool {
         let lists = &self.light.lists;
         let segment = self.occluders.segment(start, &self.light.light);
         entries.iter().any(|&entry| {
-            let surface = match lists.forms.get(entry as usize) {
-                Some(forms) if forms.wide_verdict(self.simd, x) == Verdict::Outside => {
-                    return false;
-                }
-                Some(_) => lists.blockers[entry as usize].surface,
-                None => SurfaceId(entry & !EXACT),
+            let (verdict, surface) = match lists.forms.get(entry as usize) {
+                Some(forms) => (
+                    forms.wide_verdict(self.simd, x),
+                    lists.blockers[entry as usize].surface,
+                ),
+                None if entry & EXACT != 0 => (Verdict::Doubt, SurfaceId(entry & !EXACT)),
+                None => (
+                    self.ball_verdict(entry, start, point),
+                    lists.balls[(entry & !BALL) as usize].1,
+                ),
             };
-            self.occluders.blocks(surface, &segment)
+            verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
         })
     }
 }
@@ -313,12 +383,26 @@ fn enter(lattice: &Lattice, from: DVec3, light: &LightShape) -> Entry {
 /// Points farther out are none: 2^100, as for geometry.
 const LARGEST_POINT: f64 = 1.2676506002282294e30;
 
-/// Returns whose values speak of starts on a triangle; of those that the light's plane holds none do.
-#[inline(always)]
-fn audience_of(side: i8) -> Option<Audience> {
-    match side {
-        1 => Some(Audience::Front),
-        -1 => Some(Audience::Back),
-        _ => None,
+/// Where the answer to a start is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asks {
+    /// In the values of an audience, at the start's point.
+    In(Audience),
+    /// Its own rule shadows it.
+    OwnShadow,
+    /// The start may not be where its point is; or no values speak of it.
+    Doubt,
+}
+
+impl Asks {
+    /// Values speak of starts on a triangle by the side that the light is on; of those that the light's
+    /// plane holds none do.
+    #[inline(always)]
+    fn on_side(side: i8) -> Self {
+        match side {
+            1 => Self::In(Audience::Front),
+            -1 => Self::In(Audience::Back),
+            _ => Self::Doubt,
+        }
     }
 }

@@ -6,6 +6,7 @@
 //! of lights.
 
 mod adaptive;
+mod balls;
 mod bricks;
 mod candidates;
 mod classify;
