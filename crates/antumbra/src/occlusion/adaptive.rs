@@ -9,11 +9,11 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::balls::{Ball, BallStart};
-use super::bricks::{Bricks, Decisions, ListPool, pack};
+use super::bricks::{Bricks, ListPool, pack};
 use super::candidates::Casters;
 use super::forms::{Forms, START_ROOM};
 use super::lattice::Lattice;
-use super::refine::{Depth, Refiner};
+use super::refine::{Depth, Refiner, cut_out};
 use super::value::Audience;
 use crate::frame::Frame;
 
@@ -193,7 +193,10 @@ impl LightValues {
         };
         let octrees = refiner.refine();
         let mut pool = ListPool::default();
-        let bricks = octrees.map(|octrees| pack(octrees, &mut pool));
+        let bricks = std::array::from_fn(|audience| {
+            let lattice = &lattices[audience];
+            pack(lattice, cut_out(&octrees[audience], lattice), &mut pool)
+        });
         let lists = Lists::new(&casters, pool);
         Self {
             light,
@@ -205,10 +208,8 @@ impl LightValues {
 
     /// Values that know nothing.
     fn nothing(occluders: &Occluders, lattices: &[Lattice; 3], light: LightShape) -> Self {
-        let unknown = |lattice: &Lattice| {
-            let octrees = lattice.root_bricks().map(|_| Decisions::Unknown);
-            pack(octrees.collect(), &mut ListPool::default())
-        };
+        let unknown =
+            |lattice: &Lattice| pack(lattice, std::iter::empty(), &mut ListPool::default());
         Self {
             light,
             sides: vec![0; occluders.triangle_count()],

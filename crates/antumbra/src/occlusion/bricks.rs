@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::lattice::{Finest, Lattice};
+use super::lattice::{Cell, Code, Lattice};
 use super::value::{Occlusion, Values64};
 
 /// What is known at a cell: an answer, a list of blockers, or nothing.
@@ -89,27 +89,29 @@ impl Brick {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bricks {
     /// The coarsest bricks by their place; those of one answer are shared.
-    root: Vec<u32>,
+    root: Vec<u16>,
     bricks: Vec<Brick>,
     leaves: Vec<Leaf>,
 }
 
 impl Bricks {
-    /// Returns what is known at a finest cell of the lattice.
+    /// Returns what is known where a code says.
     #[inline(always)]
-    pub(crate) fn find(&self, lattice: &Lattice, finest: Finest) -> Leaf {
-        let root = self.root[lattice.root_brick(finest)];
+    pub(crate) fn find(&self, lattice: &Lattice, code: Code) -> Leaf {
+        let Some(&root) = self.root.get(lattice.root_place(code)) else {
+            return Leaf::UNKNOWN;
+        };
         let mut brick = &self.bricks[root as usize];
         let mut shift = lattice.coarsest_shift();
         loop {
-            let place = finest.place_in_brick(shift);
+            let place = code.place_in_brick(shift);
             match brick.values.get(place) {
                 Occlusion::Null => return Leaf::LIT,
                 Occlusion::Full => return Leaf::SHADOWED,
                 Occlusion::Complicated => {
                     let finer = brick.finer + brick.values.complicated_before(place);
                     brick = &self.bricks[finer as usize];
-                    shift -= 2;
+                    shift -= 6;
                 }
                 Occlusion::Listed => {
                     let leaf = brick.leaves + brick.values.listed_before(place);
@@ -149,28 +151,39 @@ impl ListPool {
     }
 }
 
-/// Packs the octrees under the coarsest bricks, one after the other.
-pub(crate) fn pack(octrees: Vec<Decisions>, lists: &mut ListPool) -> Bricks {
+/// The bricks that every audience has: everybody lit, everybody in shadow, nothing known.
+const LIT_BRICK: u16 = 0;
+const SHADOWED_BRICK: u16 = 1;
+const UNKNOWN_BRICK: u16 = 2;
+
+/// Packs the octrees under the coarsest bricks.
+pub(crate) fn pack(
+    lattice: &Lattice,
+    octrees: impl Iterator<Item = (Cell, Decisions)>,
+    lists: &mut ListPool,
+) -> Bricks {
     let mut all = Bricks {
-        root: Vec::with_capacity(octrees.len()),
-        // Everybody lit, everybody in shadow.
-        bricks: [Occlusion::Null, Occlusion::Full]
+        root: vec![UNKNOWN_BRICK; lattice.root_places()],
+        bricks: [Occlusion::Null, Occlusion::Full, Occlusion::Listed]
             .map(Brick::of_one_value)
             .into(),
-        leaves: Vec::new(),
+        leaves: vec![Leaf::UNKNOWN; 64],
     };
     // Level after level: coarse bricks stay together, and so do those under one brick.
     let mut level: Vec<(usize, Decisions)> = Vec::new();
-    for octree in octrees {
-        all.root.push(match octree {
-            Decisions::Nobody | Decisions::Known(false) => 0,
-            Decisions::Known(true) => 1,
+    for (cell, octree) in octrees {
+        all.root[Code::place_of(cell.at)] = match octree {
+            Decisions::Nobody | Decisions::Known(false) => LIT_BRICK,
+            Decisions::Known(true) => SHADOWED_BRICK,
+            Decisions::Unknown => UNKNOWN_BRICK,
             octree => {
-                level.push((all.bricks.len(), octree));
+                let number = all.bricks.len();
+                level.push((number, octree));
                 all.bricks.push(Brick::default());
-                all.bricks.len() as u32 - 1
+                // 32^3 at most.
+                number as u16
             }
-        });
+        };
     }
     while !level.is_empty() {
         let mut next = Vec::new();
@@ -225,7 +238,8 @@ fn spread(octree: Decisions, edge: usize, at: [usize; 3], cells: &mut [Decisions
             for z in at[2]..at[2] + edge {
                 for y in at[1]..at[1] + edge {
                     for x in at[0]..at[0] + edge {
-                        cells[z << 4 | y << 2 | x] = octree.clone();
+                        let place = Code::place_of([x, y, z].map(|at| at as u32));
+                        cells[place] = octree.clone();
                     }
                 }
             }

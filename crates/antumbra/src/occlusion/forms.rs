@@ -118,16 +118,16 @@ impl Forms {
         }
     }
 
-    /// Returns the forms at a point, whose fourth coordinate is of no account.
+    /// Returns the forms at a point.
     #[inline(always)]
-    pub(crate) fn wide_at<S: Simd>(&self, simd: S, x: f32x4<S>) -> f32x4<S> {
+    pub(crate) fn wide_at<S: Simd>(&self, simd: S, x: [f32; 3]) -> f32x4<S> {
         let row = |i: usize| f32x4::from_slice(simd, &self.rows[i]);
         row(0) * x[0] + row(1) * x[1] + (row(2) * x[2] + row(3))
     }
 
     /// Returns what the forms say of the start at a point.
     #[inline(always)]
-    pub(crate) fn wide_verdict<S: Simd>(&self, simd: S, x: f32x4<S>) -> Verdict {
+    pub(crate) fn wide_verdict<S: Simd>(&self, simd: S, x: [f32; 3]) -> Verdict {
         let heights = self.wide_at(simd, x);
         if heights.simd_lt(-BOUND).any_true() {
             Verdict::Outside
@@ -287,7 +287,7 @@ impl Forms {
     /// Returns whether a point given for a start on this triangle surely is where the start is, up to
     /// [`START_ROOM`].
     #[inline(always)]
-    pub(crate) fn is_start<S: Simd>(&self, simd: S, x: f32x4<S>) -> bool {
+    pub(crate) fn is_start<S: Simd>(&self, simd: S, x: [f32; 3]) -> bool {
         // The height is right up to half the room; the start has the point's other two coordinates.
         const HEIGHT: f32 = (0.5 * START_ROOM) as f32;
         let heights = self.wide_at(simd, x);

@@ -2,7 +2,7 @@
 
 use antumbra_geometry::{Bounds, DVec3};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4};
+use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
 
 use super::forms::START_ROOM;
 use crate::frame::Frame;
@@ -17,14 +17,13 @@ pub(crate) struct Lattice {
     pub(crate) root: [u32; 3],
     /// Octree level of the coarsest bricks: so many times the root cell is halved.
     pub(crate) root_level: u32,
-    /// Levels of bricks.
-    pub(crate) brick_levels: u32,
     finest_per_unit: f64,
-    /// Number of finest cells along each axis; the fourth holds every fourth coordinate.
-    finest: [f32; 4],
+    /// Number of finest cells along each axis.
+    finest: [u32; 3],
     /// The lowest corner in the frame's units.
-    frame_min: [f32; 4],
-    finest_per_frame: f32,
+    frame_min: [f32; 3],
+    /// Cells that a code tells apart, in one of the frame's units.
+    codes_per_frame: f32,
     /// What cells are inflated by, in world units.
     room: f64,
 }
@@ -52,22 +51,44 @@ impl Cell {
     }
 }
 
-/// A finest cell: its numbers along the axes in fields of a word.
+/// Where a point lies among the cells of all levels: the numbers of its cell along the axes after
+/// [`CODE_LEVELS`] halvings, bit by bit in turn, x lowest (Morton 1966). Six bits say which of the 4^3
+/// cells of a brick it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Finest(u64);
+pub(crate) struct Code(u64);
 
-impl Finest {
-    const FIELD: u32 = 20;
+/// Halvings that a [`Code`] tells.
+const CODE_LEVELS: u32 = 16;
 
-    /// Returns the cell's place in its brick of a level, given by a shift.
+impl Code {
+    /// For points outside all cells.
+    pub(crate) const OUTSIDE: Self = Self(u64::MAX);
+
+    /// Returns the place in a brick that is known by a shift.
     #[inline(always)]
     pub(crate) fn place_in_brick(self, shift: u32) -> u32 {
-        const EACH: u64 = 3 | 3 << Finest::FIELD | 3 << (2 * Finest::FIELD);
-        // Brings x to bit 40, y to 42, z to 44; what else the product holds lies beside.
-        const GATHER: u64 = 1 << 40 | 1 << 22 | 1 << 4;
-        let fields = self.0 >> shift & EACH;
-        (fields.wrapping_mul(GATHER) >> 40 & 63) as u32
+        (self.0 >> shift & 63) as u32
     }
+
+    /// Returns the cell's place among its siblings of a brick or a table, from its numbers.
+    pub(crate) fn place_of(at: [u32; 3]) -> usize {
+        (0..3).fold(0, |place, axis| place | spread_bits(at[axis]) << axis)
+    }
+}
+
+/// Moves bit `i` of a small number to bit `3 i`.
+fn spread_bits(number: u32) -> usize {
+    (0..10).fold(0, |spread, bit| {
+        spread | ((number as usize >> bit & 1) << (3 * bit))
+    })
+}
+
+/// The bits of eight numbers below 256 moved apart, bit `i` to bit `3 i`.
+#[inline(always)]
+fn spread_wide<S: Simd>(x: u32x8<S>) -> u32x8<S> {
+    let x = (x | x << 8) & 0x00_f00f;
+    let x = (x | x << 4) & 0x0c_30c3;
+    (x | x << 2) & 0x24_9249
 }
 
 impl Lattice {
@@ -89,25 +110,16 @@ impl Lattice {
             .to_array()
             .map(|count| (count.ceil() as u32).clamp(1, 1 << root_level));
         let frame_min = frame.point_in_frame(bounds.min);
-        let finest_per_brick = f64::from(1u32 << (2 * brick_levels));
+        let finest_per_brick = 1u32 << (2 * brick_levels);
         Self {
             min: bounds.min,
             edge,
             root,
             root_level,
-            brick_levels,
-            finest_per_unit: finest_per_brick / brick_edge,
-            finest: [0, 1, 2, 3].map(|axis| match root.get(axis) {
-                Some(&count) => count as f32 * finest_per_brick as f32,
-                None => 1.0,
-            }),
-            frame_min: [
-                frame_min.x as f32,
-                frame_min.y as f32,
-                frame_min.z as f32,
-                0.0,
-            ],
-            finest_per_frame: (finest_per_brick / brick_edge / frame.scale) as f32,
+            finest_per_unit: f64::from(finest_per_brick) / brick_edge,
+            finest: root.map(|count| count * finest_per_brick),
+            frame_min: frame_min.to_array().map(|x| x as f32),
+            codes_per_frame: (f64::from(1u32 << CODE_LEVELS) / edge / frame.scale) as f32,
             room,
         }
     }
@@ -137,39 +149,66 @@ impl Lattice {
         .inflated(DVec3::splat(self.room))
     }
 
-    /// Returns the finest cell that holds a point of the frame, or `None` outside. Up to rounding, which
-    /// the inflation of cells covers many times.
+    /// Writes where points of the frame lie, coordinate by coordinate, eight at a time. Up to rounding,
+    /// which the inflation of cells covers many times.
     #[inline(always)]
-    pub(crate) fn finest_at<S: Simd>(&self, simd: S, x: f32x4<S>) -> Option<Finest> {
+    pub(crate) fn code<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        [x, y, z]: &[[f32; N]; 3],
+        codes: &mut [Code; N],
+    ) {
         // Added to a number, this leaves the nearest whole one in the last bits.
         const WHOLE: f32 = 12_582_912.0; // 3 * 2^22
-        let scaled = (x - f32x4::from_slice(simd, &self.frame_min)) * self.finest_per_frame;
-        let finest = f32x4::from_slice(simd, &self.finest);
-        let is_inside = scaled.simd_ge(0.0) & scaled.simd_lt(finest);
-        let shifted = scaled - 0.5 + WHOLE;
-        let whole = |axis: usize| u64::from(shifted[axis].to_bits() & 0x3f_ffff);
-        is_inside
-            .all_true()
-            .then(|| Finest(whole(0) | whole(1) << Finest::FIELD | whole(2) << (2 * Finest::FIELD)))
+        const COUNT: f32 = (1 << CODE_LEVELS) as f32;
+        for first in (0..N).step_by(8) {
+            let mut is_inside = mask32x8::splat(simd, true);
+            let mut high = u32x8::splat(simd, 0);
+            let mut low = high;
+            for (axis, coordinates) in [x, y, z].into_iter().enumerate() {
+                let x = f32x8::from_slice(simd, &coordinates[first..first + 8]);
+                let scaled = (x - self.frame_min[axis]) * self.codes_per_frame;
+                is_inside &= scaled.simd_ge(0.0) & scaled.simd_lt(COUNT);
+                let whole: u32x8<S> = (scaled - 0.5 + WHOLE).to_bits();
+                high |= spread_wide(whole >> 8 & 0xff) << axis as u32;
+                low |= spread_wide(whole & 0xff) << axis as u32;
+            }
+            let is_inside = is_inside.to_bitmask();
+            for lane in 0..8 {
+                codes[first + lane] = if is_inside >> lane & 1 != 0 {
+                    Code(u64::from(high[lane]) << 24 | u64::from(low[lane]))
+                } else {
+                    Code::OUTSIDE
+                };
+            }
+        }
     }
 
-    /// Returns the place of the coarsest brick that holds a finest cell in the root table.
+    /// Returns where one point lies.
+    pub(crate) fn code_of<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> Code {
+        let mut codes = [Code::OUTSIDE; 8];
+        self.code(simd, &[[x; 8], [y; 8], [z; 8]], &mut codes);
+        codes[0]
+    }
+
+    /// Returns the place of the coarsest brick of a point in the root table.
     #[inline(always)]
-    pub(crate) fn root_brick(&self, Finest(finest): Finest) -> usize {
-        let axis = |axis: u32| {
-            let at = finest >> (axis * Finest::FIELD) & ((1 << Finest::FIELD) - 1);
-            at as usize >> (2 * self.brick_levels)
-        };
-        (axis(2) * self.root[1] as usize + axis(1)) * self.root[0] as usize + axis(0)
+    pub(crate) fn root_place(&self, Code(code): Code) -> usize {
+        (code >> (3 * (CODE_LEVELS - self.root_level))) as usize
+    }
+
+    /// Returns how many places the root table has.
+    pub(crate) fn root_places(&self) -> usize {
+        1 << (3 * self.root_level)
     }
 
     /// Returns the shift that gives a cell's place in its coarsest brick.
     #[inline(always)]
     pub(crate) fn coarsest_shift(&self) -> u32 {
-        2 * (self.brick_levels - 1)
+        3 * (CODE_LEVELS - self.root_level - 2)
     }
 
-    /// Returns all coarsest bricks as cells, in the order of their numbers.
+    /// Returns all coarsest bricks that hold a part of the scene's box.
     pub(crate) fn root_bricks(&self) -> impl Iterator<Item = Cell> + use<> {
         let Self {
             root: [nx, ny, nz],
@@ -188,10 +227,10 @@ impl Lattice {
 
     /// Returns the box of all cells; no surface is outside.
     pub(crate) fn bounds(&self) -> Bounds {
-        let [x, y, z, _] = self.finest.map(f64::from);
+        let size = DVec3::from_array(self.finest.map(f64::from)) / self.finest_per_unit;
         Bounds {
             min: self.min,
-            max: self.min + DVec3::new(x, y, z) / self.finest_per_unit,
+            max: self.min + size,
         }
     }
 
@@ -203,7 +242,6 @@ impl Lattice {
     /// Returns the planes between finest cells: the lowest corner, their edge, and their number along
     /// each axis.
     pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {
-        let [x, y, z, _] = self.finest.map(|count| count as u32);
-        (self.min, 1.0 / self.finest_per_unit, [x, y, z])
+        (self.min, 1.0 / self.finest_per_unit, self.finest)
     }
 }

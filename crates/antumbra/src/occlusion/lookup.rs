@@ -4,14 +4,13 @@
 //! rays, lights' power, how values were made.
 
 use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
-use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x4};
+use fearless_simd::{Simd, dispatch};
 
 use super::adaptive::{AdaptiveValues, BALL, Blocker, EXACT, LightValues};
 use super::balls::OnBall;
 use super::bricks::Leaf;
 use super::forms::Verdict;
-use super::lattice::Lattice;
+use super::lattice::{Code, Lattice};
 use super::value::Audience;
 
 /// Starts that are looked up together.
@@ -65,9 +64,9 @@ impl AdaptiveValues {
 
     /// Returns a point in the frame's units.
     #[inline(always)]
-    fn narrow(&self, point: DVec3) -> [f32; 4] {
+    fn narrow(&self, point: DVec3) -> [f32; 3] {
         let x = self.frame.point_in_frame(point);
-        [x.x as f32, x.y as f32, x.z as f32, 0.0]
+        [x.x as f32, x.y as f32, x.z as f32]
     }
 }
 
@@ -83,45 +82,44 @@ impl<S: Simd> Lookup<'_, S> {
     /// One step for all starts before the next: so the memory that they need is fetched together.
     #[inline(always)]
     fn find(&self, starts: &[Start]) -> [Found; BLOCK] {
-        let mut places = [[0.0; 4]; BLOCK];
-        for (start, place) in starts.iter().zip(&mut places) {
-            *place = self.values.narrow(start.point);
+        let mut places = [[0.0; BLOCK]; 3];
+        for (number, start) in starts.iter().enumerate() {
+            let [x, y, z] = self.values.narrow(start.point);
+            places[0][number] = x;
+            places[1][number] = y;
+            places[2][number] = z;
         }
+        let place = |number: usize| [0, 1, 2].map(|axis: usize| places[axis][number]);
+        let mut codes = [Code::OUTSIDE; BLOCK];
+        let lattice = &self.values.lattices[Audience::Front as usize];
+        lattice.code(self.simd, &places, &mut codes);
         let mut audiences = [Asks::Doubt; BLOCK];
-        for ((start, place), audience) in starts.iter().zip(&places).zip(&mut audiences) {
-            *audience = self.audience(start, self.wide(place));
+        for (number, start) in starts.iter().enumerate() {
+            audiences[number] = self.audience(start, place(number));
         }
         let mut leaves = [Leaf::UNKNOWN; BLOCK];
-        for ((place, audience), leaf) in places.iter().zip(&audiences).zip(&mut leaves) {
-            match *audience {
-                Asks::In(audience) => *leaf = self.leaf(self.wide(place), audience),
+        for (number, leaf) in leaves.iter_mut().enumerate().take(starts.len()) {
+            match audiences[number] {
+                Asks::In(audience) => *leaf = self.leaf(codes[number], audience),
                 Asks::OwnShadow => *leaf = Leaf::SHADOWED,
                 Asks::Doubt => {}
             }
         }
         let mut found = [Found::NOTHING; BLOCK];
-        for (number, (start, found)) in starts.iter().zip(&mut found).enumerate() {
-            *found = match leaves[number].known() {
+        for (number, start) in starts.iter().enumerate() {
+            found[number] = match leaves[number].known() {
                 Some(is_shadowed) => Found::by_value(is_shadowed),
                 None if audiences[number] == Asks::Doubt => self.find_off_surface(start),
                 None if leaves[number] == Leaf::UNKNOWN => self.find_from_outside(start),
-                None => {
-                    let x = self.wide(&places[number]);
-                    self.find_in_list(leaves[number], start, start.point, x)
-                }
+                None => self.find_in_list(leaves[number], start, start.point, place(number)),
             };
         }
         found
     }
 
-    #[inline(always)]
-    fn wide(&self, place: &[f32; 4]) -> f32x4<S> {
-        f32x4::from_slice(self.simd, place)
-    }
-
     /// Returns whose values speak of a start that is where its point is.
     #[inline(always)]
-    fn audience(&self, start: &Start, x: f32x4<S>) -> Asks {
+    fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
         let Some(SurfaceId(surface)) = start.surface else {
             return Asks::In(Audience::Free);
         };
@@ -155,12 +153,9 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(always)]
-    fn leaf(&self, x: f32x4<S>, audience: Audience) -> Leaf {
-        let lattice = &self.values.lattices[audience as usize];
-        match lattice.finest_at(self.simd, x) {
-            Some(finest) => self.light.bricks[audience as usize].find(lattice, finest),
-            None => Leaf::UNKNOWN,
-        }
+    fn leaf(&self, code: Code, audience: Audience) -> Leaf {
+        let number = audience as usize;
+        self.light.bricks[number].find(&self.values.lattices[number], code)
     }
 
     /// The start is not where its point is given, or is on a curved surface, or is none.
@@ -218,10 +213,11 @@ impl<S: Simd> Lookup<'_, S> {
     /// Finds what is known of a start that answers as one within the room of a point does.
     fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
         let place = self.values.narrow(point);
-        let leaf = self.leaf(self.wide(&place), audience);
+        let code = self.values.lattices[audience as usize].code_of(self.simd, place);
+        let leaf = self.leaf(code, audience);
         match leaf.known() {
             Some(is_shadowed) => Found::by_value(is_shadowed),
-            None => self.find_in_list(leaf, start, point, self.wide(&place)),
+            None => self.find_in_list(leaf, start, point, place),
         }
     }
 
@@ -241,7 +237,7 @@ impl<S: Simd> Lookup<'_, S> {
     /// Asks the blockers of a list about a start near `point`, which is `x` in the frame. Triangles of
     /// the start's own plane and its own sphere do not block it.
     #[inline(always)]
-    fn find_in_list(&self, leaf: Leaf, start: &Start, point: DVec3, x: f32x4<S>) -> Found {
+    fn find_in_list(&self, leaf: Leaf, start: &Start, point: DVec3, x: [f32; 3]) -> Found {
         let Some(list) = leaf.list() else {
             return Found::NOTHING;
         };
@@ -313,7 +309,7 @@ impl<S: Simd> Lookup<'_, S> {
         entries: &[u32],
         start: &Start,
         point: DVec3,
-        x: f32x4<S>,
+        x: [f32; 3],
     ) -> bool {
         let lists = &self.light.lists;
         let segment = self.occluders.segment(start, &self.light.light);

@@ -1,8 +1,7 @@
 //! Values for one light, refined where surfaces are.
 //!
 //! Top down: a cell keeps what may matter to it, is decided, or keeps the few possible blockers, or is
-//! halved along each axis. In: the casters, the lattice. Out: one octree per audience under each of the
-//! coarsest bricks. Invariant: what is written for a cell is a function of the scene, the light and the
+//! halved along each axis. In: the casters, the lattices. Out: one octree per audience. Invariant: what is written for a cell is a function of the scene, the light and the
 //! cell.
 
 use antumbra_geometry::Bounds;
@@ -48,14 +47,9 @@ pub(crate) struct Refiner<'a> {
 }
 
 impl Refiner<'_> {
-    /// Returns the octrees under the coarsest bricks, for each audience in the order of the bricks.
-    pub(crate) fn refine(&self) -> [Vec<Decisions>; 3] {
-        let decided = self.decide(Cell::ROOT, &self.casters.all(), [true; 3]);
-        let mut lattices = self.lattices.iter();
-        decided.map(|octree| {
-            let bricks = lattices.next().into_iter().flat_map(Lattice::root_bricks);
-            bricks.map(|brick| cut_out(&octree, brick)).collect()
-        })
+    /// Returns the decisions for the whole scene, for each audience.
+    pub(crate) fn refine(&self) -> [Decisions; 3] {
+        self.decide(Cell::ROOT, &self.casters.all(), [true; 3])
     }
 
     fn decide(&self, cell: Cell, around: &Candidates, pending: [bool; 3]) -> Decided {
@@ -183,17 +177,22 @@ fn written(list: Option<Vec<u32>>, can_refine: bool) -> Option<Decisions> {
     }
 }
 
-/// Returns the part of an octree under a cell.
-fn cut_out(octree: &Decisions, cell: Cell) -> Decisions {
-    let mut here = octree;
-    for level in (0..cell.level).rev() {
-        let Decisions::Split(children) = here else {
-            break;
-        };
-        let place = (0..3).fold(0, |place, axis| {
-            place | (cell.at[axis] >> level & 1) << axis
-        });
-        here = &children[place as usize];
-    }
-    here.clone()
+/// Returns the octrees under the coarsest bricks of a lattice.
+pub(crate) fn cut_out<'a>(
+    octree: &'a Decisions,
+    lattice: &'a Lattice,
+) -> impl Iterator<Item = (Cell, Decisions)> + 'a {
+    lattice.root_bricks().map(move |brick| {
+        let mut here = octree;
+        for level in (0..brick.level).rev() {
+            let Decisions::Split(children) = here else {
+                break;
+            };
+            let place = (0..3).fold(0, |place, axis| {
+                place | (brick.at[axis] >> level & 1) << axis
+            });
+            here = &children[place as usize];
+        }
+        (brick, here.clone())
+    })
 }
