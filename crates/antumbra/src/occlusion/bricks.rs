@@ -95,14 +95,46 @@ pub(crate) struct Bricks {
 }
 
 impl Bricks {
+    /// Returns what finds leaves.
+    #[inline(always)]
+    pub(crate) fn finder(&self, lattice: &Lattice) -> Finder<'_> {
+        Finder {
+            root: &self.root,
+            bricks: &self.bricks,
+            leaves: &self.leaves,
+            root_shift: lattice.root_shift(),
+            brick_shift: lattice.coarsest_shift(),
+        }
+    }
+
+    /// Returns the bytes of values and the index to lists.
+    pub(crate) fn bytes(&self) -> u64 {
+        let bytes = size_of_val(self.root.as_slice())
+            + size_of_val(self.bricks.as_slice())
+            + size_of_val(self.leaves.as_slice());
+        bytes as u64
+    }
+}
+
+/// Bricks at hand.
+#[derive(Clone, Copy)]
+pub(crate) struct Finder<'a> {
+    root: &'a [u16],
+    bricks: &'a [Brick],
+    leaves: &'a [Leaf],
+    root_shift: u32,
+    brick_shift: u32,
+}
+
+impl Finder<'_> {
     /// Returns what is known where a code says.
     #[inline(always)]
-    pub(crate) fn find(&self, lattice: &Lattice, code: Code) -> Leaf {
-        let Some(&root) = self.root.get(lattice.root_place(code)) else {
+    pub(crate) fn find(&self, code: Code) -> Leaf {
+        let Some(&root) = self.root.get(code.place_in_root(self.root_shift)) else {
             return Leaf::UNKNOWN;
         };
-        let mut brick = &self.bricks[root as usize];
-        let mut shift = lattice.coarsest_shift();
+        let mut brick = &self.bricks[usize::from(root)];
+        let mut shift = self.brick_shift;
         loop {
             let place = code.place_in_brick(shift);
             match brick.values.get(place) {
@@ -119,14 +151,6 @@ impl Bricks {
                 }
             }
         }
-    }
-
-    /// Returns the bytes of values and the index to lists.
-    pub(crate) fn bytes(&self) -> u64 {
-        let bytes = size_of_val(self.root.as_slice())
-            + size_of_val(self.bricks.as_slice())
-            + size_of_val(self.leaves.as_slice());
-        bytes as u64
     }
 }
 

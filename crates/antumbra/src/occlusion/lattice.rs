@@ -60,9 +60,26 @@ pub(crate) struct Code(u64);
 /// Halvings that a [`Code`] tells.
 const CODE_LEVELS: u32 = 16;
 
+/// Codes of several points, in halves of 24 bits; the upper half of points outside all cells is larger.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Codes<const N: usize> {
+    high: [u32; N],
+    low: [u32; N],
+}
+
+impl<const N: usize> Codes<N> {
+    #[inline(always)]
+    pub(crate) fn get(&self, number: usize) -> Code {
+        Code(u64::from(self.high[number]) << 24 | u64::from(self.low[number]))
+    }
+}
+
 impl Code {
-    /// For points outside all cells.
-    pub(crate) const OUTSIDE: Self = Self(u64::MAX);
+    /// Returns the place of the coarsest brick in the root table; none for points outside.
+    #[inline(always)]
+    pub(crate) fn place_in_root(self, shift: u32) -> usize {
+        (self.0 >> shift) as usize
+    }
 
     /// Returns the place in a brick that is known by a shift.
     #[inline(always)]
@@ -149,18 +166,21 @@ impl Lattice {
         .inflated(DVec3::splat(self.room))
     }
 
-    /// Writes where points of the frame lie, coordinate by coordinate, eight at a time. Up to rounding,
-    /// which the inflation of cells covers many times.
+    /// Tells where points of the frame lie, given coordinate by coordinate. Up to rounding, which the
+    /// inflation of cells covers many times.
     #[inline(always)]
-    pub(crate) fn code<S: Simd, const N: usize>(
+    pub(crate) fn codes<S: Simd, const N: usize>(
         &self,
         simd: S,
         [x, y, z]: &[[f32; N]; 3],
-        codes: &mut [Code; N],
-    ) {
+    ) -> Codes<N> {
         // Added to a number, this leaves the nearest whole one in the last bits.
         const WHOLE: f32 = 12_582_912.0; // 3 * 2^22
         const COUNT: f32 = (1 << CODE_LEVELS) as f32;
+        let mut codes = Codes {
+            high: [0; N],
+            low: [0; N],
+        };
         for first in (0..N).step_by(8) {
             let mut is_inside = mask32x8::splat(simd, true);
             let mut high = u32x8::splat(simd, 0);
@@ -173,28 +193,22 @@ impl Lattice {
                 high |= spread_wide(whole >> 8 & 0xff) << axis as u32;
                 low |= spread_wide(whole & 0xff) << axis as u32;
             }
-            let is_inside = is_inside.to_bitmask();
-            for lane in 0..8 {
-                codes[first + lane] = if is_inside >> lane & 1 != 0 {
-                    Code(u64::from(high[lane]) << 24 | u64::from(low[lane]))
-                } else {
-                    Code::OUTSIDE
-                };
-            }
+            let high = is_inside.select(high, u32x8::splat(simd, u32::MAX));
+            codes.high[first..first + 8].copy_from_slice(high.as_slice());
+            codes.low[first..first + 8].copy_from_slice(low.as_slice());
         }
+        codes
     }
 
     /// Returns where one point lies.
     pub(crate) fn code_of<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> Code {
-        let mut codes = [Code::OUTSIDE; 8];
-        self.code(simd, &[[x; 8], [y; 8], [z; 8]], &mut codes);
-        codes[0]
+        self.codes(simd, &[[x; 8], [y; 8], [z; 8]]).get(0)
     }
 
-    /// Returns the place of the coarsest brick of a point in the root table.
+    /// Returns the shift that gives a brick's place in the root table.
     #[inline(always)]
-    pub(crate) fn root_place(&self, Code(code): Code) -> usize {
-        (code >> (3 * (CODE_LEVELS - self.root_level))) as usize
+    pub(crate) fn root_shift(&self) -> u32 {
+        3 * (CODE_LEVELS - self.root_level)
     }
 
     /// Returns how many places the root table has.

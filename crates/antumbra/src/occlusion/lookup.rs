@@ -10,7 +10,7 @@ use super::adaptive::{AdaptiveValues, BALL, Blocker, EXACT, LightValues};
 use super::balls::OnBall;
 use super::bricks::Leaf;
 use super::forms::Verdict;
-use super::lattice::{Code, Lattice};
+use super::lattice::Lattice;
 use super::value::Audience;
 
 /// Starts that are looked up together.
@@ -90,19 +90,29 @@ impl<S: Simd> Lookup<'_, S> {
             places[2][number] = z;
         }
         let place = |number: usize| [0, 1, 2].map(|axis: usize| places[axis][number]);
-        let mut codes = [Code::OUTSIDE; BLOCK];
         let lattice = &self.values.lattices[Audience::Front as usize];
-        lattice.code(self.simd, &places, &mut codes);
+        let codes = lattice.codes(self.simd, &places);
         let mut audiences = [Asks::Doubt; BLOCK];
         for (number, start) in starts.iter().enumerate() {
             audiences[number] = self.audience(start, place(number));
         }
         let mut leaves = [Leaf::UNKNOWN; BLOCK];
-        for (number, leaf) in leaves.iter_mut().enumerate().take(starts.len()) {
-            match audiences[number] {
-                Asks::In(audience) => *leaf = self.leaf(codes[number], audience),
-                Asks::OwnShadow => *leaf = Leaf::SHADOWED,
-                Asks::Doubt => {}
+        for audience in Audience::ALL {
+            let wanted = Asks::In(audience);
+            if !audiences.contains(&wanted) {
+                continue;
+            }
+            let bricks = &self.light.bricks[audience as usize];
+            let finder = bricks.finder(&self.values.lattices[audience as usize]);
+            for (number, leaf) in leaves.iter_mut().enumerate() {
+                if audiences[number] == wanted {
+                    *leaf = finder.find(codes.get(number));
+                }
+            }
+        }
+        for (leaf, asks) in leaves.iter_mut().zip(&audiences) {
+            if *asks == Asks::OwnShadow {
+                *leaf = Leaf::SHADOWED;
             }
         }
         let mut found = [Found::NOTHING; BLOCK];
@@ -150,12 +160,6 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
     fn room(&self) -> f64 {
         self.values.start_room
-    }
-
-    #[inline(always)]
-    fn leaf(&self, code: Code, audience: Audience) -> Leaf {
-        let number = audience as usize;
-        self.light.bricks[number].find(&self.values.lattices[number], code)
     }
 
     /// The start is not where its point is given, or is on a curved surface, or is none.
@@ -213,8 +217,11 @@ impl<S: Simd> Lookup<'_, S> {
     /// Finds what is known of a start that answers as one within the room of a point does.
     fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
         let place = self.values.narrow(point);
-        let code = self.values.lattices[audience as usize].code_of(self.simd, place);
-        let leaf = self.leaf(code, audience);
+        let lattice = &self.values.lattices[audience as usize];
+        let code = lattice.code_of(self.simd, place);
+        let leaf = self.light.bricks[audience as usize]
+            .finder(lattice)
+            .find(code);
         match leaf.known() {
             Some(is_shadowed) => Found::by_value(is_shadowed),
             None => self.find_in_list(leaf, start, point, place),
