@@ -18,7 +18,9 @@ mod masks;
 mod memory;
 mod surface;
 
-use antumbra::{BuildError, GridResolution, Method, QuickCheck, RayMethod, Refinement, ShadowIndex};
+use antumbra::{
+    BuildError, GridResolution, Method, QuickCheck, RayMethod, Refinement, ShadowIndex,
+};
 use antumbra_geometry::OccludersError;
 use antumbra_scene::model::Scene;
 

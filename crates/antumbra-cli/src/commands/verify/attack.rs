@@ -142,8 +142,8 @@ impl<'a> Attack<'a> {
             |start: &Start| start.point.is_finite() && start.point.abs().max_element() < LARGEST;
         // Rays that hit nothing and triangles without a plane through them are common.
         const MOST_TRIES: usize = 6;
-        let found = (0..MOST_TRIES)
-            .find_map(|_| self.start_of(kind, &mut random, light).filter(is_fine));
+        let found =
+            (0..MOST_TRIES).find_map(|_| self.start_of(kind, &mut random, light).filter(is_fine));
         match found {
             Some(start) => (kind, start),
             None => (Kind::StandIn, self.anywhere(&mut random)),

@@ -71,7 +71,13 @@ impl Random {
 
 /// Returns the number so many numbers further up.
 pub(super) fn next(x: f64, steps: i32) -> f64 {
-    (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
+    (0..steps.abs()).fold(x, |x, _| {
+        if steps > 0 {
+            x.next_up()
+        } else {
+            x.next_down()
+        }
+    })
 }
 
 /// Returns the point with every coordinate moved to the neighbouring number towards `aim`.

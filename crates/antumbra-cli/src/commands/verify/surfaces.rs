@@ -88,10 +88,13 @@ impl<'a> Surfaces<'a> {
 
     /// Returns any triangle, all alike.
     pub(super) fn any_triangle(&self, random: &mut Random) -> Option<(SurfaceId, [DVec3; 3])> {
-        let count = self.gathered.occluders().triangle_count();
+        let occluders = self.gathered.occluders();
+        let count = occluders.triangle_count();
+        if count == 0 {
+            return None;
+        }
         let surface = SurfaceId(random.below(count) as u32);
-        let corners = self.gathered.occluders().triangle_positions(surface)?;
-        Some((surface, corners))
+        Some((surface, occluders.triangle_positions(surface)?))
     }
 
     /// Returns the shape that a surface belongs to.

@@ -57,7 +57,8 @@ impl Attack<'_> {
     pub(super) fn off_surface(&self, random: &mut Random, light: usize) -> Option<Start> {
         let mut start = self.on_any(random, light)?;
         let surface = start.surface?;
-        let is_triangle = (surface.0 as usize) < self.surfaces.gathered.occluders().triangle_count();
+        let is_triangle =
+            (surface.0 as usize) < self.surfaces.gathered.occluders().triangle_count();
         let distance = if is_triangle {
             self.small(random)
         } else {

@@ -3,7 +3,7 @@
 //! An edge of a shadow lies where the line from the light through a point of an outline goes on to the
 //! next surface.
 
-use antumbra_geometry::{Cone, DVec3, ElementId, LightShape, Mesh, Start, SurfaceId};
+use antumbra_geometry::{Cone, DVec3, ElementId, LightShape, Mesh, Occluders, Start, SurfaceId};
 use antumbra_scene::model::Shape;
 
 use super::Attack;
@@ -16,6 +16,8 @@ pub(super) struct Outlines {
     mesh: Mesh,
     /// For each light the edges that may cast one.
     contours: Vec<Vec<u32>>,
+    /// For each light the few edges closest to it: as large as others, seen from there.
+    closest: Vec<Vec<u32>>,
     /// One surface of each element that is no face.
     curved: Vec<SurfaceId>,
 }
@@ -24,7 +26,7 @@ impl Outlines {
     pub(super) fn new(surfaces: &Surfaces<'_>, lights: &[LightShape]) -> Self {
         let occluders = surfaces.gathered.occluders();
         let mesh = Mesh::new(occluders);
-        let contours = lights
+        let contours: Vec<Vec<u32>> = lights
             .iter()
             .map(|light| {
                 let sides = occluders.light_sides(light);
@@ -35,6 +37,11 @@ impl Outlines {
                     .collect()
             })
             .collect();
+        let closest = lights
+            .iter()
+            .zip(&contours)
+            .map(|(light, contours)| closest(light, contours, &mesh, occluders))
+            .collect();
         let curved = (0..occluders.elements().len() as u32)
             .map(ElementId)
             .filter(|&element| !occluders.is_face(element))
@@ -43,9 +50,38 @@ impl Outlines {
         Self {
             mesh,
             contours,
+            closest,
             curved,
         }
     }
+}
+
+/// Returns a few edges that are the closest to a light.
+fn closest(light: &LightShape, contours: &[u32], mesh: &Mesh, occluders: &Occluders) -> Vec<u32> {
+    const COUNT: usize = 8;
+    let LightShape::Point(light) = *light else {
+        return Vec::new();
+    };
+    let mut all: Vec<(f64, u32)> = contours
+        .iter()
+        .map(|&number| {
+            let ends = occluders.edge_positions(&mesh.edges()[number as usize]);
+            ((foot(light, ends) - light).length(), number)
+        })
+        .collect();
+    all.sort_unstable_by(|first, second| first.0.total_cmp(&second.0));
+    all.truncate(COUNT);
+    all.into_iter().map(|(_, number)| number).collect()
+}
+
+/// Returns the point of an edge closest to another point.
+fn foot(point: DVec3, [from, to]: [DVec3; 2]) -> DVec3 {
+    let along = to - from;
+    let share = (point - from).dot(along) / along.length_squared();
+    if share.is_nan() {
+        return from;
+    }
+    from + share.clamp(0.0, 1.0) * along
 }
 
 impl Attack<'_> {
@@ -116,9 +152,10 @@ impl Attack<'_> {
         let Outlines {
             mesh,
             contours,
+            closest,
             curved,
         } = &self.outlines;
-        let contours = &contours[light];
+        let [contours, closest] = [&contours[light], &closest[light]];
         let occluders = self.surfaces.gathered.occluders();
         let is_curved = !curved.is_empty()
             && (contours.is_empty() || occluders.triangle_count() == 0 || random.below(2) == 0);
@@ -134,10 +171,23 @@ impl Attack<'_> {
                 surface: Some(surface),
             });
         }
-        let edge = &mesh.edges()[random.one_of(contours) as usize];
-        let [from, to] = occluders.edge_positions(edge);
+        let is_close = !closest.is_empty() && random.below(4) == 0;
+        let number = random.one_of(if is_close { closest } else { contours });
+        let ends = occluders.edge_positions(&mesh.edges()[number as usize]);
+        let [from, to] = ends;
+        let mut point = from + along_edge(random) * (to - from);
+        if let LightShape::Point(light) = self.lights[light]
+            && random.below(4) == 0
+        {
+            // As far from where the light is closest as the light is away, more or less.
+            let foot = foot(light, ends);
+            let distance = (foot - light).length() * random.power_of_ten(-2.0, 2.0);
+            let aim = random.one_of(&ends);
+            let way = aim - foot;
+            point = foot + way * (distance / way.length()).min(1.0);
+        }
         Some(Start {
-            point: from + along_edge(random) * (to - from),
+            point,
             surface: None,
         })
     }
@@ -159,7 +209,11 @@ impl Attack<'_> {
                     LightShape::Point(_) => sphere.radius / to_light.length(),
                     LightShape::Direction(_) => 0.0,
                 };
-                let smaller = (1.0 - nearer * nearer).max(0.0).sqrt();
+                // A light within the sphere sees no outline.
+                if nearer > 1.0 || nearer.is_nan() {
+                    return None;
+                }
+                let smaller = (1.0 - nearer * nearer).sqrt();
                 let along = nearer * to_light.normalize_or_zero() + smaller * around;
                 sphere.center + sphere.radius * along
             }
@@ -203,7 +257,6 @@ fn on_cone_silhouette(random: &mut Random, cone: &Cone, light: &LightShape) -> O
     let e = cosine * first + (1.0 - cosine * cosine).sqrt() * second;
     Some(middle + radius * e)
 }
-
 
 #[cfg(test)]
 mod tests {
