@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra::{GridResolution, Method, QuickCheck, RayMethod};
+use antumbra::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -85,6 +85,32 @@ pub(crate) struct IndexCost {
     /// three quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) memory_limit: Option<u64>,
+
+    /// Finest voxels of method voxel along the longest axis, where surfaces are; half as fine for
+    /// free points [default: 512]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=4096))]
+    pub(crate) resolution: Option<u32>,
+
+    /// How few possible blockers method voxel lists instead of refining, and in its finest voxels;
+    /// 0 lists none [default: 4,24]
+    #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
+    pub(crate) lists: Option<[usize; 2]>,
+}
+
+impl IndexCost {
+    /// Returns how far method `voxel` refines its values.
+    pub(crate) fn refinement(&self) -> Refinement {
+        let mut refinement = Refinement::default();
+        if let Some(resolution) = self.resolution {
+            refinement.resolution = resolution;
+            refinement.space_resolution = resolution / 2;
+        }
+        if let Some([short, long]) = self.lists {
+            refinement.short_list = short;
+            refinement.long_list = long;
+        }
+        refinement
+    }
 }
 
 /// How many threads.
@@ -194,9 +220,22 @@ pub(crate) struct Verify {
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub(crate) queries: u64,
 
-    /// Compare this method only [default: all]
+    /// Compare this method only; repeatable [default: all; with --against bvh all but naive]
     #[arg(long, value_enum, value_name = "METHOD")]
-    pub(crate) shadows: Option<Shadows>,
+    pub(crate) shadows: Vec<Shadows>,
+
+    /// What answers are compared with
+    #[arg(long, value_enum, default_value_t, value_name = "JUDGE")]
+    pub(crate) against: Against,
+
+    /// Start at delicate places: between voxels, at vertices, edges and creases, on edges of
+    /// shadows, a rounding off them
+    #[arg(long)]
+    pub(crate) attack: bool,
+
+    /// Ask about so many more lights at delicate places, beside the scene's
+    #[arg(long = "lights", value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub(crate) more_lights: u32,
 
     /// Changes the queries
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -311,6 +350,16 @@ impl Shadows {
             Self::Naive => "naive",
         }
     }
+}
+
+/// What the answers of `verify` are compared with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Against {
+    /// A test of every surface
+    #[default]
+    Reference,
+    /// A ray through the bounding volume hierarchy: as exact, and fast enough for many millions
+    Bvh,
 }
 
 /// What finds the nearest hit of a ray.

@@ -11,6 +11,8 @@ use antumbra_geometry::DVec3;
 pub(crate) const MAX_SIDE: u32 = 16_384;
 /// Most voxels along one axis.
 const MAX_VOXELS: u32 = 2048;
+/// Longest list of blockers.
+const MAX_LIST: usize = 4096;
 
 /// The parts of a camera that were typed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -98,6 +100,17 @@ pub(crate) fn grid(text: &str) -> Result<GridResolution, String> {
         [x, y, z] => Ok(GridResolution::Fixed([x, y, z])),
         _ => Err(expected()),
     }
+}
+
+/// Reads `SHORT,LONG`.
+pub(crate) fn lists(text: &str) -> Result<[usize; 2], String> {
+    let lengths = text
+        .split(',')
+        .map(|length| length.trim().parse().ok().filter(|&n| n <= MAX_LIST))
+        .collect::<Option<Vec<_>>>();
+    lengths
+        .and_then(|lengths| lengths.try_into().ok())
+        .ok_or_else(|| format!("expected SHORT,LONG with 0 to {MAX_LIST} blockers each"))
 }
 
 /// Reads a number of bytes, with a unit or without.
@@ -273,6 +286,19 @@ mod tests {
             let error = grid(bad).unwrap_err();
             assert_eq!(
                 error, "expected N or NxNxN with 1 to 2048 voxels each",
+                "{bad}"
+            );
+        }
+    }
+
+    #[test]
+    fn list_lengths() {
+        assert_eq!(lists("4,24"), Ok([4, 24]));
+        assert_eq!(lists("0, 4096"), Ok([0, 4096]));
+        for bad in ["", "4", "4,4097", "1,2,3", "-1,2", "a,b"] {
+            let error = lists(bad).unwrap_err();
+            assert_eq!(
+                error, "expected SHORT,LONG with 0 to 4096 blockers each",
                 "{bad}"
             );
         }

@@ -254,6 +254,7 @@ fixture_tests!(
     t_junction_crease,
     light_on_surface,
     light_in_plane,
+    light_near_vertex,
     start_is_light,
     cube_edges,
     utm_coordinates,

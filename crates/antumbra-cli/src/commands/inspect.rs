@@ -27,6 +27,7 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     let options = |method| PrepareOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
+        refinement: typed.cost.refinement(),
         memory_limit: limit,
         ..PrepareOptions::default()
     };

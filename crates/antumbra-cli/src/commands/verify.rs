@@ -2,11 +2,17 @@
 //!
 //! In: a scene and a number of queries. Out: each difference, and their number. The queries are a
 //! pure function of scene and seed: points as random views see them, points spread over all
-//! surfaces, points on edges, vertices, and free points.
+//! surfaces, points on edges, vertices, and free points; or, with `--attack`, points at delicate
+//! places. They are made, asked and forgotten one by one, so there may be very many.
 
+mod attack;
+mod lights;
+mod random;
 mod starts;
+mod surfaces;
+mod tally;
 
-use antumbra::{Counters, Shadow, ShadowIndex};
+use antumbra::{Counters, Method, Shadow, ShadowIndex};
 use antumbra_geometry::Start;
 use antumbra_render::prepare::{Gathered, PrepareOptions};
 use antumbra_scene::model::Scene;
@@ -14,122 +20,191 @@ use rayon::prelude::*;
 
 use crate::failure::{Failure, Outcome};
 use crate::screen::Screen;
-use crate::typed::{Shadows, Verify};
+use crate::typed::{Against, Shadows, Verify};
 use crate::{load, memory};
+use attack::{Attack, Kind};
+use surfaces::Surfaces;
+use tally::{Difference, Tally};
 
 /// Queries between two looks of a thread at what is left.
-const RUN_QUERIES: u64 = 64;
-
-/// One method that does not give the reference's bit.
-struct Difference {
-    start: Start,
-    light: usize,
-    method: Shadows,
-    found: Shadow,
-    expected: Shadow,
-}
+const RUN_QUERIES: u64 = 256;
 
 /// Builds one index a method, asks, compares.
 pub(crate) fn run(typed: &Verify, screen: &Screen) -> Result<Outcome, Failure> {
     let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
-    super::on_threads(&typed.threads, || work(typed, &scene, screen))?
+    super::on_threads(&typed.threads, || work(typed, scene, screen))?
 }
 
-fn work(typed: &Verify, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
-    let gathered = Gathered::of(scene)?;
-    let methods = typed
-        .shadows
-        .map_or(Shadows::ALL.to_vec(), |only| vec![only]);
-    let mut memory_left = memory::limit(typed.cost.memory_limit);
-    let mut indices = Vec::new();
-    for method in methods {
-        let options = PrepareOptions {
-            method: method.method(),
-            grid: typed.cost.grid.unwrap_or_default(),
-            memory_limit: memory_left,
-            ..PrepareOptions::default()
+/// Returns the methods to compare: those typed, or all that the judge leaves.
+fn methods(typed: &Verify) -> Vec<Shadows> {
+    let mut methods = typed.shadows.clone();
+    if methods.is_empty() {
+        let is_wanted = |method: &Shadows| match typed.against {
+            Against::Reference => true,
+            Against::Bvh => !matches!(method, Shadows::Naive | Shadows::Bvh),
         };
-        let taken = gathered.predict_bytes(scene.lights.len(), &options)?;
-        indices.push((method, gathered.index(&scene.lights, &options)?));
-        memory_left = memory_left.saturating_sub(taken);
+        methods = Shadows::ALL.into_iter().filter(is_wanted).collect();
+    }
+    methods
+}
+
+fn work(typed: &Verify, mut scene: Scene, screen: &Screen) -> Result<Outcome, Failure> {
+    let gathered = Gathered::of(&scene)?;
+    if typed.more_lights > 0 {
+        let options = options(typed, Method::Bvh, memory::limit(typed.cost.memory_limit));
+        let index = gathered.index(&scene.lights, &options)?;
+        let surfaces = Surfaces::new(&scene, &gathered, &index);
+        let more = lights::more(typed.more_lights, typed.seed, &surfaces);
+        scene.lights.extend(more);
+    }
+    let methods = methods(typed);
+    let mut built = Built {
+        typed,
+        scene: &scene,
+        gathered: &gathered,
+        memory_left: memory::limit(typed.cost.memory_limit),
+    };
+    // What answers are compared with; it also finds hits. The reference needs no values.
+    let judge = built.index(Method::Bvh)?;
+    let mut indices = Vec::new();
+    for &method in &methods {
+        indices.push((method, built.index(method.method())?));
+        screen.detail(format!("{} is built", method.name()));
     }
 
-    let bar = screen.progress(typed.queries, "comparing");
-    let run_count = typed.queries.div_ceil(RUN_QUERIES);
-    let differences: Vec<Difference> = (0..run_count)
-        .into_par_iter()
-        .flat_map_iter(|run| {
-            let first = run * RUN_QUERIES;
-            let end = typed.queries.min(first + RUN_QUERIES);
-            let found: Vec<_> = (first..end)
-                .flat_map(|query| differences_of(query, typed.seed, scene, &gathered, &indices))
-                .collect();
-            bar.inc(end - first);
-            found
-        })
-        .collect();
-    bar.finish_and_clear();
-
-    for difference in &differences {
-        let Difference {
-            start,
-            light,
-            method,
-            found,
-            expected,
-        } = difference;
-        let [x, y, z] = start.point.to_array();
-        let surface = start
-            .surface
-            .map_or("free".into(), |id| format!("surface {}", id.0));
-        screen.result(format!(
-            "difference: point [{x:?}, {y:?}, {z:?}], {surface}, light {light}: {} says {found:?}, \
-             the reference {expected:?}",
-            method.name()
-        ));
+    let surfaces = Surfaces::new(&scene, &gathered, &judge);
+    let voxels = indices.iter().find_map(|(_, index)| index.voxel_planes());
+    let comparison = Comparison {
+        typed,
+        attack: typed
+            .attack
+            .then(|| Attack::new(&surfaces, typed.seed, voxels)),
+        surfaces: &surfaces,
+        indices: &indices,
+    };
+    let mut tally = comparison.run(screen);
+    let judge_name = match typed.against {
+        Against::Reference => "reference",
+        Against::Bvh => "bvh",
+    };
+    tally.tell_differences(judge_name, &judge, screen);
+    if typed.attack {
+        tally.tell_counts(&methods, screen);
     }
+    let difference_count = tally.difference_count();
     screen.result(format!(
-        "{} queries, {} differences",
-        typed.queries,
-        differences.len()
+        "{} queries, {difference_count} differences",
+        typed.queries
     ));
-    Ok(if differences.is_empty() {
+    Ok(if difference_count == 0 {
         Outcome::Done
     } else {
         Outcome::Differences
     })
 }
 
-/// Asks query number `query` of every method. All lights take turns at each start.
-fn differences_of(
-    query: u64,
-    seed: u64,
-    scene: &Scene,
-    gathered: &Gathered,
-    indices: &[(Shadows, ShadowIndex)],
-) -> Vec<Difference> {
-    let light_count = scene.lights.len() as u64;
-    let light = (query % light_count) as usize;
-    let [(_, first), ..] = indices else {
-        return Vec::new();
-    };
-    let start = starts::start(query / light_count, seed, scene, gathered, first);
-    let expected = first
-        .shadow_by_reference(&start, light)
-        .expect("sampled starts lie on surfaces");
-    let mut counters = Counters::default();
-    indices
-        .iter()
-        .filter_map(|&(method, ref index)| {
-            let answer = index.shadow(&start, light, &mut counters);
-            let found = answer.expect("sampled starts lie on surfaces").shadow;
-            (found != expected).then_some(Difference {
-                start,
-                light,
-                method,
-                found,
-                expected,
+fn options(typed: &Verify, method: Method, memory_limit: u64) -> PrepareOptions {
+    PrepareOptions {
+        method,
+        grid: typed.cost.grid.unwrap_or_default(),
+        refinement: typed.cost.refinement(),
+        memory_limit,
+        ..PrepareOptions::default()
+    }
+}
+
+/// Indices side by side in what memory there is.
+struct Built<'a> {
+    typed: &'a Verify,
+    scene: &'a Scene,
+    gathered: &'a Gathered,
+    memory_left: u64,
+}
+
+impl Built<'_> {
+    fn index(&mut self, method: Method) -> Result<ShadowIndex, Failure> {
+        let options = options(self.typed, method, self.memory_left);
+        let lights = &self.scene.lights;
+        let taken = self.gathered.predict_bytes(lights.len(), &options)?;
+        let index = self.gathered.index(lights, &options)?;
+        self.memory_left = self.memory_left.saturating_sub(taken);
+        Ok(index)
+    }
+}
+
+/// All queries, and who is asked.
+struct Comparison<'a> {
+    typed: &'a Verify,
+    attack: Option<Attack<'a>>,
+    surfaces: &'a Surfaces<'a>,
+    indices: &'a [(Shadows, ShadowIndex)],
+}
+
+impl Comparison<'_> {
+    fn run(&self, screen: &Screen) -> Tally {
+        let query_count = self.typed.queries;
+        let bar = screen.progress(query_count, "comparing");
+        let new = || Tally::new(self.indices.len());
+        let tally = (0..query_count.div_ceil(RUN_QUERIES))
+            .into_par_iter()
+            .fold(new, |mut tally, run| {
+                let first = run * RUN_QUERIES;
+                let end = query_count.min(first + RUN_QUERIES);
+                (first..end).for_each(|query| self.ask(query, &mut tally));
+                bar.inc(end - first);
+                tally
             })
-        })
-        .collect()
+            .reduce(new, Tally::with);
+        bar.finish_and_clear();
+        tally
+    }
+
+    /// Returns where query number `query` starts. All lights take turns at each start, or, at delicate
+    /// places, which often are meant for one light, at each query.
+    fn start(&self, query: u64, light: usize) -> (Option<Kind>, Start) {
+        match &self.attack {
+            Some(attack) => {
+                let (kind, start) = attack.start(query, light);
+                (Some(kind), start)
+            }
+            None => {
+                let number = query / self.surfaces.scene.lights.len() as u64;
+                let start = starts::start(number, self.typed.seed, self.surfaces);
+                (None, start)
+            }
+        }
+    }
+
+    /// Asks query number `query` of the judge and of every method.
+    fn ask(&self, query: u64, tally: &mut Tally) {
+        let light = (query % self.surfaces.scene.lights.len() as u64) as usize;
+        let (kind, start) = self.start(query, light);
+        let judge = self.surfaces.index;
+        let expected = match self.typed.against {
+            Against::Reference => judge.shadow_by_reference(&start, light),
+            Against::Bvh => judge
+                .shadow(&start, light, &mut Counters::default())
+                .map(|answer| answer.shadow),
+        };
+        let expected: Shadow = expected.expect("starts are finite, surfaces exist");
+        if let Some(kind) = kind {
+            tally.count_kind(kind);
+        }
+        for (number, &(method, ref index)) in self.indices.iter().enumerate() {
+            let answer = index.shadow(&start, light, tally.counters(number));
+            let found = answer.expect("starts are finite, surfaces exist").shadow;
+            if found != expected {
+                let difference = Difference {
+                    query,
+                    kind,
+                    start,
+                    light,
+                    method,
+                    found,
+                    expected,
+                };
+                tally.add_difference(number, difference);
+            }
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Drives the real `antumbra` program.
 
+mod attack;
 mod outputs;
 mod support;
 
@@ -37,7 +38,10 @@ fn bad_usage_ends_with_2_and_says_what_was_expected() {
         (&["--size", "0x5"], "1 to 16384 pixels"),
         (&["--size", "99999x1"], "1 to 16384 pixels"),
         (&["--grid", "0"], "1 to 2048 voxels"),
-        (&["--shadows", "soft"], "voxel-1990, grid, bvh, naive"),
+        (
+            &["--shadows", "soft"],
+            "voxel-1990, voxel, grid, bvh, naive",
+        ),
         (&["--rays", "octree"], "bvh, grid"),
         (&["--quick-check", "maybe"], "report"),
         (&["--spp", "0"], "1..=65536"),

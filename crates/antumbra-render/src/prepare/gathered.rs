@@ -115,6 +115,7 @@ impl Gathered {
             .rays(options.rays)
             .grid(options.grid)
             .quick_check(options.quick_check)
+            .refinement(options.refinement)
             .memory_limit(options.memory_limit)
             .build()?)
     }

@@ -18,7 +18,9 @@ mod masks;
 mod memory;
 mod surface;
 
-use antumbra::{BuildError, GridResolution, Method, QuickCheck, RayMethod, ShadowIndex};
+use antumbra::{
+    BuildError, GridResolution, Method, QuickCheck, RayMethod, Refinement, ShadowIndex,
+};
 use antumbra_geometry::OccludersError;
 use antumbra_scene::model::Scene;
 
@@ -73,6 +75,8 @@ pub struct PrepareOptions {
     pub grid: GridResolution,
     /// What the quick check of Paper 7.3 does.
     pub quick_check: QuickCheck,
+    /// How far the values of [`Method::Voxel`] are refined.
+    pub refinement: Refinement,
     /// Most bytes that grid, tree and values may take.
     pub memory_limit: u64,
 }
@@ -84,6 +88,7 @@ impl Default for PrepareOptions {
             rays: RayMethod::default(),
             grid: GridResolution::default(),
             quick_check: QuickCheck::default(),
+            refinement: Refinement::default(),
             memory_limit: u64::MAX,
         }
     }

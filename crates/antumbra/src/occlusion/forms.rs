@@ -188,30 +188,27 @@ impl Forms {
     /// Returns the forms of a triangle's umbra, corners and light in world space: positive together at
     /// the starts that it blocks.
     pub(crate) fn of_umbra(frame: &Frame, corners: [DVec3; 3], light: &LightShape) -> Self {
-        let [a, b, c] = corners.map(|corner| frame.point_in_frame(corner));
-        let (towards_light, is_finite) = match *light {
-            LightShape::Point(light) => (frame.point_in_frame(light), true),
-            LightShape::Direction(direction) => (direction, false),
-        };
-        let over = |from: DVec3, to: DVec3, inside: DVec3| {
-            let ray = if is_finite {
-                from - towards_light
-            } else {
-                towards_light
+        let places = corners.map(|corner| frame.point_in_frame(corner));
+        // Differences are taken in world space: rounding to the frame would turn short ones.
+        let way = |from: usize, to: usize| (corners[to] - corners[from]) * frame.scale;
+        let over = |from: usize, to: usize, inside: usize| {
+            let ray = match *light {
+                LightShape::Point(light) => (corners[from] - light) * frame.scale,
+                LightShape::Direction(direction) => direction,
             };
-            Form::spanned(ray, to - from, from, Inside::Point(inside))
+            let inside = Inside::Point(places[inside]);
+            Form::spanned(ray, way(from, to), places[from], inside)
         };
-        let lit = if is_finite {
-            Inside::Point(towards_light)
-        } else {
-            Inside::Direction(towards_light)
+        let lit = match *light {
+            LightShape::Point(light) => Inside::Point(frame.point_in_frame(light)),
+            LightShape::Direction(direction) => Inside::Direction(direction),
         };
-        let plane = Form::spanned(b - a, c - a, a, lit);
+        let plane = Form::spanned(way(0, 1), way(0, 2), places[0], lit);
         let behind = Form {
             normal: -plane.normal,
             offset: -plane.offset,
         };
-        Self::new([over(a, b, c), over(b, c, a), over(c, a, b), behind])
+        Self::new([over(0, 1, 2), over(1, 2, 0), over(2, 0, 1), behind])
     }
 }
 
@@ -219,20 +216,16 @@ impl Forms {
     /// Returns the plane through the light and an edge, four times; which side is positive is of no
     /// account.
     pub(crate) fn through_light(frame: &Frame, ends: [DVec3; 2], light: &LightShape) -> Self {
-        let [from, to] = ends.map(|end| frame.point_in_frame(end));
+        let [from, to] = ends;
         let ray = match *light {
-            LightShape::Point(light) => from - frame.point_in_frame(light),
+            LightShape::Point(light) => (from - light) * frame.scale,
             LightShape::Direction(direction) => direction,
         };
-        let normal = ray.cross(to - from);
-        Self::new(
-            [Form::spanned(
-                ray,
-                to - from,
-                from,
-                Inside::Point(from + normal.normalize_or_zero()),
-            ); 4],
-        )
+        let way = (to - from) * frame.scale;
+        let from = frame.point_in_frame(from);
+        let normal = ray.cross(way);
+        let inside = Inside::Point(from + normal.normalize_or_zero());
+        Self::new([Form::spanned(ray, way, from, inside); 4])
     }
 
     /// Returns whether a box surely lies on one side of the first form.
@@ -256,23 +249,24 @@ impl Forms {
     /// edge, seen along the axis of the normal's largest component, and the height over the plane along
     /// that axis.
     pub(crate) fn of_starts(frame: &Frame, corners: [DVec3; 3], axis: usize) -> Self {
-        let [a, b, c] = corners.map(|corner| frame.point_in_frame(corner));
+        let places = corners.map(|corner| frame.point_in_frame(corner));
+        let way = |from: usize, to: usize| (corners[to] - corners[from]) * frame.scale;
         let mut along = DVec3::ZERO;
         along[axis] = 1.0;
-        let over = |from: DVec3, to: DVec3, inside: DVec3| {
+        let over = |from: usize, to: usize, inside: usize| {
             // Seen along the axis, so that the form does not change along it.
-            let mut edge = to - from;
+            let mut edge = way(from, to);
             edge[axis] = 0.0;
-            Form::spanned(edge, along, from, Inside::Point(inside))
+            Form::spanned(edge, along, places[from], Inside::Point(places[inside]))
         };
-        let normal = (b - a).cross(c - a);
-        let products = (b - a).abs().max_element() * (c - a).abs().max_element();
+        let normal = way(0, 1).cross(way(0, 2));
+        let products = way(0, 1).abs().max_element() * way(0, 2).abs().max_element();
         let slope = normal[axis];
         let height = if slope.abs() > products * 2f64.powi(-20) && slope.abs() > 1e-250 {
             let normal = normal / slope;
             Form {
                 normal,
-                offset: -normal.dot(a),
+                offset: -normal.dot(places[0]),
             }
         } else {
             // Never near zero: such a triangle's starts are for the exact rule.
@@ -281,7 +275,7 @@ impl Forms {
                 offset: 2.0,
             }
         };
-        Self::new([over(a, b, c), over(b, c, a), over(c, a, b), height])
+        Self::new([over(0, 1, 2), over(1, 2, 0), over(2, 0, 1), height])
     }
 
     /// Returns whether a point given for a start on this triangle surely is where the start is, up to

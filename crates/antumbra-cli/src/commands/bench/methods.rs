@@ -66,6 +66,7 @@ pub(super) fn build(
             // Nobody asks for nearest hits: only `bvh` gets the tree.
             rays: RayMethod::Grid,
             grid: cost.grid.unwrap_or_default(),
+            refinement: cost.refinement(),
             memory_limit: memory_left,
             ..PrepareOptions::default()
         };

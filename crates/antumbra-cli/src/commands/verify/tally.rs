@@ -1,0 +1,159 @@
+//! What `verify` counts, and how it tells.
+//!
+//! Invariant: sums and the first differences do not depend on the order of work.
+
+use antumbra::{Counters, Shadow, ShadowIndex};
+use antumbra_geometry::{LightShape, Start};
+
+use super::attack::Kind;
+use crate::screen::Screen;
+use crate::typed::Shadows;
+
+/// Differences told one by one.
+const MOST_TOLD: usize = 20;
+
+/// One method that does not give the judge's bit.
+#[derive(Clone, Debug)]
+pub(super) struct Difference {
+    pub(super) query: u64,
+    pub(super) kind: Option<Kind>,
+    pub(super) start: Start,
+    pub(super) light: usize,
+    pub(super) method: Shadows,
+    pub(super) found: Shadow,
+    pub(super) expected: Shadow,
+}
+
+/// Counts of some of the queries.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tally {
+    kinds: [u64; Kind::ALL.len()],
+    /// For each method how it decided, and how often it differed.
+    methods: Vec<(Counters, u64)>,
+    /// Those of the lowest numbers.
+    first: Vec<Difference>,
+}
+
+impl Tally {
+    pub(super) fn new(method_count: usize) -> Self {
+        Self {
+            methods: vec![(Counters::default(), 0); method_count],
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn count_kind(&mut self, kind: Kind) {
+        self.kinds[kind as usize] += 1;
+    }
+
+    pub(super) fn counters(&mut self, method: usize) -> &mut Counters {
+        &mut self.methods[method].0
+    }
+
+    pub(super) fn add_difference(&mut self, method: usize, difference: Difference) {
+        self.methods[method].1 += 1;
+        self.first.push(difference);
+        self.forget();
+    }
+
+    /// Returns both counts in one.
+    pub(super) fn with(mut self, other: Self) -> Self {
+        for (kind, more) in self.kinds.iter_mut().zip(other.kinds) {
+            *kind += more;
+        }
+        for (method, more) in self.methods.iter_mut().zip(other.methods) {
+            method.0.add(&more.0);
+            method.1 += more.1;
+        }
+        self.first.extend(other.first);
+        self.forget();
+        self
+    }
+
+    /// Keeps the first differences only, once they are many.
+    fn forget(&mut self) {
+        if self.first.len() > 2 * MOST_TOLD {
+            self.sort();
+        }
+    }
+
+    fn sort(&mut self) {
+        self.first
+            .sort_by_key(|difference| (difference.query, difference.method as u8));
+        self.first.truncate(MOST_TOLD);
+    }
+
+    pub(super) fn difference_count(&self) -> u64 {
+        self.methods.iter().map(|method| method.1).sum()
+    }
+
+    /// Tells the first differences.
+    pub(super) fn tell_differences(&mut self, judge: &str, index: &ShadowIndex, screen: &Screen) {
+        self.sort();
+        for difference in &self.first {
+            let Difference {
+                start,
+                light,
+                method,
+                found,
+                expected,
+                ..
+            } = difference;
+            let [x, y, z] = start.point.to_array();
+            let surface = start
+                .surface
+                .map_or("free".into(), |id| format!("surface {}", id.0));
+            let kind = difference
+                .kind
+                .map_or(String::new(), |kind| format!(" ({})", kind.name()));
+            // Where the judge is a method, the reference says who is wrong.
+            let reference = match judge {
+                "reference" => String::new(),
+                _ => index
+                    .shadow_by_reference(start, *light)
+                    .map_or_else(|error| error.to_string(), |shadow| format!("{shadow:?}")),
+            };
+            let reference = if reference.is_empty() {
+                reference
+            } else {
+                format!(", the reference {reference}")
+            };
+            screen.result(format!(
+                "difference: query {}{kind}: point [{x:?}, {y:?}, {z:?}], {surface}, light {light} \
+                 {}: {} says {found:?}, the {judge} {expected:?}{reference}",
+                difference.query,
+                light_text(&index.lights()[*light]),
+                method.name()
+            ));
+        }
+    }
+
+    /// Tells kinds of queries and how methods decided.
+    pub(super) fn tell_counts(&self, methods: &[Shadows], screen: &Screen) {
+        for (kind, count) in Kind::ALL.into_iter().zip(self.kinds) {
+            screen.result(format!("{:<26} {count:>12}", kind.name()));
+        }
+        for (method, (counters, differences)) in methods.iter().zip(&self.methods) {
+            let shadow = &counters.shadow;
+            let all = shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays;
+            let share = |count: u64| 100.0 * count as f64 / all.max(1) as f64;
+            screen.result(format!(
+                "{:<10} {differences} differences; first pass {:.2} %, intermediate {:.2} %, list \
+                 {:.2} %, ray {:.2} %; shadowed {:.2} %",
+                method.name(),
+                share(shadow.first_pass),
+                share(shadow.intermediate),
+                share(shadow.blocker_list),
+                share(shadow.rays),
+                share(shadow.shadowed)
+            ));
+        }
+    }
+}
+
+fn light_text(light: &LightShape) -> String {
+    match light {
+        LightShape::Point(at) => format!("at [{:?}, {:?}, {:?}]", at.x, at.y, at.z),
+        LightShape::Direction(to) => format!("towards [{:?}, {:?}, {:?}]", to.x, to.y, to.z),
+    }
+}
