@@ -66,11 +66,11 @@ pub struct Refinement {
 impl Default for Refinement {
     fn default() -> Self {
         Self {
-            resolution: 512,
+            resolution: 2048,
             space_resolution: 256,
-            short_list: 2,
+            short_list: 1,
             space_list: 16,
-            long_list: 24,
+            long_list: 32,
         }
     }
 }

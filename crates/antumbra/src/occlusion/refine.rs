@@ -33,6 +33,10 @@ type Decided = [Decisions; 3];
 /// Halvings of the scene's box at most where no surface is.
 const EMPTY_SPACE_LEVEL: u32 = 6;
 
+/// After so many halvings longer lists do: finer voxels would be read by few.
+const FINE_LEVEL: u32 = 9;
+const FINE_LISTS: usize = 3;
+
 /// So many times longer lists do for starts with the light behind.
 const BACK_LISTS: usize = 4;
 
@@ -141,6 +145,11 @@ impl Refiner<'_> {
             // Few ask from behind.
             Audience::Back => BACK_LISTS * self.depth.short_list,
             Audience::Front | Audience::Free => self.depth.short_list,
+        };
+        let short_list = if cell.level >= FINE_LEVEL {
+            FINE_LISTS * short_list
+        } else {
+            short_list
         };
         let most = self.most_listed(audience, cell.level, finest, short_list);
         let list = most.and_then(|most| self.casters.blockers(Some(&receivers), candidates, most));
