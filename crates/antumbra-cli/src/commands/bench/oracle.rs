@@ -5,16 +5,20 @@
 //! random directions, which spreads them over its surfaces by area; those that face the light are
 //! asked. It is an estimate from above: what no sample found may still differ.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
 
-use antumbra::{Counters, Shadow, ShadowIndex};
+use antumbra::{Counters, Method, Refinement, Shadow, ShadowIndex};
+use antumbra_baselines::IndexMethod;
 use antumbra_geometry::{Bounds, DVec3, Ray, Start};
+use antumbra_render::prepare::{PrepareOptions, Prepared};
 use antumbra_render::sampler::uniform;
 use antumbra_scene::model::Facing;
 use rayon::prelude::*;
 
 use super::record::Recorded;
+use super::report::Capped;
+use crate::failure::Failure;
 
 /// Samples a voxel, and rays to find them: a voxel that a surface barely enters gets fewer.
 const SAMPLES: usize = 64;
@@ -25,19 +29,66 @@ const QUERIES: usize = 10_000;
 /// Why no sample is refused: it is a hit on the index's own surfaces.
 const FINE: &str = "a hit is a fine start";
 
-/// Returns the share of queries in voxels of one answer, `voxels_per_axis` along each axis of the
+/// Voxels along the longest axis whose ceiling is sampled, and those whose bytes are told besides.
+const SAMPLED: [u32; 2] = [64, 256];
+const WEIGHED: u32 = 512;
+
+/// Returns what values alone know, refined no further than some resolutions.
+pub(super) fn capped(
+    recorder: &Prepared,
+    coherent: &Recorded,
+) -> Result<BTreeMap<u32, Capped>, Failure> {
+    let facing = recorder.scene().facing;
+    let mut all = BTreeMap::new();
+    for voxels in [SAMPLED[0], SAMPLED[1], WEIGHED] {
+        // Where bytes are weighed, lists are kept as they are by default.
+        let refinement = if voxels == WEIGHED {
+            Refinement {
+                resolution: voxels,
+                ..Refinement::default()
+            }
+        } else {
+            Refinement {
+                resolution: voxels,
+                space_resolution: voxels / 2,
+                short_list: 0,
+                space_list: 0,
+                long_list: 0,
+            }
+        };
+        let options = PrepareOptions {
+            method: Method::Voxel,
+            refinement,
+            ..PrepareOptions::default()
+        };
+        let index = recorder
+            .gathered()
+            .index(&recorder.scene().lights, &options)?;
+        let value_bytes = index.occlusion_bytes();
+        let decisions = IndexMethod::new("voxel", index).decisions(&coherent.batch);
+        let query_count = coherent.batch.starts.len().max(1);
+        let ceiling = SAMPLED
+            .contains(&voxels)
+            .then(|| ceiling(recorder.index(), coherent, facing, voxels));
+        let capped = Capped {
+            ceiling,
+            first_pass: decisions.first_pass as f64 / query_count as f64,
+            value_bytes,
+            dense_share: value_bytes as f64 / (2.0 / 8.0 * f64::from(voxels).powi(3)),
+        };
+        all.insert(voxels, capped);
+    }
+    Ok(all)
+}
+
+/// Returns the share of queries in voxels of one answer: cubes, so many along the longest axis of the
 /// scene's box.
-pub(super) fn ceiling(
-    index: &ShadowIndex,
-    recorded: &Recorded,
-    facing: Facing,
-    voxels_per_axis: u32,
-) -> f64 {
+fn ceiling(index: &ShadowIndex, recorded: &Recorded, facing: Facing, voxels_per_axis: u32) -> f64 {
     let bounds = index.occluders().bounds();
-    let size = bounds.size() / f64::from(voxels_per_axis);
+    let size = DVec3::splat(bounds.size().max_element() / f64::from(voxels_per_axis));
     let voxel_of = |point: DVec3| {
         let scaled = (point - bounds.min) / size;
-        // A flat scene has one layer of voxels; casting takes NaN to zero.
+        // Casting takes what rounding puts below the box to zero.
         scaled
             .to_array()
             .map(|c| (c as u32).min(voxels_per_axis - 1))

@@ -71,13 +71,29 @@ pub(super) struct SceneReport {
     pub(super) coherent: SetReport,
     pub(super) shuffled: SetReport,
     pub(super) free: SetReport,
-    /// Share of the coherent queries that values could know at best, by voxels along an axis.
-    pub(super) oracle: Option<BTreeMap<u32, f64>>,
+    /// Values alone, by voxels along the longest axis.
+    pub(super) oracle: Option<BTreeMap<u32, Capped>>,
+}
+
+/// What values alone know, refined no further than some resolution, without lists.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Capped {
+    /// Share of the coherent queries that values of uniform voxels could know at best, where it was
+    /// sampled.
+    pub(super) ceiling: Option<f64>,
+    /// Share that the first pass knows.
+    pub(super) first_pass: f64,
+    /// Bytes of the values and their index.
+    pub(super) value_bytes: u64,
+    /// The same as a share of two bits for every voxel of a cube of that resolution.
+    pub(super) dense_share: f64,
 }
 
 /// What comes before the first query.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Preparation {
+    /// Bytes of blocker lists, planes and tables.
+    pub(super) table_bytes: Option<u64>,
     pub(super) seconds: f64,
     /// Of occlusion values.
     pub(super) value_bytes: Option<u64>,
@@ -167,10 +183,19 @@ impl SceneReport {
             ));
             lines.extend(report.rows());
         }
-        for (voxels, share) in self.oracle.iter().flatten() {
+        for (voxels, capped) in self.oracle.iter().flatten() {
+            let ceiling = capped.ceiling.map_or_else(String::new, |ceiling| {
+                format!(
+                    " of {:.2} % that voxels could know ({:.1} %)",
+                    100.0 * ceiling,
+                    100.0 * capped.first_pass / ceiling
+                )
+            });
             lines.push(format!(
-                "  oracle at {voxels}^3: {:.2} % of coherent queries",
-                100.0 * share
+                "  values alone at {voxels}^3: first pass {:.2} %{ceiling}; {} bytes, {:.2} % of dense",
+                100.0 * capped.first_pass,
+                capped.value_bytes,
+                100.0 * capped.dense_share
             ));
         }
         lines.push(format!(

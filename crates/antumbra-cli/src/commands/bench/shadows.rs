@@ -28,8 +28,6 @@ use super::write_json;
 /// Other cameras whose queries values come from: those of the frames before and after the timed
 /// one, of so many around the scene.
 const ORBIT_FRAMES: u32 = 16;
-/// Grids whose ceiling `--oracle` tells.
-const ORACLE_VOXELS: [u32; 2] = [64, 256];
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
@@ -162,6 +160,7 @@ fn scene(
     if let Some((_, time)) = &rival {
         let embree = Preparation {
             seconds: time.as_secs_f64(),
+            table_bytes: None,
             value_bytes: None,
             predicted_bytes: None,
         };
@@ -181,11 +180,10 @@ fn scene(
         ours_wrong: verdicts.map(|verdicts| verdicts.ours_wrong).sum(),
         notes: geometry.notes().to_vec(),
         preparation,
-        oracle: typed.oracle.then(|| {
-            let facing = recorder.scene().facing;
-            let ceiling = |n| (n, oracle::ceiling(recorder.index(), &coherent, facing, n));
-            ORACLE_VOXELS.map(ceiling).into()
-        }),
+        oracle: typed
+            .oracle
+            .then(|| oracle::capped(&recorder, &coherent))
+            .transpose()?,
         coherent: coherent_report,
         shuffled: shuffled_report,
         free: free_report,
@@ -213,6 +211,7 @@ pub(super) fn failure(error: EmbreeError) -> Failure {
 fn preparation_of(built: &Built) -> (String, Preparation) {
     let preparation = Preparation {
         seconds: built.preparation.as_secs_f64(),
+        table_bytes: Some(built.method.index().table_bytes()),
         value_bytes: Some(built.method.index().occlusion_bytes()),
         predicted_bytes: Some(built.predicted_bytes),
     };
