@@ -42,6 +42,19 @@ impl Found {
         self.0 & Self::SHADOWED != 0
     }
 
+    /// Returns whether nothing is known.
+    #[inline(always)]
+    pub(crate) fn is_nothing(self) -> bool {
+        self == Self::NOTHING
+    }
+
+    /// Counts a kind, without branches.
+    #[inline(always)]
+    pub(crate) fn count(all: &[Self; BLOCK], is_one: impl Fn(Self) -> bool) -> u64 {
+        let count: u8 = all.iter().map(|&found| u8::from(is_one(found))).sum();
+        count.into()
+    }
+
     /// Returns whether a list said so.
     #[inline(always)]
     pub(crate) fn is_by_list(self) -> bool {

@@ -29,14 +29,18 @@ impl ByVoxel<'_> {
         let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
         for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
             let found = self.values.find(self.occluders, starts, self.light_number);
-            for (is_shadowed, found) in is_shadowed.iter_mut().zip(found) {
+            for (is_shadowed, found) in is_shadowed.iter_mut().zip(&found) {
                 *is_shadowed = found.is_shadowed();
-                shadowed_count += u64::from(found.is_shadowed());
-                list_count += u64::from(found.is_by_list());
             }
-            for (number, found) in found[..starts.len()].iter().enumerate() {
-                if *found == Found::NOTHING {
-                    let start = &starts[number];
+            // What is beyond the starts is as nothing found.
+            shadowed_count += Found::count(&found, Found::is_shadowed);
+            list_count += Found::count(&found, Found::is_by_list);
+            let unknown_count = Found::count(&found, Found::is_nothing);
+            if unknown_count as usize == BLOCK - starts.len() {
+                continue;
+            }
+            for (number, start) in starts.iter().enumerate() {
+                if found[number].is_nothing() {
                     check(start)?;
                     is_shadowed[number] = self.is_blocked(start, counters);
                     shadowed_count += u64::from(is_shadowed[number]);
@@ -58,7 +62,7 @@ impl ByVoxel<'_> {
             std::slice::from_ref(start),
             self.light_number,
         );
-        if found == Found::NOTHING {
+        if found.is_nothing() {
             Answer::new(self.is_blocked(start, counters), Decided::Ray)
         } else if found.is_by_list() {
             Answer::new(found.is_shadowed(), Decided::BlockerList)
