@@ -87,12 +87,12 @@ pub(crate) struct IndexCost {
     pub(crate) memory_limit: Option<u64>,
 
     /// Finest voxels of method voxel along the longest axis, where surfaces are; half as fine for
-    /// free points [default: 2048, and 256 for free points]
+    /// free points [default: 2048, and 1024 for free points]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=4096))]
     pub(crate) resolution: Option<u32>,
 
     /// How few possible blockers method voxel lists instead of refining, and in its finest voxels;
-    /// 0 lists none; for free points, sixteen times SHORT [default: 1,32]
+    /// 0 lists none; for free points, eight times SHORT [default: 1,32]
     #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
     pub(crate) lists: Option<[usize; 2]>,
 }
@@ -107,7 +107,7 @@ impl IndexCost {
         }
         if let Some([short, long]) = self.lists {
             refinement.short_list = short;
-            refinement.space_list = 16 * short;
+            refinement.space_list = 8 * short;
             refinement.long_list = long;
         }
         refinement

@@ -67,9 +67,9 @@ impl Default for Refinement {
     fn default() -> Self {
         Self {
             resolution: 2048,
-            space_resolution: 256,
+            space_resolution: 1024,
             short_list: 1,
-            space_list: 16,
+            space_list: 8,
             long_list: 32,
         }
     }

@@ -281,12 +281,13 @@ impl<'a> Casters<'a> {
     }
 
     /// Returns the surfaces that may block a start of an audience in a cell, or `None` if they are more
-    /// than `most`.
+    /// than `most`, where one that is no triangle counts as `curved_cost` triangles.
     pub(crate) fn blockers(
         &self,
         receivers: Option<&Receivers<'_>>,
         candidates: &Candidates,
         most: usize,
+        curved_cost: usize,
     ) -> Option<Vec<u32>> {
         const MOST_TRIED: usize = 4;
         const MOST_PATCHES: usize = 16;
@@ -312,7 +313,11 @@ impl<'a> Casters<'a> {
                 .filter(|&triangle| patches.iter().any(|patch| self.may_block(triangle, patch)))
                 .collect(),
         };
+        let mut cost = list.len();
         for &number in candidates.crossing.iter().chain(&candidates.covering) {
+            if cost > most {
+                return None;
+            }
             let caster = self.curved(number);
             let is_missed = patches.is_some_and(|patches| {
                 patches
@@ -320,14 +325,13 @@ impl<'a> Casters<'a> {
                     .all(|patch| caster.umbra.relation(&patch.shaft()) == Relation::Misses)
             });
             if !is_missed {
-                let surfaces = self.occluders.surfaces_of(caster.element);
-                list.extend(surfaces.map(|surface| surface.0));
-            }
-            if list.len() > most {
-                return None;
+                for surface in self.occluders.surfaces_of(caster.element) {
+                    list.push(surface.0);
+                    cost += curved_cost;
+                }
             }
         }
-        (list.len() <= most).then_some(list)
+        (cost <= most).then_some(list)
     }
 
     fn may_block(&self, triangle: u32, patch: &Patch<'_>) -> bool {

@@ -31,11 +31,14 @@ pub(crate) struct Depth {
 type Decided = [Decisions; 3];
 
 /// Halvings of the scene's box at most where no surface is.
-const EMPTY_SPACE_LEVEL: u32 = 6;
+const EMPTY_SPACE_LEVEL: u32 = 7;
 
 /// After so many halvings longer lists do: finer voxels would be read by few.
 const FINE_LEVEL: u32 = 9;
 const FINE_LISTS: usize = 3;
+
+/// Testing a sphere takes as long as testing so many triangles.
+const CURVED_COST: usize = 3;
 
 /// So many times longer lists do for starts with the light behind.
 const BACK_LISTS: usize = 4;
@@ -129,7 +132,8 @@ impl Refiner<'_> {
                 self.depth.space
             };
             let most = self.most_listed(audience, cell.level, finest, self.depth.space_list);
-            let list = most.and_then(|most| self.casters.blockers(None, candidates, most));
+            let list =
+                most.and_then(|(most, cost)| self.casters.blockers(None, candidates, most, cost));
             return written(list, cell.level < finest);
         }
         let receivers = self.casters.receivers(audience, candidates, bounds);
@@ -152,27 +156,31 @@ impl Refiner<'_> {
             short_list
         };
         let most = self.most_listed(audience, cell.level, finest, short_list);
-        let list = most.and_then(|most| self.casters.blockers(Some(&receivers), candidates, most));
+        let list = most.and_then(|(most, cost)| {
+            self.casters
+                .blockers(Some(&receivers), candidates, most, cost)
+        });
         written(list, cell.level < self.depth.surfaces)
     }
 
-    /// Returns how many blockers may be listed for a cell of a level, `None` for no lists.
+    /// Returns how many blockers may be listed for a cell of a level, and as how many one that is no
+    /// triangle counts; `None` for no lists.
     fn most_listed(
         &self,
         audience: Audience,
         level: u32,
         finest: u32,
         short_list: usize,
-    ) -> Option<usize> {
-        let most = if level < finest {
-            short_list
+    ) -> Option<(usize, usize)> {
+        let (most, curved_cost) = if level < finest {
+            (short_list, CURVED_COST)
         } else {
-            self.depth.long_list
+            (self.depth.long_list, 1)
         };
         // Cells of other levels would need a list for each of the cells that they become.
         let is_own_cell =
             self.lattices[audience as usize].is_level_of_cells(level) || level == finest;
-        (most > 0 && is_own_cell).then_some(most)
+        (most > 0 && is_own_cell).then_some((most, curved_cost))
     }
 }
 

@@ -45,6 +45,8 @@ pub(super) fn capped(
         let refinement = if voxels == WEIGHED {
             Refinement {
                 resolution: voxels,
+                space_resolution: voxels / 2,
+                space_list: 16,
                 ..Refinement::default()
             }
         } else {
