@@ -270,3 +270,182 @@ fn spread(octree: Decisions, edge: usize, at: [usize; 3], cells: &mut [Decisions
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use antumbra_geometry::{Bounds, DVec3};
+    use fearless_simd::{Level, dispatch};
+
+    use super::super::refine::cut_out;
+    use super::super::testing::Random;
+    use super::*;
+    use crate::frame::Frame;
+
+    /// An octree that is halved `deepest` times at most, at any level.
+    fn octree(deepest: u32, random: &mut Random) -> Decisions {
+        let is_split = deepest > 0 && random.below(100) < if deepest > 5 { 70 } else { 30 };
+        if is_split {
+            let children = std::array::from_fn(|_| octree(deepest - 1, random));
+            return Decisions::Split(Box::new(children));
+        }
+        match random.below(5) {
+            0 => Decisions::Known(false),
+            1 => Decisions::Known(true),
+            2 => Decisions::Nobody,
+            3 => Decisions::Unknown,
+            _ => {
+                // Few enough that lists meet again.
+                let length = 1 + random.below(3);
+                Decisions::List((0..length).map(|_| random.below(4) as u32).collect())
+            }
+        }
+    }
+
+    fn lists_in(octree: &Decisions, found: &mut HashSet<Box<[u32]>>) {
+        match octree {
+            Decisions::Split(children) => children.iter().for_each(|c| lists_in(c, found)),
+            Decisions::List(list) => {
+                found.insert(list.clone());
+            }
+            _ => {}
+        }
+    }
+
+    /// What the octree says of the cell of a level whose number along an axis is `at`.
+    fn decision(octree: &Decisions, at: [u32; 3], level: u32) -> &Decisions {
+        let mut here = octree;
+        for bit in (0..level).rev() {
+            let Decisions::Split(children) = here else {
+                break;
+            };
+            let place = (0..3).fold(0, |place, axis| place | (at[axis] >> bit & 1) << axis);
+            here = &children[place as usize];
+        }
+        here
+    }
+
+    #[test]
+    fn bricks_give_back_what_octrees_say() {
+        let random = &mut Random(1);
+        let mut asked = [0; 5];
+        for round in 0..60 {
+            // A cube, and boxes that fill their octree only partly; cells of one, two and three bricks.
+            let finest = [2, 3, 4, 5, 6, 8][round % 6];
+            let half = DVec3::new(
+                1.0,
+                random.pick(&[1.0, 0.4, 0.01]),
+                random.pick(&[1.0, 0.7]),
+            );
+            let scene = Bounds {
+                min: -half,
+                max: half,
+            };
+            let frame = Frame::new(scene);
+            let lattice = Lattice::new(&scene, &frame, finest);
+            // Two audiences share their lists.
+            let octrees = [(); 2].map(|()| octree(finest, random));
+            let mut pool = ListPool::default();
+            let stores = octrees
+                .each_ref()
+                .map(|octree| pack(&lattice, cut_out(octree, &lattice), &mut pool));
+            for (octree, bricks) in octrees.iter().zip(&stores) {
+                let finder = bricks.finder(&lattice);
+                for _ in 0..400 {
+                    let x = frame.point_in_frame(random.in_box(&scene)).to_array();
+                    let x = x.map(|x| x as f32);
+                    let code = dispatch!(Level::new(), simd => lattice.code_of(simd, x));
+                    let at = cell_at(code, finest);
+                    let leaf = finder.find(code);
+                    match decision(octree, at, finest) {
+                        Decisions::Known(is_shadowed) => {
+                            assert_eq!(leaf.known(), Some(*is_shadowed));
+                            asked[usize::from(*is_shadowed)] += 1;
+                        }
+                        Decisions::Nobody => {
+                            // Any answer will do, but no ray.
+                            assert!(leaf.known().is_some());
+                            asked[2] += 1;
+                        }
+                        Decisions::Unknown => {
+                            assert_eq!((leaf.known(), leaf.list()), (None, None));
+                            asked[3] += 1;
+                        }
+                        Decisions::List(list) => {
+                            assert_eq!(leaf.known(), None);
+                            let at = leaf.list().expect("a list");
+                            let length = pool.words[at] as usize;
+                            assert_eq!(pool.words[at + 1..][..length], list[..]);
+                            asked[4] += 1;
+                        }
+                        Decisions::Split(_) => panic!("finer than the finest"),
+                    }
+                }
+            }
+            // Each list once; none of parts that no point of the scene is in.
+            let mut expected = HashSet::new();
+            octrees
+                .iter()
+                .for_each(|octree| lists_in(octree, &mut expected));
+            let words: usize = expected.iter().map(|list| 1 + list.len()).sum();
+            let is_whole = half == DVec3::ONE;
+            assert!(pool.words.len() <= words);
+            assert!(!is_whole || pool.words.len() == words);
+        }
+        assert!(asked.iter().all(|&count| count > 1000), "{asked:?}");
+    }
+
+    /// The cell of a level that a code names, which the tests of `lattice` check.
+    fn cell_at(code: Code, level: u32) -> [u32; 3] {
+        // Sixteen halvings: 48 bits.
+        let bit = |axis: usize, bit: u32| {
+            let shift = 3 * (15 - bit);
+            (code.place_in_brick(shift) >> axis & 1) << (level - 1 - bit)
+        };
+        std::array::from_fn(|axis| (0..level).fold(0, |at, b| at | bit(axis, b)))
+    }
+
+    #[test]
+    fn cells_that_agree_are_one() {
+        let eight = |some: fn(usize) -> Decisions| {
+            Decisions::of_children(Box::new(std::array::from_fn(some)))
+        };
+        let known = Decisions::Known;
+        let nobody = Decisions::Nobody;
+        assert_eq!(eight(|_| Decisions::Nobody), nobody);
+        assert_eq!(eight(|_| Decisions::Known(true)), known(true));
+        // Nobody asks in the others.
+        let mixed = eight(|place| match place {
+            2 | 5 => Decisions::Known(true),
+            _ => Decisions::Nobody,
+        });
+        assert_eq!(mixed, known(true));
+        for differing in [
+            eight(|place| Decisions::Known(place == 7)),
+            eight(|place| match place {
+                0 => Decisions::Unknown,
+                _ => Decisions::Known(false),
+            }),
+            // Lists stay with the cells that they were made for.
+            eight(|_| Decisions::List(Box::new([3]))),
+        ] {
+            assert!(matches!(differing, Decisions::Split(_)), "{differing:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_packed_is_unknown() {
+        let scene = Bounds {
+            min: DVec3::ZERO,
+            max: DVec3::ONE,
+        };
+        let frame = Frame::new(scene);
+        let lattice = Lattice::new(&scene, &frame, 5);
+        let bricks = pack(&lattice, std::iter::empty(), &mut ListPool::default());
+        for x in [[0.0; 3], [0.4; 3], [-3.0; 3], [f32::NAN; 3]] {
+            let code = dispatch!(Level::new(), simd => lattice.code_of(simd, x));
+            assert_eq!(bricks.finder(&lattice).find(code), Leaf::UNKNOWN);
+        }
+    }
+}

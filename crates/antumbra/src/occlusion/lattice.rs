@@ -259,3 +259,166 @@ impl Lattice {
         (self.min, 1.0 / self.finest_per_unit, self.finest)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::super::testing::Random;
+    use super::*;
+
+    /// The numbers of the finest cell that a code tells.
+    fn numbers(code: Code) -> [u32; 3] {
+        std::array::from_fn(|axis| {
+            (0..CODE_LEVELS).fold(0, |number, bit| {
+                number | ((code.0 >> (3 * bit + axis as u32) & 1) as u32) << bit
+            })
+        })
+    }
+
+    fn cell_of(code: Code, level: u32) -> Cell {
+        Cell {
+            level,
+            at: numbers(code).map(|number| number >> (CODE_LEVELS - level)),
+        }
+    }
+
+    fn narrow(frame: &Frame, point: DVec3) -> [f32; 3] {
+        frame.point_in_frame(point).to_array().map(|x| x as f32)
+    }
+
+    fn code_at(lattice: &Lattice, x: [f32; 3]) -> Code {
+        dispatch!(Level::new(), simd => lattice.code_of(simd, x))
+    }
+
+    #[test]
+    fn codes_name_cells_that_hold_the_start() {
+        let random = &mut Random(1);
+        for _ in 0..300 {
+            let scene = random.scene();
+            let frame = Frame::new(scene);
+            let finest = 2 + random.below(11) as u32;
+            let lattice = Lattice::new(&scene, &frame, finest);
+            for _ in 0..100 {
+                let mut point = random.in_box(&scene);
+                if random.below(2) == 0 {
+                    // On a plane between cells, or next to one.
+                    let axis = random.below(3);
+                    let edge = lattice.edge / f64::from(1 << finest);
+                    let plane = ((point[axis] - lattice.min[axis]) / edge).round();
+                    let off = random.real(-1.0, 1.0) * random.pick(&[0.0, 1e-7, 1e-6]);
+                    point[axis] = lattice.min[axis] + plane * edge + off / frame.scale;
+                }
+                if !scene.contains(point) {
+                    continue;
+                }
+                let code = code_at(&lattice, narrow(&frame, point));
+                let start = point + START_ROOM / frame.scale * random.of_cube();
+                for level in 0..=CODE_LEVELS {
+                    let cell = cell_of(code, level);
+                    let bounds = lattice.inflated(cell);
+                    assert!(
+                        bounds.contains(start),
+                        "{scene:?} {finest}: {point:?} {start:?} {cell:?}"
+                    );
+                    assert!(lattice.is_inside(cell), "{scene:?} {point:?} {cell:?}");
+                }
+                // Its brick, and its places from brick to brick.
+                let brick = cell_of(code, lattice.root_level);
+                let place = code.place_in_root(lattice.root_shift());
+                assert_eq!(place, Code::place_of(brick.at));
+                assert!(place < lattice.root_places());
+                assert!((0..3).all(|axis| brick.at[axis] < lattice.root[axis]));
+                let (mut shift, mut level) = (lattice.coarsest_shift(), lattice.root_level + 2);
+                loop {
+                    assert!(lattice.is_level_of_cells(level));
+                    let at = cell_of(code, level).at.map(|number| number & 3);
+                    assert_eq!(code.place_in_brick(shift) as usize, Code::place_of(at));
+                    if level >= finest {
+                        break;
+                    }
+                    level += 2;
+                    shift -= 6;
+                }
+                // Refinement stops at cells of the store's own.
+                assert_eq!(level, finest.max(2));
+            }
+        }
+    }
+
+    #[test]
+    fn codes_do_not_depend_on_how_fine_cells_are_or_on_their_company() {
+        let random = &mut Random(2);
+        for _ in 0..200 {
+            let scene = random.scene();
+            let frame = Frame::new(scene);
+            let lattices = [2, 8, 12].map(|finest| Lattice::new(&scene, &frame, finest));
+            let points: [DVec3; 32] = std::array::from_fn(|_| random.in_box(&scene));
+            let places: [[f32; 32]; 3] = std::array::from_fn(|axis| {
+                std::array::from_fn(|number| narrow(&frame, points[number])[axis])
+            });
+            let together = dispatch!(Level::new(), simd => lattices[0].codes(simd, &places));
+            for (number, &point) in points.iter().enumerate() {
+                for lattice in &lattices {
+                    let alone = code_at(lattice, narrow(&frame, point));
+                    assert_eq!(together.get(number), alone, "{scene:?} {point:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_outside_have_no_place() {
+        let random = &mut Random(3);
+        for _ in 0..300 {
+            let scene = random.scene();
+            let frame = Frame::new(scene);
+            let lattice = Lattice::new(&scene, &frame, 2 + random.below(11) as u32);
+            let is_outside = |x| {
+                code_at(&lattice, x).place_in_root(lattice.root_shift()) >= lattice.root_places()
+            };
+            let inside = narrow(&frame, random.in_box(&scene));
+            assert!(!is_outside(inside));
+            for axis in 0..3 {
+                let edge = 1e-6 + lattice.edge * frame.scale;
+                let low = f64::from(lattice.frame_min[axis]);
+                for beyond in [
+                    (low - 1e-6) as f32,
+                    (low + edge) as f32,
+                    -1e30,
+                    1e30,
+                    f32::NAN,
+                    f32::INFINITY,
+                    f32::NEG_INFINITY,
+                ] {
+                    let mut x = inside;
+                    x[axis] = beyond;
+                    assert!(is_outside(x), "{scene:?} {x:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn coarsest_bricks_are_the_cells_that_are_inside() {
+        let random = &mut Random(4);
+        for _ in 0..50 {
+            let scene = random.scene();
+            let lattice = Lattice::new(&scene, &Frame::new(scene), 2 + random.below(6) as u32);
+            let bricks: Vec<Cell> = lattice.root_bricks().collect();
+            let count = 1 << lattice.root_level;
+            for place in 0..count * count * count {
+                let at = [place % count, place / count % count, place / count / count];
+                let cell = Cell {
+                    level: lattice.root_level,
+                    at,
+                };
+                assert_eq!(lattice.is_inside(cell), bricks.contains(&cell));
+                // A coarser cell is inside if one of its halves is.
+                for child in cell.children() {
+                    assert_eq!(lattice.is_inside(child), lattice.is_inside(cell));
+                }
+            }
+        }
+    }
+}

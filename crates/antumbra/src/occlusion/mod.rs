@@ -17,6 +17,8 @@ mod mark;
 mod quick_check;
 mod refine;
 mod store;
+#[cfg(test)]
+mod testing;
 mod value;
 
 pub(crate) use adaptive::AdaptiveValues;
