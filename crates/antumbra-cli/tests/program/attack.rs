@@ -125,3 +125,44 @@ fn bad_refinements_are_refused() {
         assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     }
 }
+
+/// A million delicate queries over scenes of all makes; longer runs are made by hand and summarised in
+/// bench/runs.
+#[test]
+fn a_million_attacks_find_no_difference() {
+    let folder = Folder::new();
+    for (name, size, queries) in [
+        ("tetra", "5", "250000"),
+        ("sphereflake", "2", "150000"),
+        ("city", "300", "250000"),
+        ("forest", "2000", "150000"),
+        ("heightfield", "48", "200000"),
+    ] {
+        let scene = folder.path(&format!("{name}.nff"));
+        let made = antumbra(&["scene", name, "--size", size, "-o", text(&scene), "-q"]);
+        assert_code(&made, 0);
+        let arguments = [
+            "verify",
+            text(&scene),
+            "--attack",
+            "--against",
+            "bvh",
+            "--shadows",
+            "voxel",
+            "--resolution",
+            "256",
+            "--lights",
+            "3",
+            "--queries",
+            queries,
+        ];
+        let output = antumbra(&arguments);
+        assert_code(&output, 0);
+        let expected = format!("{queries} queries, 0 differences\n");
+        assert!(
+            stdout(&output).ends_with(&expected),
+            "{name}: {}",
+            stdout(&output)
+        );
+    }
+}

@@ -63,7 +63,7 @@ pub(super) fn build(
     for shadows in methods {
         let options = PrepareOptions {
             method: shadows.method(),
-            // Nobody asks for nearest hits: only `bvh` gets the tree.
+            // Nobody asks for nearest hits: only `bvh` and `voxel` get the tree.
             rays: RayMethod::Grid,
             grid: cost.grid.unwrap_or_default(),
             refinement: cost.refinement(),

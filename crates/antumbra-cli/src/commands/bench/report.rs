@@ -75,7 +75,7 @@ pub(super) struct SceneReport {
     pub(super) oracle: Option<BTreeMap<u32, Capped>>,
 }
 
-/// What values alone know, refined no further than some resolution, without lists.
+/// What values know, refined no further than some resolution.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Capped {
     /// Share of the coherent queries that values of uniform voxels could know at best, where it was
@@ -115,7 +115,7 @@ pub(super) struct SetReport {
     pub(super) spread: BTreeMap<String, f64>,
     /// How queries were decided.
     pub(super) shares: BTreeMap<String, Shares>,
-    /// Of occlusion values, again, where the readers look for them.
+    /// Of occlusion values, again, beside the times.
     pub(super) bytes: BTreeMap<String, u64>,
     pub(super) mismatches: u64,
     /// Judged differences of Embree, single rays and packets.

@@ -42,7 +42,10 @@ fn work(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
     let stopwatch = Stopwatch::new(thread_count);
     let embree = Embree::load(thread_count);
     let where_embree_is = match &embree {
-        Ok(embree) => embree.path().display().to_string(),
+        Ok(embree) => embree
+            .path()
+            .file_name()
+            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
         Err(error) => {
             screen.warning(format!("{error}; its rows are left out"));
             format!("none: {error}")
