@@ -60,7 +60,7 @@ impl Mesh {
             triangle.axis != NO_AXIS && occluders.is_opaque_everywhere(SurfaceId(surface as u32))
         };
         let mut is_twin = vec![false; count];
-        for surface in 0..count {
+        for (surface, is_twin) in is_twin.iter_mut().enumerate() {
             if occluders.triangles[surface].axis == NO_AXIS {
                 continue;
             }
@@ -71,7 +71,7 @@ impl Mesh {
                 std::collections::hash_map::Entry::Occupied(first) => {
                     components.join(*first.get(), surface as u32);
                     planes.join(*first.get(), surface as u32);
-                    is_twin[surface] = true;
+                    *is_twin = true;
                 }
                 std::collections::hash_map::Entry::Vacant(vacant) => {
                     vacant.insert(surface as u32);
