@@ -24,8 +24,9 @@ impl LightShape {
     }
 
     /// Returns the same light, a short direction made longer by a power of two, which rounds nothing:
-    /// products with tiny directions lose bits, and their reciprocals overflow.
-    pub(crate) fn without_underflow(self) -> Self {
+    /// products with tiny directions lose bits, and their reciprocals overflow. The largest component
+    /// of what comes out is 2^-30 or more; a zero direction stays.
+    pub fn without_underflow(self) -> Self {
         const SHORT: f64 = 1.0 / (1 << 30) as f64;
         const MUCH_LONGER: f64 = 4.149515568880993e180; // 2^600
         match self {

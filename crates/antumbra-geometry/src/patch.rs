@@ -398,3 +398,6 @@ impl Patch<'_> {
         above || below
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -453,33 +453,45 @@ fn free_starts_outside_the_scene_are_answered_as_the_reference_does() {
     assert!(rays * 2 < first_pass, "{decided:?}");
 }
 
-/// A direction has no length: products of short ones lose bits, those of very short ones vanish.
+/// A direction has no length: squares of short ones lose bits, and then vanish. The first start was once
+/// lit for `2^-537`: the ball's list said that the light's ray passes beside it.
 #[test]
 fn short_directions_are_those_of_any_length() {
-    let occluders = hall();
-    let starts = starts(&occluders, 1_500, &mut Random(8));
+    let ball = |x, radius| Sphere {
+        center: DVec3::new(x, 0.0, 0.0),
+        radius,
+    };
+    let mut builder = Occluders::builder();
+    for (x, radius) in [(-2.0, 0.5), (0.0, 1.0), (2.0, 0.7)] {
+        builder
+            .add_sphere(ball(x, radius), Opacity::Opaque)
+            .expect("a sphere");
+    }
+    let corners = [(-3.0, -3.0), (3.0, -3.0), (0.0, 3.0)].map(|(x, y)| DVec3::new(x, y, -1.0));
+    builder.add_face(&corners, Opacity::Opaque).expect("a face");
+    let occluders = Arc::new(builder.build());
+    let mut starts = starts(&occluders, 1_500, &mut Random(8));
+    let behind_the_last_ball = Start {
+        point: DVec3::new(1.6799375195161808, -1.149680221965362, -0.8467473389055755),
+        surface: None,
+    };
+    starts.insert(0, behind_the_last_ball);
+    let powers = [0, 90, -30, -300, -530, -537, -538, -539, -540, -1060];
+    // The smallest keeps all its bits.
     let direction = DVec3::new(0.25, 0.5, 1.0);
-    let scales = [
-        1.0,
-        2f64.powi(-530),
-        2f64.powi(-537),
-        2f64.powi(-539),
-        2f64.powi(-1060),
-        2f64.powi(90),
-    ];
-    let lights = scales.map(|scale| LightShape::Direction(direction * scale));
+    let lights = powers.map(|power| LightShape::Direction(direction * 2f64.powi(power)));
     let index = index_of(&occluders, &lights, Method::Voxel);
     for start in &starts {
         let expected = index.shadow_by_reference(start, 0).expect("a fine query");
-        for light in 0..lights.len() {
+        let (mut first, mut counters) = (None, Counters::default());
+        for (light, power) in powers.iter().enumerate() {
             let answer = index
-                .shadow(start, light, &mut Counters::default())
+                .shadow(start, light, &mut counters)
                 .expect("a fine query");
-            assert_eq!(
-                answer.shadow, expected,
-                "{answer:?} {start:?} {:?}",
-                lights[light]
-            );
+            assert_eq!(answer.shadow, expected, "{start:?}, 2^{power}");
+            // Nor are they left to rays.
+            let first = *first.get_or_insert(answer.decided);
+            assert_eq!(answer.decided, first, "{start:?}, 2^{power}");
         }
     }
 }

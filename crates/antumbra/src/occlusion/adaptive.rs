@@ -107,6 +107,8 @@ impl AdaptiveValues {
         let lights = lights
             .iter()
             .map(|&light| {
+                // Filters square directions.
+                let light = light.without_underflow();
                 if is_ordinary(occluders, &frame, &light) {
                     LightValues::new(occluders, &mesh, frame, &lattices, light, depth)
                 } else {

@@ -1,4 +1,6 @@
 //! Spheres as starts and as blockers, filtered in `f64`.
+//!
+//! Lights are those that [`LightShape::without_underflow`] gives: lengths are squared here.
 
 use antumbra_geometry::{DVec3, LightShape, Sphere};
 

@@ -352,3 +352,192 @@ impl<'a> Casters<'a> {
         outside == 0 && !patch.misses_triangle(surface)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Opacity, Sphere};
+
+    use super::super::lattice::{Cell, Lattice};
+    use super::super::testing::Random;
+    use super::*;
+    use crate::frame::Frame;
+
+    /// Triangles that share corners, doubled ones, panes, balls; numbers are whole half the time.
+    fn scene(random: &mut Random) -> Occluders {
+        let mut builder = Occluders::builder();
+        let is_whole = random.below(2) == 0;
+        let point = |random: &mut Random| {
+            let point = 3.0 * random.in_cube();
+            if is_whole { point.round() } else { point }
+        };
+        let pool: Vec<DVec3> = (0..7).map(|_| point(random)).collect();
+        let opacity = |random: &mut Random| match random.below(6) {
+            0 => Opacity::Transparent,
+            _ => Opacity::Opaque,
+        };
+        for _ in 0..1 + random.below(10) {
+            let corners = [(); 3].map(|()| pool[random.below(pool.len())]);
+            builder.add_face(&corners, opacity(random)).expect("a face");
+        }
+        for _ in 0..random.below(4) {
+            let center = point(random);
+            let radius = random.pick(&[0.0, 0.2, 0.5, 1.0, 2.0]);
+            let sphere = Sphere { center, radius };
+            builder
+                .add_sphere(sphere, opacity(random))
+                .expect("a sphere");
+        }
+        builder.build()
+    }
+
+    /// Starts in a box: of space, or on a surface.
+    fn starts(
+        occluders: &Occluders,
+        surface: Option<SurfaceId>,
+        bounds: &Bounds,
+        light: &LightShape,
+        random: &mut Random,
+    ) -> Vec<Start> {
+        let mut points: Vec<DVec3> = Vec::new();
+        match surface.map(|surface| (surface, occluders.sphere(surface))) {
+            None => {
+                points.extend(bounds.corners());
+                points.extend((0..8).map(|_| random.in_box(bounds)));
+            }
+            Some((_, Some(sphere))) => {
+                for _ in 0..20 {
+                    let seen = random.in_box(bounds) - sphere.center;
+                    points.push(sphere.center + sphere.radius * seen.normalize_or_zero());
+                }
+            }
+            Some((surface, None)) => {
+                let patch = occluders.patch(surface, bounds, light);
+                let corners: Vec<DVec3> = patch.iter().flat_map(|p| p.corners()).collect();
+                if !corners.is_empty() {
+                    for _ in 0..12 {
+                        let [a, b, c] = [(); 3].map(|()| corners[random.below(corners.len())]);
+                        let between = a + random.real(0.0, 1.0) * (b - a);
+                        points.push(between + random.real(0.0, 1.0) * (c - between));
+                    }
+                    points.extend(corners);
+                }
+            }
+        }
+        points.retain(|&point| bounds.contains(point));
+        let start = |point| Start { point, surface };
+        points.into_iter().map(start).collect()
+    }
+
+    fn holds(casters: &Casters<'_>, candidates: &Candidates, surface: SurfaceId) -> bool {
+        let curved = candidates.crossing.iter().chain(&candidates.covering);
+        candidates.triangles.contains(&surface.0)
+            || curved
+                .map(|&number| casters.curved(number).element)
+                .any(|element| casters.occluders.surfaces_of(element).any(|s| s == surface))
+    }
+
+    /// The classifier against the exact rule, without bricks, codes and filters of queries between:
+    /// what blocks a start of a cell is a candidate and in its list, and what is decided holds for all.
+    #[test]
+    fn what_is_said_of_a_cell_holds_for_its_starts() {
+        let random = &mut Random(1);
+        // By audience, lit and shadowed.
+        let mut decided = [[0; 2]; 3];
+        let mut listed = [0; 3];
+        for round in 0..1_500 {
+            let occluders = scene(random);
+            let bounds = occluders.bounds();
+            let light = random.light(&Bounds {
+                min: DVec3::splat(-3.0),
+                max: DVec3::splat(3.0),
+            });
+            let mesh = Mesh::new(&occluders);
+            let frame = Frame::new(bounds);
+            if bounds.size().max_element() == 0.0 {
+                continue;
+            }
+            let lattice = Lattice::new(&bounds, &frame, 8);
+            let casters = Casters::new(&occluders, &mesh, frame, light);
+            for _ in 0..12 {
+                // A cell about a surface or anywhere, reached from cell to cell.
+                let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
+                let around = match random.below(3) {
+                    0 => bounds,
+                    _ => occluders.surface_bounds(surface),
+                };
+                let target = random.in_box(&around);
+                let (mut cell, mut candidates) = (Cell::ROOT, casters.all());
+                for _ in 0..random.below(8) {
+                    let holds = |cell: &Cell| lattice.inflated(*cell).contains(target);
+                    if let Some(child) = cell.children().into_iter().find(holds) {
+                        cell = child;
+                        let bounds = lattice.inflated(cell);
+                        candidates = casters.narrow(&candidates, &bounds, cell.level);
+                    }
+                }
+                let bounds = lattice.inflated(cell);
+                for audience in Audience::ALL {
+                    let receivers = casters.receivers(audience, &candidates, &bounds);
+                    let (answer, list, surfaces) = if audience == Audience::Free {
+                        let answer = casters.decide_free(&candidates, &bounds);
+                        let list = casters.blockers(None, &candidates, 8);
+                        (answer, list, vec![None])
+                    } else if receivers.is_empty() {
+                        continue;
+                    } else {
+                        let answer = casters.decide_surfaces(&receivers, &candidates, &bounds);
+                        let list = casters.blockers(Some(&receivers), &candidates, 8);
+                        let flat = receivers.patches.iter().map(Patch::surface);
+                        let all = flat.chain(receivers.curved.iter().copied());
+                        (answer, list, all.map(Some).collect())
+                    };
+                    for surface in surfaces {
+                        for start in starts(&occluders, surface, &bounds, &light, random) {
+                            let segment = occluders.segment(&start, &light);
+                            if occluders.own_rule_blocks(&segment) {
+                                continue;
+                            }
+                            let context = || {
+                                let triangles = occluders.surfaces().map(|s| {
+                                    (occluders.triangle_positions(s), occluders.sphere(s))
+                                });
+                                format!(
+                                    "{round} {audience:?} {start:?} {light:?} {cell:?} {:?}",
+                                    triangles.collect::<Vec<_>>()
+                                )
+                            };
+                            let mut is_blocked = false;
+                            for other in occluders.surfaces() {
+                                if !occluders.blocks(other, &segment) {
+                                    continue;
+                                }
+                                is_blocked = true;
+                                assert!(
+                                    holds(&casters, &candidates, other),
+                                    "{other:?} {}",
+                                    context()
+                                );
+                                if let Some(list) = &list {
+                                    assert!(list.contains(&other.0), "{other:?} {}", context());
+                                    listed[audience as usize] += 1;
+                                }
+                            }
+                            if let Some(answer) = answer {
+                                assert_eq!(answer, is_blocked, "{}", context());
+                                decided[audience as usize][usize::from(answer)] += 1;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(
+            decided
+                .iter()
+                .flatten()
+                .chain(&listed)
+                .all(|&count| count > 1_000),
+            "{decided:?} {listed:?}"
+        );
+    }
+}
