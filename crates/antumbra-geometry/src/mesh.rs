@@ -262,35 +262,6 @@ impl Occluders {
             }
         })
     }
-
-    /// Returns whether two triangles surely share no point beside a common corner or edge, or lie in
-    /// one plane, where neither blocks a start on the other.
-    pub fn surely_do_not_cross(&self, first: SurfaceId, second: SurfaceId) -> bool {
-        let [first, second] = [first, second].map(|s| &self.triangles[s.0 as usize]);
-        if first.axis == NO_AXIS || second.axis == NO_AXIS {
-            return true;
-        }
-        let shared = |vertex: &u32| first.vertices.contains(vertex);
-        let shared_count = second
-            .vertices
-            .iter()
-            .filter(|vertex| shared(vertex))
-            .count();
-        if shared_count >= 2 {
-            return true;
-        }
-        // Beside the shared corner all corners of one lie strictly on one side of the other's plane.
-        let is_one_sided = |signs: [Sign; 3]| {
-            let zeros = signs.iter().filter(|&&sign| sign == Sign::Zero).count();
-            zeros <= shared_count
-                && !(signs.contains(&Sign::Positive) && signs.contains(&Sign::Negative))
-        };
-        let of_second = self.vertex_sides(first, second);
-        if of_second == [Sign::Zero; 3] || is_one_sided(of_second) {
-            return true;
-        }
-        is_one_sided(self.vertex_sides(second, first))
-    }
 }
 
 #[cfg(test)]
@@ -524,54 +495,5 @@ mod tests {
         // Without area there is no plane.
         let line = [quad[0], quad[1], quad[0] + 2.0 * (quad[1] - quad[0])];
         assert_eq!(group(&[&quad, &line]), [0, 0, 2]);
-    }
-
-    #[test]
-    fn triangles_that_cross_are_never_said_not_to() {
-        let do_not_cross = |first: [DVec3; 3], second: [DVec3; 3]| {
-            let (occluders, _) = opaque(&[&first, &second]);
-            let answer = occluders.surely_do_not_cross(SurfaceId(0), SurfaceId(1));
-            let turned = occluders.surely_do_not_cross(SurfaceId(1), SurfaceId(0));
-            assert_eq!(answer, turned);
-            answer
-        };
-        let floor = [v(-4.0, -4.0, 0.0), v(4.0, -4.0, 0.0), v(0.0, 6.0, 0.0)];
-        let wall = |z: f64| [v(-1.0, 0.0, z), v(1.0, 0.0, z), v(0.0, 0.0, z + 1.0)];
-        // A wall over the floor, standing on it, a hair through it.
-        assert!(do_not_cross(floor, wall(1e-300)));
-        assert!(!do_not_cross(floor, wall(0.0)));
-        assert!(!do_not_cross(floor, wall(-1e-9)));
-        // One corner on it, too.
-        assert!(!do_not_cross(
-            floor,
-            wall(0.0).map(|corner| v(corner.x, corner.y, 1.0 - corner.z))
-        ));
-        // Over the edge of the floor, and beside the floor altogether.
-        assert!(do_not_cross(
-            floor,
-            wall(-0.5).map(|corner| corner + v(0.0, 40.0, 0.0))
-        ));
-        // From a common corner: away, and through.
-        let apex = floor[0];
-        assert!(do_not_cross(
-            floor,
-            [apex, v(0.0, 0.0, 1.0), v(1.0, 0.0, 1.0)]
-        ));
-        assert!(!do_not_cross(
-            floor,
-            [apex, v(0.0, 0.0, 1.0), v(1.0, 0.0, -1.0)]
-        ));
-        // In its plane, overlapping or not, neither blocks a start on the other.
-        assert!(do_not_cross(
-            floor,
-            floor.map(|corner| 0.5 * corner + v(0.3, 0.1, 0.0))
-        ));
-        // At a common edge.
-        assert!(do_not_cross(floor, [floor[0], floor[1], v(0.0, 0.0, 3.0)]));
-        // Without area.
-        assert!(do_not_cross(
-            floor,
-            [v(0.0, 0.0, -1.0), v(0.0, 0.0, 1.0), v(0.0, 0.0, 2.0)]
-        ));
     }
 }

@@ -3,7 +3,7 @@
 //! In: the surfaces. Out: any-hit and nearest-hit queries with the bits of the reference. The tree is
 //! obvhs's (PLOC, Meister and Bittner 2018; reinsertion, Meister and Bittner 2018), made eight wide
 //! (Ylitie et al. 2017); the walk is ours. Boxes and filters are `f32` in a frame of the scene's own
-//! ([`Frame`](data::Frame)), the rule is `Occluders`'.
+//! ([`Frame`](crate::frame::Frame)), the rule is `Occluders`'.
 //!
 //! Invariants: a walk visits every surface that the exact rule may find (`ray`); a filter says *miss*
 //! or *hit* only where the exact rule says the same (`filter`), all else is asked of the rule. Where

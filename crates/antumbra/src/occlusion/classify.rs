@@ -480,13 +480,13 @@ mod tests {
                     let receivers = casters.receivers(audience, &candidates, &bounds);
                     let (answer, list, surfaces) = if audience == Audience::Free {
                         let answer = casters.decide_free(&candidates, &bounds);
-                        let list = casters.blockers(None, &candidates, 8);
+                        let list = casters.blockers(None, &candidates, 8, 1);
                         (answer, list, vec![None])
                     } else if receivers.is_empty() {
                         continue;
                     } else {
                         let answer = casters.decide_surfaces(&receivers, &candidates, &bounds);
-                        let list = casters.blockers(Some(&receivers), &candidates, 8);
+                        let list = casters.blockers(Some(&receivers), &candidates, 8, 1);
                         let flat = receivers.patches.iter().map(Patch::surface);
                         let all = flat.chain(receivers.curved.iter().copied());
                         (answer, list, all.map(Some).collect())
