@@ -64,8 +64,12 @@ fn without_embree_bench_says_so_and_measures_us() {
         assert_eq!(set["shares"]["grid"]["ray"], 1.0);
         assert!(set["bytes"]["voxel_1990"].as_u64().unwrap() > 0);
     }
-    let [coarse, fine] = ["64", "256"].map(|n| scene["oracle"][n].as_f64().unwrap());
-    assert!(0.0 < coarse && coarse <= fine && fine <= 1.0);
+    for (voxels, is_sampled) in [("64", true), ("256", true), ("512", false)] {
+        let values = &scene["oracle"][voxels];
+        assert!(values["first_pass"].as_f64().unwrap() > 0.0);
+        assert!(values["value_bytes"].as_u64().unwrap() > 0);
+        assert_eq!(values["ceiling"].is_null(), !is_sampled);
+    }
 }
 
 /// With Embree if it is there.
