@@ -435,3 +435,96 @@ fn direction_that_rounds_away_beside_a_vertex() {
 fn disks_keep_their_word() {
     check(Kind::Disk, seeds());
 }
+
+/// Asserts that the umbra of the only element keeps its word for a box, at points all over the box.
+fn assert_keeps_its_word(occluders: &Occluders, light: &LightShape, voxel: Bounds) {
+    let shaft = Shaft::new(voxel, *light);
+    let expected = match occluders.umbra(ElementId(0), light).relation(&shaft) {
+        Relation::Covers => true,
+        Relation::Misses => false,
+        Relation::Crosses => return,
+    };
+    for number in 0..125 {
+        let share = [number % 5, number / 5 % 5, number / 25].map(|at| f64::from(at) / 4.0);
+        let point = voxel.min + voxel.size() * DVec3::from_array(share);
+        assert_eq!(
+            is_blocked(occluders, point, light),
+            expected,
+            "{point}, light {light:?}, box {voxel:?}"
+        );
+    }
+}
+
+/// Axes that are not along coordinates: what is left of a point on them, seen across, is rounding.
+const TILTED: [DVec3; 4] = [
+    DVec3::new(1.0, 1.0, 1.0),
+    DVec3::new(1.0, -1.0, 1.0),
+    DVec3::new(1.0, 2.0, 3.0),
+    DVec3::new(0.3, 0.1, 0.0),
+];
+
+fn boxes_along(axis: DVec3, length: f64) -> impl Iterator<Item = Bounds> {
+    (-64..=64).flat_map(move |step| {
+        [0.05, 0.2, 0.4, 0.7].map(|half| {
+            let center = axis * (length * f64::from(step) / 32.0);
+            Bounds {
+                min: center - half,
+                max: center + half,
+            }
+        })
+    })
+}
+
+/// Found by an attack on a tube from (10, 10, 10) to (-10, -10, -10): voxels centred on its axis were
+/// said to be beside it, and covered through the wall.
+#[test]
+fn boxes_centred_on_the_axis_of_a_tube() {
+    for axis in TILTED {
+        let unit = axis.normalize();
+        for (base_radius, apex_radius) in [(1.0, 2.0), (1.5, 1.5), (3.0, 0.0)] {
+            let mut builder = Occluders::builder();
+            let cone = Cone {
+                base: 7.0 * unit,
+                base_radius,
+                apex: -7.0 * unit,
+                apex_radius,
+                is_closed: false,
+            };
+            builder.add_cone(cone, Opacity::Opaque).unwrap();
+            let occluders = builder.build();
+            for to in [unit, -unit, unit + DVec3::X, unit - 0.3 * DVec3::Y] {
+                for light in [LightShape::Point(20.0 * to), LightShape::Direction(to)] {
+                    for voxel in boxes_along(unit, 7.0) {
+                        assert_keeps_its_word(&occluders, &light, voxel);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The same for spheres and boxes in line with the light.
+#[test]
+fn boxes_in_line_with_a_sphere_and_a_light() {
+    let mut builder = Occluders::builder();
+    let ball = Sphere {
+        center: DVec3::ZERO,
+        radius: 1.0,
+    };
+    builder.add_sphere(ball, Opacity::Opaque).unwrap();
+    let occluders = builder.build();
+    for axis in TILTED {
+        let unit = axis.normalize();
+        for distance in [1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 10.0] {
+            for light in [
+                LightShape::Point(distance * unit),
+                LightShape::Point(-distance * unit),
+                LightShape::Direction(unit),
+            ] {
+                for voxel in boxes_along(unit, 1.0) {
+                    assert_keeps_its_word(&occluders, &light, voxel);
+                }
+            }
+        }
+    }
+}

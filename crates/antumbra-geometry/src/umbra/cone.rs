@@ -137,7 +137,9 @@ impl ConeUmbra {
             || self.is_box_beside(shaft, slack)
     }
 
-    /// Returns whether the plane that touches the wall nearest to the box separates them.
+    /// Returns whether the plane that touches the wall nearest to the box, moved a hair outwards, surely
+    /// separates them. Which way is nearest is rounding alone for a box in the middle of the axis: the
+    /// plane is put to the test on both sides.
     fn is_box_beside(&self, shaft: &Shaft, slack: f64) -> bool {
         let Cone {
             base,
@@ -148,16 +150,11 @@ impl ConeUmbra {
         } = self.cone;
         let from_base = shaft.bounds.center() - base;
         let across = (from_base - self.axis * self.axis.dot(from_base)).normalize_or_zero();
-        if across == DVec3::ZERO {
-            return false;
-        }
         // Through the two rim points on the box's side, square to the axis' plane there.
         let (low, high) = (base + across * base_radius, apex + across * apex_radius);
         let along = (high - low).normalize_or_zero();
-        let normal = across - along * across.dot(along);
-        SidePlane::with_normal(normal.normalize_or_zero(), low)
-            .range(&shaft.bounds)
-            .0
-            > slack
+        let normal = (across - along * across.dot(along)).normalize_or_zero();
+        let plane = SidePlane::with_normal(normal, low + normal * slack);
+        plane.range(&shaft.bounds).0 > 0.0 && self.is_above(&plane.flipped())
     }
 }

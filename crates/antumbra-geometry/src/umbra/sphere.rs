@@ -118,7 +118,9 @@ impl SphereUmbra {
         };
         let towards_box = (shaft.bounds.center() - center).normalize_or_zero();
         let across = (towards_box - unit * unit.dot(towards_box)).normalize_or_zero();
-        let tilted = across * (1.0 - sine * sine).sqrt() + unit * sine;
+        // For a box in line with the light `across` is rounding alone, at any angle: the sum is no unit
+        // vector then, and any unit vector will do.
+        let tilted = (across * (1.0 - sine * sine).sqrt() + unit * sine).normalize_or_zero();
         let reach = radius + 0.5 * margin;
         [
             (SidePlane::with_normal(towards_box, center), reach),

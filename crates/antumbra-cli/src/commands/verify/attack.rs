@@ -135,7 +135,14 @@ impl<'a> Attack<'a> {
         let mut random = Random::new(self.seed, number);
         // All turns for every light.
         let turn = random.below(TURNS.len());
-        let kind = TURNS[turn];
+        let mut kind = TURNS[turn];
+        // Only the reference can tell where these start, for every triangle in exact arithmetic: in
+        // large scenes they would take all the time.
+        const MANY_TRIANGLES: f64 = 100.0;
+        let triangle_count = self.surfaces.gathered.occluders().triangle_count();
+        if kind == Kind::OtherSurface && random.draw() * triangle_count as f64 > MANY_TRIANGLES {
+            kind = Kind::OffSurface;
+        }
         // Far beyond this the library refuses points.
         const LARGEST: f64 = 1e30;
         let is_fine =
