@@ -22,7 +22,7 @@ pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
 pub use glam::DVec3;
 pub use light::LightShape;
-pub use mesh::{Mesh, MeshEdge, NO_COMPONENT};
+pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{
     Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity,
     SurfaceId,

@@ -5,8 +5,6 @@
 //! by index or tolerance; only triangles that block everywhere take part in edges and components,
 //! each set of three positions once. Absent here: lights, boxes.
 
-use std::collections::HashMap;
-
 use crate::intersect::plane_side;
 use crate::number::Sign;
 use crate::occluders::NO_AXIS;
@@ -38,9 +36,14 @@ enum Faces {
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     edges: Vec<MeshEdge>,
+    /// For each triangle the numbers of its edges, [`NO_EDGE`] where it takes part in none.
+    triangle_edges: Vec<[u32; 3]>,
     components: Vec<u32>,
     flat_groups: Vec<u32>,
 }
+
+/// In place of an edge that is none.
+pub const NO_EDGE: u32 = u32::MAX;
 
 /// The component of triangles that belong to none.
 pub const NO_COMPONENT: u32 = u32::MAX;
@@ -51,56 +54,51 @@ impl Mesh {
         let count = occluders.triangle_count();
         let mut components = Joined::new(count);
         let mut planes = Joined::new(count);
-        let mut vertex_sets = HashMap::with_capacity(count);
-        let mut at_edge: HashMap<[u32; 2], Vec<u32>> = HashMap::with_capacity(2 * count);
 
         // Edges of the triangles that block everywhere, each set of corners once.
-        let is_member = |surface: usize| {
-            let triangle = &occluders.triangles[surface];
-            triangle.axis != NO_AXIS && occluders.is_opaque_everywhere(SurfaceId(surface as u32))
+        let has_area = |surface: &u32| occluders.triangles[*surface as usize].axis != NO_AXIS;
+        let is_member = |surface: u32| {
+            has_area(&surface) && occluders.is_opaque_everywhere(SurfaceId(surface))
         };
+        let mut vertex_sets: Vec<([u32; 3], bool, u32)> = (0..count as u32)
+            .filter(has_area)
+            .map(|surface| {
+                let mut corners = occluders.triangles[surface as usize].vertices;
+                corners.sort_unstable();
+                (corners, is_member(surface), surface)
+            })
+            .collect();
+        vertex_sets.sort_unstable();
         let mut is_twin = vec![false; count];
-        for (surface, is_twin) in is_twin.iter_mut().enumerate() {
-            if occluders.triangles[surface].axis == NO_AXIS {
-                continue;
-            }
-            let mut corners = occluders.triangles[surface].vertices;
-            corners.sort_unstable();
-            let key = (corners, is_member(surface));
-            match vertex_sets.entry(key) {
-                std::collections::hash_map::Entry::Occupied(first) => {
-                    components.join(*first.get(), surface as u32);
-                    planes.join(*first.get(), surface as u32);
-                    *is_twin = true;
-                }
-                std::collections::hash_map::Entry::Vacant(vacant) => {
-                    vacant.insert(surface as u32);
-                }
+        for same in vertex_sets.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            for &(_, _, surface) in &same[1..] {
+                components.join(same[0].2, surface);
+                planes.join(same[0].2, surface);
+                is_twin[surface as usize] = true;
             }
         }
-        for surface in (0..count).filter(|&surface| !is_twin[surface]) {
-            let triangle = &occluders.triangles[surface];
-            if triangle.axis == NO_AXIS {
-                continue;
-            }
-            for [from, to] in sides_of(triangle.vertices) {
-                let key = [from.min(to), from.max(to)];
-                at_edge.entry(key).or_default().push(surface as u32);
-            }
-        }
+        let mut at_edges: Vec<([u32; 2], u32)> = (0..count as u32)
+            .filter(|surface| has_area(surface) && !is_twin[*surface as usize])
+            .flat_map(|surface| {
+                let vertices = occluders.triangles[surface as usize].vertices;
+                sides_of(vertices).map(|[from, to]| ([from.min(to), from.max(to)], surface))
+            })
+            .collect();
+        at_edges.sort_unstable();
 
-        let mut edges = Vec::with_capacity(at_edge.len());
-        for (vertices, all) in at_edge {
+        let mut edges = Vec::with_capacity(at_edges.len() / 2);
+        let mut triangle_edges = vec![[NO_EDGE; 3]; count];
+        let mut members = Vec::new();
+        for all in at_edges.chunk_by(|a, b| a.0 == b.0) {
+            let (vertices, first) = all[0];
             // Planes join triangles of all kinds.
-            for &other in &all[1..] {
-                if occluders.are_coplanar(SurfaceId(all[0]), SurfaceId(other)) {
-                    planes.join(all[0], other);
+            for &(_, other) in &all[1..] {
+                if occluders.are_coplanar(SurfaceId(first), SurfaceId(other)) {
+                    planes.join(first, other);
                 }
             }
-            let members: Vec<u32> = all
-                .into_iter()
-                .filter(|&surface| is_member(surface as usize))
-                .collect();
+            members.clear();
+            members.extend(all.iter().map(|of| of.1).filter(|&s| is_member(s)));
             for &other in members.iter().skip(1) {
                 components.join(members[0], other);
             }
@@ -117,27 +115,33 @@ impl Mesh {
                 }
                 _ => Faces::Rim,
             };
+            for &member in &members {
+                let own = &mut triangle_edges[member as usize];
+                if let Some(free) = own.iter_mut().find(|edge| **edge == NO_EDGE) {
+                    *free = edges.len() as u32;
+                }
+            }
             edges.push(MeshEdge {
                 vertices,
                 component: members[0],
                 faces,
             });
         }
-        edges.sort_unstable_by_key(|edge| edge.vertices);
         for edge in &mut edges {
             edge.component = components.root(edge.component);
         }
-        let component_of = |surface: usize| {
+        let component_of = |surface: u32| {
             if is_member(surface) {
-                components.root(surface as u32)
+                components.root(surface)
             } else {
                 NO_COMPONENT
             }
         };
-        let components = (0..count).map(component_of).collect();
+        let components = (0..count as u32).map(component_of).collect();
         let flat_groups = (0..count as u32).map(|s| planes.root(s)).collect();
         Self {
             edges,
+            triangle_edges,
             components,
             flat_groups,
         }
@@ -146,6 +150,12 @@ impl Mesh {
     /// Returns all edges at which an opaque triangle lies, in a fixed order.
     pub fn edges(&self) -> &[MeshEdge] {
         &self.edges
+    }
+
+    /// Returns the numbers of a triangle's edges, [`NO_EDGE`] for triangles without area, that do not block
+    /// everywhere, or that repeat another.
+    pub fn edges_of(&self, triangle: SurfaceId) -> [u32; 3] {
+        self.triangle_edges[triangle.0 as usize]
     }
 
     /// Returns the component of a triangle, [`NO_COMPONENT`] for those that do not block everywhere.
@@ -179,6 +189,7 @@ impl Mesh {
     /// Returns the bytes of all tables.
     pub fn memory_bytes(&self) -> u64 {
         (size_of_val(self.edges.as_slice())
+            + size_of_val(self.triangle_edges.as_slice())
             + size_of_val(self.components.as_slice())
             + size_of_val(self.flat_groups.as_slice())) as u64
     }

@@ -7,7 +7,7 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId
 use crate::Counters;
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
-use crate::occlusion::{AdaptiveValues, DenseValues, Depth, mark, quick_check};
+use crate::occlusion::{AdaptiveValues, DenseValues, Depth, Making, mark, quick_check};
 use crate::shadow::{self, ByVoxel};
 
 /// How shadow queries are answered. Every method gives the same bits.
@@ -61,6 +61,8 @@ pub struct Refinement {
     pub space_list: usize,
     /// As few are listed in the finest voxels; 0 lists none.
     pub long_list: usize,
+    /// When values are made.
+    pub refine: Refine,
 }
 
 impl Default for Refinement {
@@ -71,11 +73,20 @@ impl Default for Refinement {
             short_list: 1,
             space_list: 8,
             long_list: 32,
+            refine: Refine::default(),
         }
     }
 }
 
 impl Refinement {
+    fn making(self, most_bytes: u64) -> Making {
+        Making {
+            depth: self.depth(),
+            refine: self.refine,
+            most_bytes,
+        }
+    }
+
     fn depth(self) -> Depth {
         let level = |resolution: u32| resolution.clamp(4, 4096).next_power_of_two().ilog2();
         Depth {
@@ -83,9 +94,29 @@ impl Refinement {
             space: level(self.space_resolution),
             short_list: self.short_list,
             space_list: self.space_list,
+            early_list: match self.refine {
+                Refine::Lazy | Refine::Asked if self.long_list > 0 => EARLY_LIST,
+                Refine::Lazy | Refine::Asked | Refine::Eager => 0,
+            },
             long_list: self.long_list,
         }
     }
+}
+
+/// As few blockers are listed for a voxel until finer ones are made.
+const EARLY_LIST: usize = 12;
+
+/// When the values of [`Method::Voxel`] are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Refine {
+    /// While queries are answered, where it pays.
+    #[default]
+    Lazy,
+    /// Before the first query, all of them.
+    Eager,
+    /// For each voxel at the first queries that fall into it, whether it pays or not: for tests and
+    /// studies.
+    Asked,
 }
 
 /// What to do with the quick check of Paper 7.3.
@@ -195,8 +226,12 @@ pub struct Builder {
     resolution: GridResolution,
     quick_check: QuickCheck,
     refinement: Refinement,
+    occlusion_memory: u64,
     memory_limit: Option<u64>,
 }
+
+/// Bytes of values and lists at most, if nothing is said.
+const OCCLUSION_MEMORY: u64 = 256 << 20;
 
 impl Builder {
     /// Chooses how shadow queries are answered.
@@ -231,6 +266,16 @@ impl Builder {
     #[must_use]
     pub fn refinement(mut self, refinement: Refinement) -> Self {
         self.refinement = refinement;
+        self
+    }
+
+    /// Sets how many bytes the values and lists of [`Method::Voxel`] may take, for all lights together; 256 MiB
+    /// if nothing is said, 4 GiB at most. Where that is too little, values are thrown away and made
+    /// again: answers do not change. Tables of the surfaces, about 300 bytes each and 200 for each light,
+    /// come beside.
+    #[must_use]
+    pub fn occlusion_memory(mut self, bytes: u64) -> Self {
+        self.occlusion_memory = bytes;
         self
     }
 
@@ -285,8 +330,15 @@ impl Builder {
             Method::Voxel | Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
         };
         let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
-        let adaptive = (method == Method::Voxel)
-            .then(|| AdaptiveValues::new(&self.occluders, &self.lights, self.refinement.depth()));
+        let adaptive = match &bvh {
+            Some(bvh) if method == Method::Voxel => Some(AdaptiveValues::new(
+                &self.occluders,
+                bvh,
+                &self.lights,
+                &self.refinement.making(self.occlusion_memory),
+            )),
+            _ => None,
+        };
         Ok(ShadowIndex {
             surface_count: self.occluders.surface_count(),
             occluders: self.occluders,
@@ -426,6 +478,7 @@ impl ShadowIndex {
             resolution: GridResolution::default(),
             quick_check: QuickCheck::default(),
             refinement: Refinement::default(),
+            occlusion_memory: OCCLUSION_MEMORY,
             memory_limit: None,
         }
     }

@@ -10,6 +10,6 @@ mod stats;
 
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
-    QuickCheckVerdict, RayMethod, Refinement, Shadow, ShadowIndex,
+    QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
 pub use stats::{Counters, ShadowCounters};

@@ -242,6 +242,18 @@ impl Shaft {
         }
     }
 
+    /// Returns planes that the shaft lies behind: an outward normal with largest component 1 and a point of
+    /// each. Heights over them err by less than 2^-24 of the distance from that point; planes that are not
+    /// known so well are left out.
+    pub fn outer_planes(&self) -> impl Iterator<Item = (DVec3, DVec3)> + use<'_> {
+        self.planes().iter().filter_map(|plane| {
+            let size = plane.normal.abs().max_element();
+            // A limit is beside an error, and boxes have none.
+            let is_known = plane.limit == 0.0 && plane.error < size / f64::from(1u32 << 25);
+            is_known.then(|| (plane.normal / size, plane.point))
+        })
+    }
+
     pub(crate) fn planes(&self) -> &[SidePlane] {
         &self.planes[..self.plane_count]
     }

@@ -12,9 +12,11 @@
 
 mod binary;
 mod build;
+mod cull;
 mod data;
 mod filter;
 mod ray;
 mod walk;
 
+pub(crate) use cull::Region;
 pub(crate) use data::Bvh;

@@ -1,20 +1,29 @@
-//! The values of all lights.
+//! The values of all lights, made when they pay.
 //!
-//! In: the surfaces, the lights. Out: bricks, lists and tables, which `lookup` reads.
+//! In: the surfaces, the lights, the tree. Out: a store and tables, which `lookup` reads. Invariants: what a store
+//! says is a function of the scene, the light and the cell; how much it says depends on what was asked.
+//! A store that is full is dropped for an empty one. Absent here: rays.
 
-use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
-use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Start, SurfaceId};
+use arc_swap::ArcSwapOption;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::balls::{Ball, BallStart};
-use super::bricks::{Bricks, ListPool, pack};
-use super::candidates::Casters;
+use super::bricks::{Decision, Store, cell_in_brick};
+use super::budget::{Account, Budget};
+use super::candidates::{CasterTables, Casters};
 use super::forms::{Forms, START_ROOM};
-use super::lattice::Lattice;
-use super::refine::{Depth, Refiner, cut_out};
+use super::lattice::{Cell, Lattice};
+use super::links::{Link, charge, claim, publish, read};
+use super::refine::{Depth, Refiner};
 use super::value::Audience;
+use crate::Refine;
+use crate::bvh::Bvh;
 use crate::frame::Frame;
 
 /// Values of a scene for its lights.
@@ -25,55 +34,77 @@ pub(crate) struct AdaptiveValues {
     pub(super) start_room: f64,
     /// For each [`Audience`].
     pub(super) lattices: [Lattice; 3],
+    depth: Depth,
+    tables: OnceLock<SceneTables>,
+    pub(super) lights: Vec<LightValues>,
+    store: ArcSwapOption<Store>,
+    store_bytes: u64,
+    refine: Refine,
+    flushes: AtomicU64,
+    pub(super) level: Level,
+}
+
+/// What is known of each surface for all lights.
+#[derive(Debug)]
+pub(super) struct SceneTables {
     /// For each triangle whether a point is where a start on it is.
     pub(super) start_forms: Vec<Forms>,
     /// The same for the other surfaces.
     pub(super) ball_starts: Vec<BallStart>,
+    /// Those that are spheres.
+    pub(super) balls: Vec<Option<Ball>>,
     pub(super) mesh: Mesh,
-    pub(super) lights: Vec<LightValues>,
-    pub(super) level: Level,
 }
 
-/// Values for one light.
+/// What one light has of its own.
 #[derive(Debug)]
 pub(super) struct LightValues {
     pub(super) light: LightShape,
-    /// For each triangle the side of its plane that the light is on.
-    pub(super) sides: Vec<i8>,
-    /// For each [`Audience`].
-    pub(super) bricks: [Bricks; 3],
-    pub(super) lists: Lists,
+    /// Whether values can be made.
+    is_ordinary: bool,
+    tables: OnceLock<CasterTables>,
+    /// Whether a thread makes tables.
+    is_busy: AtomicBool,
+    budget: Budget,
 }
 
-/// Lists of possible blockers.
-#[derive(Debug)]
-pub(super) struct Lists {
-    /// Each list: its length, then its entries: numbers of `blockers`, numbers of `balls` with [`BALL`],
-    /// or surfaces with [`EXACT`].
-    pub(super) words: Vec<u32>,
-    pub(super) forms: Vec<Forms>,
-    pub(super) blockers: Vec<Blocker>,
-    pub(super) balls: Vec<(Ball, SurfaceId)>,
+/// All that a lookup reads for a light, once it is there.
+pub(super) struct Known<'a> {
+    pub(super) scene: &'a SceneTables,
+    pub(super) light: &'a CasterTables,
 }
 
+/// How values are made.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Blocker {
-    pub(super) surface: SurfaceId,
-    pub(super) flat_group: u32,
-    pub(super) blocks_everywhere: bool,
+pub(crate) struct Making {
+    pub(crate) depth: Depth,
+    /// When values are made.
+    pub(crate) refine: Refine,
+    /// Bytes of values and lists at most.
+    pub(crate) most_bytes: u64,
 }
 
-/// Marks entries of lists that are spheres.
-pub(super) const BALL: u32 = 1 << 30;
-
-/// Marks entries of lists that only the exact rule can tell.
-pub(super) const EXACT: u32 = 1 << 31;
+/// A unit of cost in links, in nanoseconds, as a power of two.
+const UNIT: u32 = 4;
+/// What refining a cell at the root may cost, as a power of two of units.
+const ROOT_PRICE: u32 = 10;
+/// What a brick costs: itself, and each candidate.
+const BRICK_NS: u64 = 8_000;
+const CANDIDATE_NS: u64 = 120;
+/// What tables cost for each surface, those of the scene and those of a light.
+const SURFACE_NS: u64 = 500;
 
 impl AdaptiveValues {
-    /// Decides and lists for all lights, on all threads.
-    pub(crate) fn new(occluders: &Occluders, lights: &[LightShape], depth: Depth) -> Self {
+    /// Prepares values for all lights; makes them, on all threads, if that is wanted.
+    pub(crate) fn new(
+        occluders: &Occluders,
+        bvh: &Bvh,
+        lights: &[LightShape],
+        making: &Making,
+    ) -> Self {
         let bounds = occluders.bounds();
         let frame = Frame::new(bounds);
+        let depth = making.depth;
         let lattices = Audience::ALL.map(|audience| {
             let finest = match audience {
                 Audience::Front | Audience::Back => depth.surfaces,
@@ -81,51 +112,66 @@ impl AdaptiveValues {
             };
             Lattice::new(&bounds, &frame, finest)
         });
-        let mesh = Mesh::new(occluders);
-        let start_forms = (0..occluders.triangle_count() as u32)
-            .into_par_iter()
-            .map(|triangle| {
-                let surface = SurfaceId(triangle);
-                match (
-                    occluders.triangle_positions(surface),
-                    occluders.dominant_axis(surface),
-                ) {
-                    (Some(corners), Some(axis)) => Forms::of_starts(&frame, corners, axis),
-                    _ => Forms::NOWHERE,
-                }
-            })
-            .collect();
-        let ball_starts = (occluders.triangle_count()..occluders.surface_count())
-            .map(|surface| {
-                let surface = SurfaceId(surface as u32);
-                match occluders.sphere(surface) {
-                    Some(sphere) if occluders.is_opaque(surface) => BallStart::new(sphere),
-                    _ => BallStart::NONE,
-                }
-            })
-            .collect();
-        let lights = lights
+        let lights: Vec<_> = lights
             .iter()
             .map(|&light| {
                 // Filters square directions.
                 let light = light.without_underflow();
-                if is_ordinary(occluders, &frame, &light) {
-                    LightValues::new(occluders, &mesh, frame, &lattices, light, depth)
-                } else {
-                    LightValues::nothing(occluders, &lattices, light)
+                LightValues {
+                    light,
+                    is_ordinary: is_ordinary(occluders, &frame, &light),
+                    tables: OnceLock::new(),
+                    is_busy: AtomicBool::new(false),
+                    budget: Budget::default(),
                 }
             })
             .collect();
-        Self {
+        let values = Self {
             frame,
             start_room: START_ROOM / frame.scale,
             lattices,
-            start_forms,
-            ball_starts,
-            mesh,
+            depth,
+            tables: OnceLock::new(),
             lights,
+            store: ArcSwapOption::empty(),
+            store_bytes: making.most_bytes,
+            refine: making.refine,
+            flushes: AtomicU64::new(0),
             level: Level::new(),
+        };
+        values.store.store(values.empty_store());
+        match making.refine {
+            Refine::Lazy => {}
+            Refine::Eager => values.make_all(occluders, bvh),
+            Refine::Asked => (0..values.lights.len()).for_each(|light| {
+                if values.lights[light].is_ordinary {
+                    values.make_tables(occluders, light);
+                }
+            }),
         }
+        values
+    }
+
+    fn empty_store(&self) -> Option<Arc<Store>> {
+        let price = match self.refine {
+            Refine::Asked => 0,
+            Refine::Lazy | Refine::Eager => ROOT_PRICE,
+        };
+        Store::new(self.store_bytes, &self.lattices, self.lights.len(), price).map(Arc::new)
+    }
+
+    /// Returns the store for some queries.
+    pub(crate) fn store(&self) -> Option<Arc<Store>> {
+        self.store.load_full()
+    }
+
+    /// Returns what lookups for a light read, if it is there.
+    #[inline(always)]
+    pub(super) fn known(&self, light: usize) -> Option<Known<'_>> {
+        Some(Known {
+            scene: self.tables.get()?,
+            light: self.lights[light].tables.get()?,
+        })
     }
 }
 
@@ -145,143 +191,317 @@ fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool
         && frame.margin_in_frame < START_ROOM / 64.0
 }
 
+impl SceneTables {
+    fn new(occluders: &Occluders, frame: &Frame) -> Self {
+        let start_forms = (0..occluders.triangle_count() as u32)
+            .into_par_iter()
+            .map(|triangle| {
+                let surface = SurfaceId(triangle);
+                match (
+                    occluders.triangle_positions(surface),
+                    occluders.dominant_axis(surface),
+                ) {
+                    (Some(corners), Some(axis)) => Forms::of_starts(frame, corners, axis),
+                    _ => Forms::NOWHERE,
+                }
+            })
+            .collect();
+        let curved = || {
+            let all = occluders.triangle_count()..occluders.surface_count();
+            all.map(|surface| SurfaceId(surface as u32))
+        };
+        let ball_starts = curved()
+            .map(|surface| match occluders.sphere(surface) {
+                Some(sphere) if occluders.is_opaque(surface) => BallStart::new(sphere),
+                _ => BallStart::NONE,
+            })
+            .collect();
+        let balls = curved()
+            .map(|surface| occluders.sphere(surface).map(Ball::new))
+            .collect();
+        Self {
+            start_forms,
+            ball_starts,
+            balls,
+            mesh: Mesh::new(occluders),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let Self {
+            start_forms,
+            ball_starts,
+            balls,
+            mesh,
+        } = self;
+        (size_of_val(start_forms.as_slice())
+            + size_of_val(ball_starts.as_slice())
+            + size_of_val(balls.as_slice())) as u64
+            + mesh.memory_bytes()
+    }
+}
+
+/// What is worked with while values are made.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) occluders: &'a Occluders,
+    pub(crate) bvh: &'a Bvh,
+}
+
+impl AdaptiveValues {
+    /// Makes all values of all lights, as far as there is room.
+    fn make_all(&self, occluders: &Occluders, bvh: &Bvh) {
+        let Some(store) = self.store() else {
+            return;
+        };
+        let scene = Scene { occluders, bvh };
+        for light in 0..self.lights.len() {
+            if !self.lights[light].is_ordinary {
+                continue;
+            }
+            self.make_tables(occluders, light);
+            for audience in Audience::ALL {
+                let lattice = &self.lattices[audience as usize];
+                let finder = store.finder(light, audience, lattice);
+                let cells: Vec<Cell> = lattice.root_bricks().collect();
+                cells.into_par_iter().for_each(|cell| {
+                    let place = finder.place_in_root(cell);
+                    self.make_below(&store, &scene, light, audience, cell, place);
+                });
+            }
+        }
+    }
+
+    /// Makes the values of a cell whose link this is, and of all finer ones.
+    fn make_below(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        light: usize,
+        audience: Audience,
+        cell: Cell,
+        place: u32,
+    ) {
+        let Ok(Some(brick)) = self.brick(store, scene, (light, audience, cell), u64::MAX) else {
+            return;
+        };
+        store.publish(place, brick);
+        let Some(brick_at) = brick.brick() else {
+            return;
+        };
+        for (place, number) in store.unfinished(brick_at) {
+            let finer = cell_in_brick(cell, number);
+            self.make_below(store, scene, light, audience, finer, place);
+        }
+    }
+
+    /// Makes the tables of the scene and a light.
+    fn make_tables(&self, occluders: &Occluders, light: usize) {
+        let tables = self
+            .tables
+            .get_or_init(|| SceneTables::new(occluders, &self.frame));
+        let values = &self.lights[light];
+        values.tables.get_or_init(|| {
+            CasterTables::new(occluders, &tables.mesh, self.frame, values.light)
+        });
+    }
+
+    /// Makes a brick in place of a cell. Returns the link to it, `None` if there is no room; or what it would
+    /// cost, if that is more than `most_ns`.
+    fn brick(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        (light, audience, cell): (usize, Audience, Cell),
+        most_ns: u64,
+    ) -> Result<Option<Link>, u64> {
+        let Some(known) = self.known(light) else {
+            return Ok(None);
+        };
+        let lattice = &self.lattices[audience as usize];
+        let refiner = Refiner {
+            casters: Casters::new(
+                scene.occluders,
+                &known.scene.mesh,
+                self.frame,
+                known.light,
+            ),
+            lattice,
+            audience,
+            depth: self.depth,
+        };
+        let bounds = lattice.inflated(cell);
+        let gathered = refiner.casters.gather(scene.bvh, &bounds);
+        let cost_ns = BRICK_NS + CANDIDATE_NS * gathered.count() as u64;
+        if cost_ns > most_ns {
+            return Err(cost_ns);
+        }
+        let candidates = refiner.casters.narrow(&gathered, &bounds);
+        let decisions = refiner.decide_brick(cell, &candidates);
+        let price = match self.refine {
+            Refine::Asked => 0,
+            Refine::Lazy | Refine::Eager => price_below(&decisions, candidates.count()),
+        };
+        Ok(store.write(&decisions, price))
+    }
+
+    /// Adds what some queries of a light came to; makes the light's tables when they pay.
+    pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account) {
+        let values = &self.lights[light];
+        values.budget.note(account);
+        if values.tables.get().is_some() || !values.is_ordinary {
+            return;
+        }
+        let mut per_surface = SURFACE_NS;
+        if self.tables.get().is_none() {
+            per_surface *= 2;
+        }
+        let price = per_surface * occluders.surface_count() as u64;
+        if values.budget.allows(price) && !values.is_busy.swap(true, Ordering::Acquire) {
+            let begin = Instant::now();
+            self.make_tables(occluders, light);
+            values.budget.spend(begin.elapsed().as_nanos() as u64);
+        }
+    }
+
+    /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price
+    /// is paid.
+    pub(crate) fn charge(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        light: usize,
+        start: &Start,
+        place: u32,
+        cost_ns: u64,
+    ) {
+        let counter = match read(store.word(place)).list() {
+            Some(list) => Store::list_counter(list),
+            None => place,
+        };
+        let units = (cost_ns >> UNIT).max(1) as u32;
+        if charge(store.word(counter), units) {
+            self.refine(store, scene, light, start, counter);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn refine(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        light: usize,
+        start: &Start,
+        counter: u32,
+    ) {
+        let budget = &self.lights[light].budget;
+        let price = read(store.word(counter)).price();
+        let is_asked = self.refine == Refine::Asked;
+        if !is_asked && !budget.allows(1 << (price + UNIT)) {
+            return;
+        }
+        let Some((audience, code)) = self.code_of_start(store, scene.occluders, light, start) else {
+            return;
+        };
+        let Some(claimed) = claim(store.word(counter)) else {
+            return;
+        };
+        let lattice = &self.lattices[audience as usize];
+        let finder = store.finder(light, audience, lattice);
+        let leaf = finder.find(code);
+        let is_its = leaf.place == counter
+            || leaf
+                .link
+                .list()
+                .is_some_and(|list| Store::list_counter(list) == counter);
+        if !is_its {
+            // Another thread was faster, or the list is another cell's, too.
+            publish(store.word(counter), Link::pending(claimed.price()));
+            return;
+        }
+        let level = finder.level_of(code, lattice);
+        let begin = Instant::now();
+        // Nobody knows what a brick costs before its candidates are there.
+        let most_ns = if is_asked {
+            u64::MAX
+        } else {
+            4 << (price + UNIT)
+        };
+        let made = self.brick(
+            store,
+            scene,
+            (light, audience, code.cell(level)),
+            most_ns,
+        );
+        budget.spend(begin.elapsed().as_nanos() as u64);
+        let next_price = made.map_or_else(price_of, |_| claimed.price());
+        if counter != leaf.place || !matches!(made, Ok(Some(_))) {
+            publish(store.word(counter), Link::pending(next_price));
+        }
+        match made {
+            Ok(Some(link)) => store.publish(leaf.place, link),
+            Ok(None) => self.flush(store),
+            Err(_) => {}
+        }
+    }
+
+    /// Drops a store that is full for an empty one, unless that was done.
+    fn flush(&self, full: &Store) {
+        let current = self.store.load();
+        if !current.as_ref().is_some_and(|now| std::ptr::eq(&raw const **now, full)) {
+            return;
+        }
+        let before = self.store.compare_and_swap(&current, self.empty_store());
+        if before.as_ref().is_some_and(|before| std::ptr::eq(&raw const **before, full)) {
+            self.flushes.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Returns the price of a brick below one that was decided so, as a power of two of units: what it will
+/// cost, and more where few cells were decided.
+fn price_below(decisions: &[Decision; 64], candidate_count: usize) -> u32 {
+    let (mut asked, mut decided) = (0_u64, 0_u64);
+    for decision in decisions {
+        asked += u64::from(*decision != Decision::Nobody);
+        decided += u64::from(!matches!(
+            decision,
+            Decision::Nobody | Decision::Pending | Decision::Ray
+        ));
+    }
+    let cost = BRICK_NS + CANDIDATE_NS / 4 * candidate_count as u64;
+    let weighed = cost * asked.max(1) / decided.max(1);
+    price_of(weighed)
+}
+
+/// Returns a cost as a power of two of units.
+fn price_of(ns: u64) -> u32 {
+    (ns >> UNIT).max(1).ilog2() + 1
+}
+
 impl AdaptiveValues {
     /// Returns the bytes of values and links.
     pub(crate) fn value_bytes(&self) -> u64 {
-        let of_light = |values: &LightValues| values.bricks.iter().map(Bricks::bytes).sum::<u64>();
-        self.lights.iter().map(of_light).sum()
+        self.store().map_or(0, |store| store.bytes().0)
     }
 
-    /// Returns the bytes of lists, planes and tables.
+    /// Returns the bytes of lists and tables.
     pub(crate) fn table_bytes(&self) -> u64 {
-        fn bytes<T>(items: &[T]) -> u64 {
-            size_of_val(items) as u64
-        }
-        let of_light = |values: &LightValues| {
-            let Lists {
-                words,
-                forms,
-                blockers,
-                balls,
-            } = &values.lists;
-            bytes(&values.sides) + bytes(words) + bytes(forms) + bytes(blockers) + bytes(balls)
-        };
-        self.lights.iter().map(of_light).sum::<u64>()
-            + bytes(&self.start_forms)
-            + bytes(&self.ball_starts)
-            + self.mesh.memory_bytes()
+        let lists = self.store().map_or(0, |store| store.bytes().1);
+        let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
+        lists
+            + of_lights.map(CasterTables::bytes).sum::<u64>()
+            + self.tables.get().map_or(0, SceneTables::bytes)
+    }
+
+    /// Returns how often a full store was dropped.
+    pub(crate) fn flushes(&self) -> u64 {
+        self.flushes.load(Ordering::Relaxed)
     }
 
     /// Returns the planes between the finest cells.
     pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {
         self.lattices[Audience::Front as usize].planes()
-    }
-}
-
-impl LightValues {
-    fn new(
-        occluders: &Occluders,
-        mesh: &Mesh,
-        frame: Frame,
-        lattices: &[Lattice; 3],
-        light: LightShape,
-        depth: Depth,
-    ) -> Self {
-        let casters = Casters::new(occluders, mesh, frame, light);
-        let refiner = Refiner {
-            casters: &casters,
-            lattices,
-            depth,
-        };
-        let octrees = refiner.refine();
-        let mut pool = ListPool::default();
-        let bricks = std::array::from_fn(|audience| {
-            let lattice = &lattices[audience];
-            pack(lattice, cut_out(&octrees[audience], lattice), &mut pool)
-        });
-        let lists = Lists::new(&casters, pool);
-        Self {
-            light,
-            sides: casters.sides,
-            bricks,
-            lists,
-        }
-    }
-
-    /// Values that know nothing.
-    fn nothing(occluders: &Occluders, lattices: &[Lattice; 3], light: LightShape) -> Self {
-        let unknown =
-            |lattice: &Lattice| pack(lattice, std::iter::empty(), &mut ListPool::default());
-        Self {
-            light,
-            sides: vec![0; occluders.triangle_count()],
-            bricks: lattices.each_ref().map(unknown),
-            lists: Lists {
-                words: Vec::new(),
-                forms: Vec::new(),
-                blockers: Vec::new(),
-                balls: Vec::new(),
-            },
-        }
-    }
-}
-
-impl Lists {
-    /// Keeps the planes of the triangles that are listed.
-    fn new(casters: &Casters<'_>, pool: ListPool) -> Self {
-        let mut words = pool.words;
-        let mut forms = Vec::new();
-        let mut blockers = Vec::new();
-        let mut balls = Balls::default();
-        let mut numbers = vec![u32::MAX; casters.umbra_forms.len()];
-        let mut at = 0;
-        while at < words.len() {
-            let length = words[at] as usize;
-            for entry in &mut words[at + 1..=at + length] {
-                let Some(number) = numbers.get_mut(*entry as usize) else {
-                    *entry = balls.entry(casters.occluders, SurfaceId(*entry));
-                    continue;
-                };
-                if *number == u32::MAX {
-                    *number = blockers.len() as u32;
-                    forms.push(casters.umbra_forms[*entry as usize]);
-                    blockers.push(Blocker {
-                        surface: SurfaceId(*entry),
-                        flat_group: casters.mesh.flat_group(SurfaceId(*entry)),
-                        blocks_everywhere: casters.blocks_everywhere(*entry),
-                    });
-                }
-                *entry = *number;
-            }
-            at += 1 + length;
-        }
-        Self {
-            words,
-            forms,
-            blockers,
-            balls: balls.all,
-        }
-    }
-}
-
-/// Collects the spheres that are listed.
-#[derive(Default)]
-struct Balls {
-    all: Vec<(Ball, SurfaceId)>,
-    numbers: HashMap<SurfaceId, u32>,
-}
-
-impl Balls {
-    /// Returns the entry of a surface that is no triangle.
-    fn entry(&mut self, occluders: &Occluders, surface: SurfaceId) -> u32 {
-        let Some(sphere) = occluders.sphere(surface) else {
-            return surface.0 | EXACT;
-        };
-        let all = &mut self.all;
-        let number = self.numbers.entry(surface).or_insert_with(|| {
-            all.push((Ball::new(sphere), surface));
-            all.len() as u32 - 1
-        });
-        *number | BALL
     }
 }

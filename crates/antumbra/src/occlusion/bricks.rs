@@ -1,451 +1,314 @@
 //! Values in bricks of 4^3 cells, finer bricks under cells that need them.
 //!
-//! In: octrees of decided cells. Out: a [`Leaf`] for a finest cell. A brick keeps two bits a cell, and says
-//! where the finer bricks of its complicated cells and the lists of its listed cells lie, in the order of
-//! the cells. Bricks of one level lie together.
+//! In: what was decided for the 64 cells of a brick. Out: what is known where a [`Code`] says. A brick keeps two
+//! bits a cell in two planes, then a [`Link`] for each cell that has no answer, in the order of the cells. A
+//! root table of links finds the coarsest bricks. All lies in one [`Arena`].
 
-use std::collections::HashMap;
+use std::sync::atomic::AtomicU64;
 
+use super::arena::Arena;
 use super::lattice::{Cell, Code, Lattice};
-use super::value::{Occlusion, Values64};
+use super::links::{Link, read};
+use super::sync::{AtomicU32, Ordering};
+use super::value::{Audience, Occlusion, Values64};
 
-/// What is known at a cell: an answer, a list of blockers, or nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Leaf(u32);
-
-impl Leaf {
-    /// All starts are lit.
-    pub(crate) const LIT: Self = Self(0);
-    /// All starts are in shadow.
-    pub(crate) const SHADOWED: Self = Self(1);
-    /// Ask a ray.
-    pub(crate) const UNKNOWN: Self = Self(u32::MAX);
-    const FIRST_LIST: u32 = 2;
-
-    fn of_list(list: u32) -> Self {
-        Self(Self::FIRST_LIST + list)
-    }
-
-    /// Returns the one answer of all starts.
-    #[inline(always)]
-    pub(crate) fn known(self) -> Option<bool> {
-        (self.0 < Self::FIRST_LIST).then_some(self == Self::SHADOWED)
-    }
-
-    /// Returns where the list starts, in a cell without one answer.
-    #[inline(always)]
-    pub(crate) fn list(self) -> Option<usize> {
-        (self != Self::UNKNOWN).then(|| self.0.wrapping_sub(Self::FIRST_LIST) as usize)
-    }
-}
-
-/// A decided octree of one audience.
+/// What was decided for a cell and an audience.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Decisions {
+pub(crate) enum Decision {
     Known(bool),
     /// There are no such starts.
     Nobody,
-    /// The entries of a list.
-    List(Box<[u32]>),
-    Unknown,
-    Split(Box<[Self; 8]>),
+    /// The entries of a list, and whether finer cells may take its place.
+    List(Box<[u32]>, Finer),
+    /// Rays answer.
+    Ray,
+    /// Finer cells may say more.
+    Pending,
 }
 
-impl Decisions {
-    /// Returns a cell of eight; one that needs no eight where they agree.
-    pub(crate) fn of_children(children: Box<[Self; 8]>) -> Self {
-        let mut agreed = Self::Nobody;
-        for child in children.iter() {
-            match (&agreed, child) {
-                (_, Self::Nobody) => {}
-                (Self::Nobody, Self::Known(_)) => agreed = child.clone(),
-                (Self::Known(one), Self::Known(other)) if one == other => {}
-                _ => return Self::Split(children),
-            }
-        }
-        agreed
+/// Whether finer cells may take the place of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Finer {
+    Perhaps,
+    Never,
+}
+
+/// The cells of a brick.
+pub(crate) type Decisions = [Decision; 64];
+
+/// Words of a brick before its links.
+const PLANES: usize = 4;
+/// Words of a list before its entries: their number, and what its use has cost.
+const LIST_HEAD: usize = 2;
+
+/// The values and lists of all lights, as far as they are made.
+#[derive(Debug)]
+pub(crate) struct Store {
+    arena: Arena,
+    /// Where the root tables lie, for each light and audience.
+    roots: Vec<[u32; 3]>,
+    list_words: AtomicU64,
+}
+
+impl Store {
+    /// Makes a store in which nothing is known, of at most so many bytes; `None` if these do not hold the
+    /// root tables. Refining a cell at the root has a price.
+    pub(crate) fn new(
+        bytes: u64,
+        lattices: &[Lattice; 3],
+        light_count: usize,
+        price: u32,
+    ) -> Option<Self> {
+        let arena = Arena::new(bytes);
+        let roots = (0..light_count)
+            .map(|_| {
+                let mut places = [0; 3];
+                for (place, lattice) in places.iter_mut().zip(lattices) {
+                    let count = lattice.root_places();
+                    *place = arena.take(count)?;
+                    // Some lie beside a flat scene.
+                    arena.write(*place, std::iter::repeat_n(Link::OUTSIDE.0, count));
+                    for brick in lattice.root_bricks() {
+                        let at = *place + Code::place_of(brick.at) as u32;
+                        arena.publish(at, Link::pending(price));
+                    }
+                }
+                Some(places)
+            })
+            .collect::<Option<_>>()?;
+        Some(Self {
+            arena,
+            roots,
+            list_words: AtomicU64::new(0),
+        })
     }
-}
 
-/// Sixty-four cells.
-#[derive(Clone, Copy, Debug, Default)]
-struct Brick {
-    values: Values64,
-    /// The first brick under its complicated cells.
-    finer: u32,
-    /// The place of its first list.
-    leaves: u32,
-}
-
-impl Brick {
-    fn of_one_value(value: Occlusion) -> Self {
-        let mut brick = Self::default();
-        (0..64).for_each(|place| brick.values.set(place, value));
-        brick
-    }
-}
-
-/// The values of one audience for one light.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Bricks {
-    /// The coarsest bricks by their place; those of one answer are shared.
-    root: Vec<u16>,
-    bricks: Vec<Brick>,
-    leaves: Vec<Leaf>,
-}
-
-impl Bricks {
-    /// Returns what finds leaves.
+    /// Returns what finds links.
     #[inline(always)]
-    pub(crate) fn finder(&self, lattice: &Lattice) -> Finder<'_> {
+    pub(crate) fn finder(&self, light: usize, audience: Audience, lattice: &Lattice) -> Finder<'_> {
         Finder {
-            root: &self.root,
-            bricks: &self.bricks,
-            leaves: &self.leaves,
+            words: self.arena.words(),
+            root: self.roots[light][audience as usize] as usize,
+            root_places: lattice.root_places(),
             root_shift: lattice.root_shift(),
             brick_shift: lattice.coarsest_shift(),
         }
     }
 
-    /// Returns the bytes of values and the index to lists.
-    pub(crate) fn bytes(&self) -> u64 {
-        let bytes = size_of_val(self.root.as_slice())
-            + size_of_val(self.bricks.as_slice())
-            + size_of_val(self.leaves.as_slice());
-        bytes as u64
+    pub(crate) fn word(&self, place: u32) -> &AtomicU32 {
+        &self.arena.words()[place as usize]
+    }
+
+    /// Returns the words of a list's entries.
+    #[inline(always)]
+    pub(crate) fn list(&self, place: usize) -> &[AtomicU32] {
+        let words = &self.arena.words()[place..];
+        let length = words[0].load(Ordering::Relaxed) as usize;
+        &words[LIST_HEAD..LIST_HEAD + length]
+    }
+
+    /// Returns the place of the word that counts what using a list has cost.
+    pub(crate) fn list_counter(place: usize) -> u32 {
+        place as u32 + 1
+    }
+
+    /// Writes the cells of a brick; finer cells of each have a price. Returns the link to it, `None` if
+    /// there is no more room.
+    pub(crate) fn write(&self, cells: &Decisions, price: u32) -> Option<Link> {
+        if let Some(link) = agreed(cells) {
+            return Some(link);
+        }
+        let mut values = Values64::default();
+        let mut links = Vec::with_capacity(64);
+        let mut lists: Vec<(&[u32], Finer, u32)> = Vec::new();
+        for (place, cell) in cells.iter().enumerate() {
+            let (value, link) = match cell {
+                Decision::Nobody => (Occlusion::Null, None),
+                Decision::Known(is_shadowed) => (Occlusion::known(*is_shadowed), None),
+                Decision::Ray => (Occlusion::Listed, Some(Link::RAY)),
+                Decision::Pending => (Occlusion::Complicated, Some(Link::pending(price))),
+                Decision::List(entries, finer) => {
+                    let is_same = |list: &&(&[u32], Finer, u32)| (list.0, list.1) == (entries, *finer);
+                    let at = match lists.iter().find(is_same) {
+                        Some(&(_, _, at)) => at,
+                        None => {
+                            let at = self.write_list(entries, *finer, price)?;
+                            lists.push((entries, *finer, at));
+                            at
+                        }
+                    };
+                    let value = match finer {
+                        Finer::Perhaps => Occlusion::Complicated,
+                        Finer::Never => Occlusion::Listed,
+                    };
+                    (value, Some(Link::to_list(at)))
+                }
+            };
+            values.set(place as u32, value);
+            links.extend(link.map(|link| link.0));
+        }
+        let place = self.arena.take(PLANES + links.len())?;
+        self.arena
+            .write(place, values.words().into_iter().chain(links));
+        Some(Link::to_brick(place))
+    }
+
+    fn write_list(&self, entries: &[u32], finer: Finer, price: u32) -> Option<u32> {
+        let count = LIST_HEAD + entries.len();
+        let place = self.arena.take(count)?;
+        let counter = match finer {
+            Finer::Perhaps => Link::pending(price),
+            Finer::Never => Link::RAY,
+        };
+        let head = [entries.len() as u32, counter.0];
+        self.arena
+            .write(place, head.into_iter().chain(entries.iter().copied()));
+        let taken = count.next_multiple_of(4);
+        self.list_words.fetch_add(taken as u64, Ordering::Relaxed);
+        Some(place)
+    }
+
+    pub(crate) fn publish(&self, place: u32, known: Link) {
+        self.arena.publish(place, known);
+    }
+
+    /// Returns the places and numbers of a brick's links whose cells may have finer ones.
+    pub(crate) fn unfinished(&self, brick: usize) -> Vec<(u32, u32)> {
+        let values = values_of(&self.arena.words()[brick..]);
+        let mut links = Vec::new();
+        for number in 0..64 {
+            if values.get(number) == Occlusion::Complicated {
+                let at = brick + PLANES + values.undecided_before(number);
+                links.push((at as u32, number));
+            }
+        }
+        links
+    }
+
+    /// Returns the bytes of values and links, and those of lists.
+    pub(crate) fn bytes(&self) -> (u64, u64) {
+        let lists = 4 * self.list_words.load(Ordering::Relaxed);
+        (self.arena.bytes().saturating_sub(lists), lists)
     }
 }
 
-/// Bricks at hand.
+/// Returns the one link that does for all cells of a brick, if they agree.
+fn agreed(cells: &Decisions) -> Option<Link> {
+    let mut agreed = None;
+    for cell in cells {
+        let link = match cell {
+            Decision::Nobody => continue,
+            Decision::Known(is_shadowed) => Link::known(*is_shadowed),
+            Decision::Ray => Link::RAY,
+            Decision::List(..) | Decision::Pending => return None,
+        };
+        if *agreed.get_or_insert(link) != link {
+            return None;
+        }
+    }
+    Some(agreed.unwrap_or(Link::LIT))
+}
+
+/// A store's bricks for one light and audience, at hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Finder<'a> {
-    root: &'a [u16],
-    bricks: &'a [Brick],
-    leaves: &'a [Leaf],
+    words: &'a [AtomicU32],
+    root: usize,
+    root_places: usize,
     root_shift: u32,
     brick_shift: u32,
+}
+
+/// What is known at a start's cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Leaf {
+    pub(crate) link: Link,
+    /// Where the link stands; 0 where its brick has the answer itself.
+    pub(crate) place: u32,
+}
+
+impl Leaf {
+    pub(crate) const OUTSIDE: Self = Self {
+        link: Link::OUTSIDE,
+        place: 0,
+    };
+
+    #[inline(always)]
+    pub(crate) fn of(is_shadowed: bool) -> Self {
+        Self {
+            link: Link::known(is_shadowed),
+            place: 0,
+        }
+    }
 }
 
 impl Finder<'_> {
     /// Returns what is known where a code says.
     #[inline(always)]
     pub(crate) fn find(&self, code: Code) -> Leaf {
-        let Some(&root) = self.root.get(code.place_in_root(self.root_shift)) else {
-            return Leaf::UNKNOWN;
-        };
-        let mut brick = &self.bricks[usize::from(root)];
+        let place = code.place_in_root(self.root_shift);
+        if place >= self.root_places {
+            return Leaf::OUTSIDE;
+        }
+        let mut place = self.root + place;
+        let mut link = read(&self.words[place]);
         let mut shift = self.brick_shift;
-        loop {
-            let place = code.place_in_brick(shift);
-            match brick.values.get(place) {
-                Occlusion::Null => return Leaf::LIT,
-                Occlusion::Full => return Leaf::SHADOWED,
-                Occlusion::Complicated => {
-                    let finer = brick.finer + brick.values.complicated_before(place);
-                    brick = &self.bricks[finer as usize];
-                    shift -= 6;
-                }
-                Occlusion::Listed => {
-                    let leaf = brick.leaves + brick.values.listed_before(place);
-                    return self.leaves[leaf as usize];
-                }
+        while let Some(brick) = link.brick() {
+            let number = code.place_in_brick(shift);
+            let values = values_of(&self.words[brick..]);
+            if let Some(is_shadowed) = values.get(number).of_surface_point() {
+                return Leaf::of(is_shadowed);
             }
+            place = brick + PLANES + values.undecided_before(number);
+            link = read(&self.words[place]);
+            shift = shift.wrapping_sub(6);
         }
-    }
-}
-
-/// The lists of all audiences of a light, each kept once.
-#[derive(Debug, Default)]
-pub(crate) struct ListPool {
-    numbers: HashMap<Box<[u32]>, u32>,
-    /// Each list: its length, then its entries.
-    pub(crate) words: Vec<u32>,
-}
-
-impl ListPool {
-    fn add(&mut self, list: Box<[u32]>) -> Leaf {
-        let words = &mut self.words;
-        let number = self.numbers.entry(list).or_insert_with_key(|list| {
-            let number = words.len() as u32;
-            words.push(list.len() as u32);
-            words.extend_from_slice(list);
-            number
-        });
-        Leaf::of_list(*number)
-    }
-}
-
-/// The bricks that every audience has: everybody lit, everybody in shadow, nothing known.
-const LIT_BRICK: u16 = 0;
-const SHADOWED_BRICK: u16 = 1;
-const UNKNOWN_BRICK: u16 = 2;
-
-/// Packs the octrees under the coarsest bricks.
-pub(crate) fn pack(
-    lattice: &Lattice,
-    octrees: impl Iterator<Item = (Cell, Decisions)>,
-    lists: &mut ListPool,
-) -> Bricks {
-    let mut all = Bricks {
-        root: vec![UNKNOWN_BRICK; lattice.root_places()],
-        bricks: [Occlusion::Null, Occlusion::Full, Occlusion::Listed]
-            .map(Brick::of_one_value)
-            .into(),
-        leaves: vec![Leaf::UNKNOWN; 64],
-    };
-    // Level after level: coarse bricks stay together, and so do those under one brick.
-    let mut level: Vec<(usize, Decisions)> = Vec::new();
-    for (cell, octree) in octrees {
-        all.root[Code::place_of(cell.at)] = match octree {
-            Decisions::Nobody | Decisions::Known(false) => LIT_BRICK,
-            Decisions::Known(true) => SHADOWED_BRICK,
-            Decisions::Unknown => UNKNOWN_BRICK,
-            octree => {
-                let number = all.bricks.len();
-                level.push((number, octree));
-                all.bricks.push(Brick::default());
-                // 32^3 at most.
-                number as u16
-            }
-        };
-    }
-    while !level.is_empty() {
-        let mut next = Vec::new();
-        for (number, octree) in level {
-            let mut brick = Brick {
-                finer: all.bricks.len() as u32,
-                leaves: all.leaves.len() as u32,
-                ..Brick::default()
-            };
-            let mut cells: [Decisions; 64] = [const { Decisions::Nobody }; 64];
-            spread(octree, 4, [0; 3], &mut cells);
-            for (place, cell) in (0..).zip(cells) {
-                let value = match cell {
-                    Decisions::Known(is_shadowed) => Occlusion::known(is_shadowed),
-                    Decisions::Nobody => Occlusion::Null,
-                    Decisions::Unknown => {
-                        all.leaves.push(Leaf::UNKNOWN);
-                        Occlusion::Listed
-                    }
-                    Decisions::List(list) => {
-                        all.leaves.push(lists.add(list));
-                        Occlusion::Listed
-                    }
-                    split @ Decisions::Split(_) => {
-                        next.push((all.bricks.len(), split));
-                        all.bricks.push(Brick::default());
-                        Occlusion::Complicated
-                    }
-                };
-                brick.values.set(place, value);
-            }
-            all.bricks[number] = brick;
-        }
-        level = next;
-    }
-    all.bricks.shrink_to_fit();
-    all.leaves.shrink_to_fit();
-    all
-}
-
-/// Spreads an octree over a cube of cells of a brick, `edge` of them along an axis.
-fn spread(octree: Decisions, edge: usize, at: [usize; 3], cells: &mut [Decisions; 64]) {
-    match octree {
-        Decisions::Split(children) if edge > 1 => {
-            let half = edge / 2;
-            for (place, child) in children.into_iter().enumerate() {
-                let at = std::array::from_fn(|axis| at[axis] + half * (place >> axis & 1));
-                spread(child, half, at, cells);
-            }
-        }
-        octree => {
-            for z in at[2]..at[2] + edge {
-                for y in at[1]..at[1] + edge {
-                    for x in at[0]..at[0] + edge {
-                        let place = Code::place_of([x, y, z].map(|at| at as u32));
-                        cells[place] = octree.clone();
-                    }
-                }
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::collections::HashSet;
-
-    use antumbra_geometry::{Bounds, DVec3};
-    use fearless_simd::{Level, dispatch};
-
-    use super::super::refine::cut_out;
-    use super::super::testing::Random;
-    use super::*;
-    use crate::frame::Frame;
-
-    /// An octree that is halved `deepest` times at most, at any level.
-    fn octree(deepest: u32, random: &mut Random) -> Decisions {
-        let is_split = deepest > 0 && random.below(100) < if deepest > 5 { 70 } else { 30 };
-        if is_split {
-            let children = std::array::from_fn(|_| octree(deepest - 1, random));
-            return Decisions::Split(Box::new(children));
-        }
-        match random.below(5) {
-            0 => Decisions::Known(false),
-            1 => Decisions::Known(true),
-            2 => Decisions::Nobody,
-            3 => Decisions::Unknown,
-            _ => {
-                // Few enough that lists meet again.
-                let length = 1 + random.below(3);
-                Decisions::List((0..length).map(|_| random.below(4) as u32).collect())
-            }
+        Leaf {
+            link,
+            place: place as u32,
         }
     }
 
-    fn lists_in(octree: &Decisions, found: &mut HashSet<Box<[u32]>>) {
-        match octree {
-            Decisions::Split(children) => children.iter().for_each(|c| lists_in(c, found)),
-            Decisions::List(list) => {
-                found.insert(list.clone());
-            }
-            _ => {}
-        }
+    /// Returns where the link of one of the coarsest bricks stands.
+    pub(crate) fn place_in_root(&self, brick: Cell) -> u32 {
+        (self.root + Code::place_of(brick.at)) as u32
     }
 
-    /// What the octree says of the cell of a level whose number along an axis is `at`.
-    fn decision(octree: &Decisions, at: [u32; 3], level: u32) -> &Decisions {
-        let mut here = octree;
-        for bit in (0..level).rev() {
-            let Decisions::Split(children) = here else {
+    /// Returns the level of the cell that a leaf is for, of a start that a code tells.
+    pub(crate) fn level_of(&self, code: Code, lattice: &Lattice) -> u32 {
+        let place = self.root + code.place_in_root(self.root_shift);
+        let mut level = lattice.root_level;
+        let mut link = read(&self.words[place]);
+        let mut shift = self.brick_shift;
+        while let Some(brick) = link.brick() {
+            level += 2;
+            let number = code.place_in_brick(shift);
+            let values = values_of(&self.words[brick..]);
+            if values.get(number).of_surface_point().is_some() {
                 break;
-            };
-            let place = (0..3).fold(0, |place, axis| place | (at[axis] >> bit & 1) << axis);
-            here = &children[place as usize];
-        }
-        here
-    }
-
-    #[test]
-    fn bricks_give_back_what_octrees_say() {
-        let random = &mut Random(1);
-        let mut asked = [0; 5];
-        for round in 0..60 {
-            // A cube, and boxes that fill their octree only partly; cells of one, two and three bricks.
-            let finest = [2, 3, 4, 5, 6, 8][round % 6];
-            let half = DVec3::new(
-                1.0,
-                random.pick(&[1.0, 0.4, 0.01]),
-                random.pick(&[1.0, 0.7]),
-            );
-            let scene = Bounds {
-                min: -half,
-                max: half,
-            };
-            let frame = Frame::new(scene);
-            let lattice = Lattice::new(&scene, &frame, finest);
-            // Two audiences share their lists.
-            let octrees = [(); 2].map(|()| octree(finest, random));
-            let mut pool = ListPool::default();
-            let stores = octrees
-                .each_ref()
-                .map(|octree| pack(&lattice, cut_out(octree, &lattice), &mut pool));
-            for (octree, bricks) in octrees.iter().zip(&stores) {
-                let finder = bricks.finder(&lattice);
-                for _ in 0..400 {
-                    let x = frame.point_in_frame(random.in_box(&scene)).to_array();
-                    let x = x.map(|x| x as f32);
-                    let code = dispatch!(Level::new(), simd => lattice.code_of(simd, x));
-                    let at = cell_at(code, finest);
-                    let leaf = finder.find(code);
-                    match decision(octree, at, finest) {
-                        Decisions::Known(is_shadowed) => {
-                            assert_eq!(leaf.known(), Some(*is_shadowed));
-                            asked[usize::from(*is_shadowed)] += 1;
-                        }
-                        Decisions::Nobody => {
-                            // Any answer will do, but no ray.
-                            assert!(leaf.known().is_some());
-                            asked[2] += 1;
-                        }
-                        Decisions::Unknown => {
-                            assert_eq!((leaf.known(), leaf.list()), (None, None));
-                            asked[3] += 1;
-                        }
-                        Decisions::List(list) => {
-                            assert_eq!(leaf.known(), None);
-                            let at = leaf.list().expect("a list");
-                            let length = pool.words[at] as usize;
-                            assert_eq!(pool.words[at + 1..][..length], list[..]);
-                            asked[4] += 1;
-                        }
-                        Decisions::Split(_) => panic!("finer than the finest"),
-                    }
-                }
             }
-            // Each list once; none of parts that no point of the scene is in.
-            let mut expected = HashSet::new();
-            octrees
-                .iter()
-                .for_each(|octree| lists_in(octree, &mut expected));
-            let words: usize = expected.iter().map(|list| 1 + list.len()).sum();
-            let is_whole = half == DVec3::ONE;
-            assert!(pool.words.len() <= words);
-            assert!(!is_whole || pool.words.len() == words);
+            link = read(&self.words[brick + PLANES + values.undecided_before(number)]);
+            shift = shift.wrapping_sub(6);
         }
-        assert!(asked.iter().all(|&count| count > 1000), "{asked:?}");
+        level
     }
+}
 
-    /// The cell of a level that a code names, which the tests of `lattice` check.
-    fn cell_at(code: Code, level: u32) -> [u32; 3] {
-        // Sixteen halvings: 48 bits.
-        let bit = |axis: usize, bit: u32| {
-            let shift = 3 * (15 - bit);
-            (code.place_in_brick(shift) >> axis & 1) << (level - 1 - bit)
-        };
-        std::array::from_fn(|axis| (0..level).fold(0, |at, b| at | bit(axis, b)))
-    }
+/// Returns the values of the brick whose words these are.
+#[inline(always)]
+fn values_of(brick: &[AtomicU32]) -> Values64 {
+    let planes = &brick[..PLANES];
+    Values64::from_words([0, 1, 2, 3].map(|at| planes[at].load(Ordering::Relaxed)))
+}
 
-    #[test]
-    fn cells_that_agree_are_one() {
-        let eight = |some: fn(usize) -> Decisions| {
-            Decisions::of_children(Box::new(std::array::from_fn(some)))
-        };
-        let known = Decisions::Known;
-        let nobody = Decisions::Nobody;
-        assert_eq!(eight(|_| Decisions::Nobody), nobody);
-        assert_eq!(eight(|_| Decisions::Known(true)), known(true));
-        // Nobody asks in the others.
-        let mixed = eight(|place| match place {
-            2 | 5 => Decisions::Known(true),
-            _ => Decisions::Nobody,
-        });
-        assert_eq!(mixed, known(true));
-        for differing in [
-            eight(|place| Decisions::Known(place == 7)),
-            eight(|place| match place {
-                0 => Decisions::Unknown,
-                _ => Decisions::Known(false),
-            }),
-            // Lists stay with the cells that they were made for.
-            eight(|_| Decisions::List(Box::new([3]))),
-        ] {
-            assert!(matches!(differing, Decisions::Split(_)), "{differing:?}");
-        }
-    }
-
-    #[test]
-    fn what_is_not_packed_is_unknown() {
-        let scene = Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::ONE,
-        };
-        let frame = Frame::new(scene);
-        let lattice = Lattice::new(&scene, &frame, 5);
-        let bricks = pack(&lattice, std::iter::empty(), &mut ListPool::default());
-        for x in [[0.0; 3], [0.4; 3], [-3.0; 3], [f32::NAN; 3]] {
-            let code = dispatch!(Level::new(), simd => lattice.code_of(simd, x));
-            assert_eq!(bricks.finder(&lattice).find(code), Leaf::UNKNOWN);
-        }
+/// Returns a cell of a brick's from its number.
+pub(crate) fn cell_in_brick(brick: Cell, number: u32) -> Cell {
+    Cell {
+        level: brick.level + 2,
+        at: std::array::from_fn(|axis| {
+            let low = number >> axis & 1;
+            let high = number >> (3 + axis) & 1;
+            4 * brick.at[axis] + 2 * high + low
+        }),
     }
 }

@@ -54,8 +54,8 @@ impl<'a> Casters<'a> {
             Audience::Free => return receivers,
         };
         for &surface in &candidates.holders {
-            match self.sides.get(surface as usize) {
-                Some(&side) if side == wanted => {
+            match self.side(surface) {
+                Some(side) if side == wanted => {
                     let patch = self
                         .occluders
                         .patch(SurfaceId(surface), bounds, &self.light);
@@ -225,7 +225,7 @@ impl<'a> Casters<'a> {
                 .map(|x| x as f32)
         };
         let is_covered = candidates.triangles.iter().any(|&triangle| {
-            let forms = &self.umbra_forms[triangle as usize];
+            let forms = self.umbra_forms(triangle);
             self.blocks_everywhere(triangle)
                 && patch
                     .corners()
@@ -280,15 +280,15 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// Returns the surfaces that may block a start of an audience in a cell, or `None` if they are more
-    /// than `most`, where one that is no triangle counts as `curved_cost` triangles.
+    /// Returns the surfaces that may block a start of an audience in a cell, and their cost, where one that
+    /// is no triangle counts as `curved_cost` triangles; `None` if that is more than `most`.
     pub(crate) fn blockers(
         &self,
         receivers: Option<&Receivers<'_>>,
         candidates: &Candidates,
         most: usize,
         curved_cost: usize,
-    ) -> Option<Vec<u32>> {
+    ) -> Option<(Vec<u32>, usize)> {
         const MOST_TRIED: usize = 4;
         const MOST_PATCHES: usize = 16;
         if candidates.triangles.len() > MOST_TRIED * most {
@@ -331,7 +331,7 @@ impl<'a> Casters<'a> {
                 }
             }
         }
-        (cost <= most).then_some(list)
+        (cost <= most).then_some((list, cost))
     }
 
     fn may_block(&self, triangle: u32, patch: &Patch<'_>) -> bool {
@@ -345,7 +345,7 @@ impl<'a> Casters<'a> {
                 .to_array()
                 .map(|x| x as f32)
         };
-        let forms = &self.umbra_forms[triangle as usize];
+        let forms = self.umbra_forms(triangle);
         let outside = patch
             .corners()
             .fold(0b1111, |bits, corner| bits & forms.outside(narrow(corner)));
@@ -357,9 +357,11 @@ impl<'a> Casters<'a> {
 mod tests {
     use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Opacity, Sphere};
 
+    use super::super::candidates::CasterTables;
     use super::super::lattice::{Cell, Lattice};
     use super::super::testing::Random;
     use super::*;
+    use crate::bvh::Bvh;
     use crate::frame::Frame;
 
     /// Triangles that share corners, doubled ones, panes, balls; numbers are whole half the time.
@@ -457,7 +459,9 @@ mod tests {
                 continue;
             }
             let lattice = Lattice::new(&bounds, &frame, 8);
-            let casters = Casters::new(&occluders, &mesh, frame, light);
+            let tables = CasterTables::new(&occluders, &mesh, frame, light);
+            let casters = Casters::new(&occluders, &mesh, frame, &tables);
+            let bvh = Bvh::build(&occluders);
             for _ in 0..12 {
                 // A cell about a surface or anywhere, reached from cell to cell.
                 let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
@@ -466,13 +470,18 @@ mod tests {
                     _ => occluders.surface_bounds(surface),
                 };
                 let target = random.in_box(&around);
-                let (mut cell, mut candidates) = (Cell::ROOT, casters.all());
+                let mut cell = Cell::ROOT;
+                let mut candidates = casters.gather(&bvh, &lattice.inflated(cell));
                 for _ in 0..random.below(8) {
                     let holds = |cell: &Cell| lattice.inflated(*cell).contains(target);
                     if let Some(child) = cell.children().into_iter().find(holds) {
                         cell = child;
                         let bounds = lattice.inflated(cell);
-                        candidates = casters.narrow(&candidates, &bounds, cell.level);
+                        candidates = if random.below(2) == 0 {
+                            casters.narrow(&candidates, &bounds)
+                        } else {
+                            casters.gather(&bvh, &bounds)
+                        };
                     }
                 }
                 let bounds = lattice.inflated(cell);
@@ -517,7 +526,7 @@ mod tests {
                                     "{other:?} {}",
                                     context()
                                 );
-                                if let Some(list) = &list {
+                                if let Some((list, _)) = &list {
                                     assert!(list.contains(&other.0), "{other:?} {}", context());
                                     listed[audience as usize] += 1;
                                 }

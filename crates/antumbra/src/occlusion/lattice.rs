@@ -37,6 +37,7 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
+    #[cfg(test)]
     pub(crate) const ROOT: Self = Self {
         level: 0,
         at: [0; 3],
@@ -85,6 +86,19 @@ impl Code {
     #[inline(always)]
     pub(crate) fn place_in_brick(self, shift: u32) -> u32 {
         (self.0 >> shift & 63) as u32
+    }
+
+    /// Returns the cell of a level that holds the point.
+    pub(crate) fn cell(self, level: u32) -> Cell {
+        let number = |axis: u32| {
+            (0..CODE_LEVELS).fold(0, |number, bit| {
+                number | ((self.0 >> (3 * bit + axis) & 1) as u32) << bit
+            })
+        };
+        Cell {
+            level,
+            at: [0, 1, 2].map(|axis| number(axis) >> (CODE_LEVELS - level)),
+        }
     }
 
     /// Returns the cell's place among its siblings of a brick or a table, from its numbers.
@@ -267,20 +281,8 @@ mod tests {
     use super::super::testing::Random;
     use super::*;
 
-    /// The numbers of the finest cell that a code tells.
-    fn numbers(code: Code) -> [u32; 3] {
-        std::array::from_fn(|axis| {
-            (0..CODE_LEVELS).fold(0, |number, bit| {
-                number | ((code.0 >> (3 * bit + axis as u32) & 1) as u32) << bit
-            })
-        })
-    }
-
     fn cell_of(code: Code, level: u32) -> Cell {
-        Cell {
-            level,
-            at: numbers(code).map(|number| number >> (CODE_LEVELS - level)),
-        }
+        code.cell(level)
     }
 
     fn narrow(frame: &Frame, point: DVec3) -> [f32; 3] {

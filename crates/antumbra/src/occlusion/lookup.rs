@@ -6,11 +6,13 @@
 use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
-use super::adaptive::{AdaptiveValues, BALL, Blocker, EXACT, LightValues};
+use super::adaptive::{AdaptiveValues, Known};
 use super::balls::OnBall;
-use super::bricks::Leaf;
+use super::bricks::{Finder, Leaf, Store};
 use super::forms::Verdict;
-use super::lattice::Lattice;
+use super::lattice::{Code, Lattice};
+use super::links::Link;
+use super::sync::{AtomicU32, Ordering};
 use super::value::Audience;
 
 /// Starts that are looked up together.
@@ -62,16 +64,56 @@ impl Found {
     }
 }
 
+/// What is known of a block of starts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Looked {
+    pub(crate) found: [Found; BLOCK],
+    /// Where the links of their cells stand; 0 where that does not matter.
+    pub(crate) places: [u32; BLOCK],
+}
+
+impl Looked {
+    const NOTHING: Self = Self {
+        found: [Found::NOTHING; BLOCK],
+        places: [0; BLOCK],
+    };
+}
+
 impl AdaptiveValues {
     /// Finds what is known of at most [`BLOCK`] starts.
+    #[inline]
     pub(crate) fn find(
         &self,
+        store: &Store,
         occluders: &Occluders,
         starts: &[Start],
         light: usize,
-    ) -> [Found; BLOCK] {
+    ) -> Looked {
+        let Some(known) = self.known(light) else {
+            return Looked::NOTHING;
+        };
         dispatch!(self.level, simd => {
-            Lookup { simd, values: self, light: &self.lights[light], occluders }.find(starts)
+            Lookup { simd, values: self, number: light, known, store, occluders }.find(starts)
+        })
+    }
+
+    /// Returns whose values speak of a start, and where it lies; none if it is not where its point is.
+    pub(super) fn code_of_start(
+        &self,
+        store: &Store,
+        occluders: &Occluders,
+        light: usize,
+        start: &Start,
+    ) -> Option<(Audience, Code)> {
+        let known = self.known(light)?;
+        let x = self.narrow(start.point);
+        dispatch!(self.level, simd => {
+            let code = self.lattices[0].code_of(simd, x);
+            let lookup = Lookup { simd, values: self, number: light, known, store, occluders };
+            match lookup.audience(start, x) {
+                Asks::In(audience) => Some((audience, code)),
+                Asks::OwnShadow | Asks::Doubt => None,
+            }
         })
     }
 
@@ -87,14 +129,17 @@ impl AdaptiveValues {
 struct Lookup<'a, S> {
     simd: S,
     values: &'a AdaptiveValues,
-    light: &'a LightValues,
+    /// Of the light.
+    number: usize,
+    known: Known<'a>,
+    store: &'a Store,
     occluders: &'a Occluders,
 }
 
 impl<S: Simd> Lookup<'_, S> {
     /// One step for all starts before the next: so the memory that they need is fetched together.
     #[inline(always)]
-    fn find(&self, starts: &[Start]) -> [Found; BLOCK] {
+    fn find(&self, starts: &[Start]) -> Looked {
         let mut places = [[0.0; BLOCK]; 3];
         for (number, start) in starts.iter().enumerate() {
             let [x, y, z] = self.values.narrow(start.point);
@@ -109,14 +154,13 @@ impl<S: Simd> Lookup<'_, S> {
         for (number, start) in starts.iter().enumerate() {
             audiences[number] = self.audience(start, place(number));
         }
-        let mut leaves = [Leaf::UNKNOWN; BLOCK];
+        let mut leaves = [Leaf::OUTSIDE; BLOCK];
         for audience in Audience::ALL {
             let wanted = Asks::In(audience);
             if !audiences.contains(&wanted) {
                 continue;
             }
-            let bricks = &self.light.bricks[audience as usize];
-            let finder = bricks.finder(&self.values.lattices[audience as usize]);
+            let finder = self.finder(audience);
             for (number, leaf) in leaves.iter_mut().enumerate() {
                 if audiences[number] == wanted {
                     *leaf = finder.find(codes.get(number));
@@ -125,19 +169,42 @@ impl<S: Simd> Lookup<'_, S> {
         }
         for (leaf, asks) in leaves.iter_mut().zip(&audiences) {
             if *asks == Asks::OwnShadow {
-                *leaf = Leaf::SHADOWED;
+                *leaf = Leaf::of(true);
             }
         }
-        let mut found = [Found::NOTHING; BLOCK];
+        let mut looked = Looked::NOTHING;
         for (number, start) in starts.iter().enumerate() {
-            found[number] = match leaves[number].known() {
+            let leaf = leaves[number];
+            looked.places[number] = leaf.place;
+            looked.found[number] = match leaf.link.answer() {
                 Some(is_shadowed) => Found::by_value(is_shadowed),
                 None if audiences[number] == Asks::Doubt => self.find_off_surface(start),
-                None if leaves[number] == Leaf::UNKNOWN => self.find_from_outside(start),
-                None => self.find_in_list(leaves[number], start, start.point, place(number)),
+                None if leaf.link == Link::OUTSIDE => self.find_from_outside(start),
+                None => self.find_in_list(leaf.link, start, start.point, place(number)),
             };
         }
-        found
+        looked
+    }
+
+    #[inline(always)]
+    fn finder(&self, audience: Audience) -> Finder<'_> {
+        let lattice = &self.values.lattices[audience as usize];
+        self.store.finder(self.number, audience, lattice)
+    }
+
+    /// Returns the light.
+    #[inline(always)]
+    fn light(&self) -> &LightShape {
+        &self.values.lights[self.number].light
+    }
+
+    #[inline(always)]
+    fn sides(&self) -> &[i8] {
+        &self.known.light.sides
+    }
+
+    fn triangle_count(&self) -> usize {
+        self.known.scene.start_forms.len()
     }
 
     /// Returns whose values speak of a start that is where its point is.
@@ -147,22 +214,22 @@ impl<S: Simd> Lookup<'_, S> {
             return Asks::In(Audience::Free);
         };
         let surface = surface as usize;
-        let Some(forms) = self.values.start_forms.get(surface) else {
+        let Some(forms) = self.known.scene.start_forms.get(surface) else {
             return self.audience_on_ball(surface, start.point);
         };
         if !forms.is_start(self.simd, x) {
             return Asks::Doubt;
         }
-        Asks::on_side(self.light.sides[surface])
+        Asks::on_side(self.sides()[surface])
     }
 
     #[inline(always)]
     fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
-        let number = surface - self.values.start_forms.len();
-        let Some(ball) = self.values.ball_starts.get(number) else {
+        let number = surface - self.triangle_count();
+        let Some(ball) = self.known.scene.ball_starts.get(number) else {
             return Asks::Doubt;
         };
-        match ball.tell(point, &self.light.light, self.room()) {
+        match ball.tell(point, self.light(), self.room()) {
             OnBall::Front => Asks::In(Audience::Front),
             OnBall::OwnShadow => Asks::OwnShadow,
             OnBall::Doubt => Asks::Doubt,
@@ -186,9 +253,9 @@ impl<S: Simd> Lookup<'_, S> {
         if !is_near || surface.0 as usize >= self.occluders.surface_count() {
             return Found::NOTHING;
         }
-        let segment = self.occluders.segment(start, &self.light.light);
+        let segment = self.occluders.segment(start, self.light());
         let room = 0.5 * self.room();
-        let asks = match self.light.sides.get(surface.0 as usize) {
+        let asks = match self.sides().get(surface.0 as usize) {
             Some(&side) => Asks::on_side(side),
             None => {
                 // Values speak of starts that no own rule shadows.
@@ -220,7 +287,7 @@ impl<S: Simd> Lookup<'_, S> {
         if start.surface.is_some() || !is_near || lattice.bounds().contains(start.point) {
             return Found::NOTHING;
         }
-        match enter(lattice, start.point, &self.light.light) {
+        match enter(lattice, start.point, self.light()) {
             Entry::Never => Found::by_value(false),
             Entry::Unknown => Found::NOTHING,
             Entry::At(point) => self.find_at(start, point, Audience::Free),
@@ -230,14 +297,11 @@ impl<S: Simd> Lookup<'_, S> {
     /// Finds what is known of a start that answers as one within the room of a point does.
     fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
         let place = self.values.narrow(point);
-        let lattice = &self.values.lattices[audience as usize];
-        let code = lattice.code_of(self.simd, place);
-        let leaf = self.light.bricks[audience as usize]
-            .finder(lattice)
-            .find(code);
-        match leaf.known() {
+        let code = self.values.lattices[audience as usize].code_of(self.simd, place);
+        let link = self.finder(audience).find(code).link;
+        match link.answer() {
             Some(is_shadowed) => Found::by_value(is_shadowed),
-            None => self.find_in_list(leaf, start, point, place),
+            None => self.find_in_list(link, start, point, place),
         }
     }
 
@@ -257,17 +321,16 @@ impl<S: Simd> Lookup<'_, S> {
     /// Asks the blockers of a list about a start near `point`, which is `x` in the frame. Triangles of
     /// the start's own plane and its own sphere do not block it.
     #[inline(always)]
-    fn find_in_list(&self, leaf: Leaf, start: &Start, point: DVec3, x: [f32; 3]) -> Found {
-        let Some(list) = leaf.list() else {
+    fn find_in_list(&self, link: Link, start: &Start, point: DVec3, x: [f32; 3]) -> Found {
+        let Some(list) = link.list() else {
             return Found::NOTHING;
         };
-        let lists = &self.light.lists;
-        let length = lists.words[list] as usize;
-        let entries = &lists.words[list + 1..list + 1 + length];
+        let entries = self.store.list(list);
         let mut is_in_doubt = false;
-        for &entry in entries {
-            let Some(forms) = lists.forms.get(entry as usize) else {
-                match self.ball_verdict(entry, start, point) {
+        for entry in entries {
+            let surface = SurfaceId(entry.load(Ordering::Relaxed));
+            let Some(forms) = self.known.light.umbra_forms.get(surface.0 as usize) else {
+                match self.curved_verdict(surface, start, point) {
                     Verdict::Outside => {}
                     Verdict::Inside => return Found::by_list(true),
                     Verdict::Doubt => is_in_doubt = true,
@@ -278,12 +341,10 @@ impl<S: Simd> Lookup<'_, S> {
             if verdict == Verdict::Outside {
                 continue;
             }
-            let blocker = &lists.blockers[entry as usize];
-            let is_flat_with = |own| self.are_in_one_plane(own, blocker);
-            if start.surface.is_some_and(is_flat_with) {
+            if start.surface.is_some_and(|own| self.are_in_one_plane(own, surface)) {
                 continue;
             }
-            if verdict == Verdict::Inside && blocker.blocks_everywhere {
+            if verdict == Verdict::Inside && self.occluders.is_opaque_everywhere(surface) {
                 return Found::by_list(true);
             }
             is_in_doubt = true;
@@ -294,20 +355,20 @@ impl<S: Simd> Lookup<'_, S> {
     /// Tells whether a listed surface that is no triangle blocks. The start's own solid does not: its own
     /// rule was asked before.
     #[inline(always)]
-    fn ball_verdict(&self, entry: u32, start: &Start, point: DVec3) -> Verdict {
-        if entry & BALL == 0 || entry & EXACT != 0 {
+    fn curved_verdict(&self, surface: SurfaceId, start: &Start, point: DVec3) -> Verdict {
+        let number = surface.0 as usize - self.triangle_count();
+        let Some(ball) = &self.known.scene.balls[number] else {
             return Verdict::Doubt;
-        }
-        let (ball, surface) = &self.light.lists.balls[(entry & !BALL) as usize];
-        if start.surface == Some(*surface) {
+        };
+        if start.surface == Some(surface) {
             return Verdict::Outside;
         }
-        match ball.verdict(point, &self.light.light, self.room()) {
+        match ball.verdict(point, self.light(), self.room()) {
             // Another one in the same place is its own, too.
             Verdict::Inside
                 if start
                     .surface
-                    .is_some_and(|own| self.occluders.have_one_own_rule(own, *surface)) =>
+                    .is_some_and(|own| self.occluders.have_one_own_rule(own, surface)) =>
             {
                 Verdict::Outside
             }
@@ -316,9 +377,9 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(always)]
-    fn are_in_one_plane(&self, own: SurfaceId, blocker: &Blocker) -> bool {
-        (own.0 as usize) < self.values.start_forms.len()
-            && self.values.mesh.flat_group(own) == blocker.flat_group
+    fn are_in_one_plane(&self, own: SurfaceId, blocker: SurfaceId) -> bool {
+        let mesh = &self.known.scene.mesh;
+        (own.0 as usize) < self.triangle_count() && mesh.flat_group(own) == mesh.flat_group(blocker)
     }
 
     /// Asks the exact rule about what is in doubt.
@@ -326,24 +387,17 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(never)]
     fn is_blocked_exactly(
         &self,
-        entries: &[u32],
+        entries: &[AtomicU32],
         start: &Start,
         point: DVec3,
         x: [f32; 3],
     ) -> bool {
-        let lists = &self.light.lists;
-        let segment = self.occluders.segment(start, &self.light.light);
-        entries.iter().any(|&entry| {
-            let (verdict, surface) = match lists.forms.get(entry as usize) {
-                Some(forms) => (
-                    forms.wide_verdict(self.simd, x),
-                    lists.blockers[entry as usize].surface,
-                ),
-                None if entry & EXACT != 0 => (Verdict::Doubt, SurfaceId(entry & !EXACT)),
-                None => (
-                    self.ball_verdict(entry, start, point),
-                    lists.balls[(entry & !BALL) as usize].1,
-                ),
+        let segment = self.occluders.segment(start, self.light());
+        entries.iter().any(|entry| {
+            let surface = SurfaceId(entry.load(Ordering::Relaxed));
+            let verdict = match self.known.light.umbra_forms.get(surface.0 as usize) {
+                Some(forms) => forms.wide_verdict(self.simd, x),
+                None => self.curved_verdict(surface, start, point),
             };
             verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
         })

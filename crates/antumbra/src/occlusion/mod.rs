@@ -6,22 +6,28 @@
 //! of lights.
 
 mod adaptive;
+mod arena;
 mod balls;
 mod bricks;
+mod budget;
 mod candidates;
 mod classify;
 mod forms;
 mod lattice;
+mod links;
 mod lookup;
 mod mark;
 mod quick_check;
 mod refine;
 mod store;
+mod sync;
 #[cfg(test)]
 mod testing;
 mod value;
 
-pub(crate) use adaptive::AdaptiveValues;
+pub(crate) use adaptive::{AdaptiveValues, Making, Scene};
+pub(crate) use bricks::Store;
+pub(crate) use budget::{Account, cost_of_rays};
 pub(crate) use lookup::{BLOCK, Found};
 pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;

@@ -1,15 +1,14 @@
-//! Values for one light, refined where surfaces are.
+//! What is written for the cells of a brick.
 //!
-//! Top down: a cell keeps what may matter to it, is decided, or keeps the few possible blockers, or is
-//! halved along each axis. In: the casters, the lattices. Out: one octree per audience. Invariant: what is written for a cell is a function of the scene, the light and the
-//! cell.
+//! A brick's cell keeps what may matter to it, is halved twice along each axis, and each part is decided, or keeps
+//! the few possible blockers, or waits for a finer brick. In: the casters, the lattices. Out: 64 decisions
+//! for one audience. Invariant: they are a function of the scene, the light, the settings and the cell.
 
 use antumbra_geometry::Bounds;
-use rayon::prelude::*;
 
-use super::bricks::Decisions;
+use super::bricks::{Decision, Decisions, Finer};
 use super::candidates::{Candidates, Casters};
-use super::lattice::{Cell, Lattice};
+use super::lattice::{Cell, Code, Lattice};
 use super::value::Audience;
 
 /// How far to refine.
@@ -23,12 +22,11 @@ pub(crate) struct Depth {
     pub(crate) short_list: usize,
     /// The same for points of space.
     pub(crate) space_list: usize,
+    /// As few blockers are kept until there are finer cells.
+    pub(crate) early_list: usize,
     /// As few blockers are kept in cells that are not refined further.
     pub(crate) long_list: usize,
 }
-
-/// Decisions for all audiences.
-type Decided = [Decisions; 3];
 
 /// Halvings of the scene's box at most where no surface is.
 const EMPTY_SPACE_LEVEL: u32 = 7;
@@ -43,173 +41,131 @@ const CURVED_COST: usize = 3;
 /// So many times longer lists do for starts with the light behind.
 const BACK_LISTS: usize = 4;
 
-/// Cells of fewer halvings are shared among threads.
-const PARALLEL_LEVEL: u32 = 6;
-
 pub(crate) struct Refiner<'a> {
-    pub(crate) casters: &'a Casters<'a>,
-    /// For each [`Audience`].
-    pub(crate) lattices: &'a [Lattice; 3],
+    pub(crate) casters: Casters<'a>,
+    pub(crate) lattice: &'a Lattice,
+    pub(crate) audience: Audience,
     pub(crate) depth: Depth,
 }
 
 impl Refiner<'_> {
-    /// Returns the decisions for the whole scene, for each audience.
-    pub(crate) fn refine(&self) -> [Decisions; 3] {
-        self.decide(Cell::ROOT, &self.casters.all(), [true; 3])
+    /// Returns what is decided for the 64 cells of a brick in place of a cell, whose candidates these are.
+    pub(crate) fn decide_brick(&self, cell: Cell, candidates: &Candidates) -> Box<Decisions> {
+        let mut decisions = Box::new([const { Decision::Nobody }; 64]);
+        self.decide_halves(cell, candidates, 2, [0; 3], &mut decisions);
+        decisions
     }
 
-    fn decide(&self, cell: Cell, around: &Candidates, pending: [bool; 3]) -> Decided {
-        const NOBODY: Decided = [const { Decisions::Nobody }; 3];
-        let mut lattices = self.lattices.iter();
-        if !lattices.any(|lattice| lattice.is_inside(cell)) {
-            return NOBODY;
-        }
-        let bounds = self.lattices[0].inflated(cell);
-        let candidates = self.casters.narrow(around, &bounds, cell.level);
-        let mut decided = NOBODY;
-        let mut still = [false; 3];
-        for (number, audience) in Audience::ALL.into_iter().enumerate() {
-            if pending[number] {
-                match self.decide_for(audience, cell, &candidates, &bounds) {
-                    Some(decisions) => decided[number] = decisions,
-                    None => still[number] = true,
-                }
-            }
-        }
-        if still.contains(&true) {
-            let finer = self.decide_children(cell, &candidates, still);
-            for (number, finer) in finer.into_iter().enumerate() {
-                if still[number] {
-                    decided[number] = finer;
-                }
-            }
-        }
-        decided
-    }
-
-    fn decide_children(&self, cell: Cell, candidates: &Candidates, pending: [bool; 3]) -> Decided {
-        let decide = |child: Cell| self.decide(child, candidates, pending);
-        let children: Vec<Decided> = if cell.level < PARALLEL_LEVEL {
-            cell.children().into_par_iter().map(decide).collect()
-        } else {
-            cell.children().into_iter().map(decide).collect()
-        };
-        let mut all = [const { Vec::new() }; 3];
-        for child in children {
-            for (octrees, octree) in all.iter_mut().zip(child) {
-                octrees.push(octree);
-            }
-        }
-        all.map(|octrees| match <Box<[Decisions; 8]>>::try_from(octrees) {
-            Ok(octrees) => Decisions::of_children(octrees),
-            Err(_) => Decisions::Unknown,
-        })
-    }
-
-    /// Returns what to write for a whole cell, or `None` to refine it.
-    fn decide_for(
+    /// Decides the eight halves of a cell, which may be halved so many times more. `at` is its place among
+    /// those of its size in the brick.
+    fn decide_halves(
         &self,
-        audience: Audience,
         cell: Cell,
-        candidates: &Candidates,
-        bounds: &Bounds,
-    ) -> Option<Decisions> {
+        around: &Candidates,
+        halvings: u32,
+        at: [u32; 3],
+        decisions: &mut Decisions,
+    ) {
+        let halvings = halvings - 1;
+        for (number, half) in cell.children().into_iter().enumerate() {
+            if !self.lattice.is_inside(half) {
+                continue;
+            }
+            let at = std::array::from_fn(|axis| 2 * at[axis] + (number as u32 >> axis & 1));
+            let bounds = self.lattice.inflated(half);
+            let candidates = self.casters.narrow(around, &bounds);
+            let decision = self.decide(half, &candidates, &bounds);
+            if decision == Decision::Pending && halvings > 0 {
+                self.decide_halves(half, &candidates, halvings, at, decisions);
+            } else {
+                fill(decisions, at, 1 << halvings, decision);
+            }
+        }
+    }
+
+    /// Returns what to write for a whole cell.
+    fn decide(&self, cell: Cell, candidates: &Candidates, bounds: &Bounds) -> Decision {
         if candidates.triangles.is_empty()
             && candidates.crossing.is_empty()
             && candidates.covering.is_empty()
         {
-            return Some(Decisions::Known(false));
+            return Decision::Known(false);
         }
-        if audience == Audience::Free {
+        let depth = self.depth;
+        if self.audience == Audience::Free {
             if let Some(is_shadowed) = self.casters.decide_free(candidates, bounds) {
-                return Some(Decisions::Known(is_shadowed));
+                return Decision::Known(is_shadowed);
             }
             // Fine cells only near surfaces.
             let finest = if candidates.holders.is_empty() {
-                self.depth.space.min(EMPTY_SPACE_LEVEL)
+                depth.space.min(EMPTY_SPACE_LEVEL)
             } else {
-                self.depth.space
+                depth.space
             };
-            let most = self.most_listed(audience, cell.level, finest, self.depth.space_list);
-            let list =
-                most.and_then(|(most, cost)| self.casters.blockers(None, candidates, most, cost));
-            return written(list, cell.level < finest);
+            return self.list(cell.level, finest, depth.space_list, |most, curved_cost| {
+                self.casters.blockers(None, candidates, most, curved_cost)
+            });
         }
-        let receivers = self.casters.receivers(audience, candidates, bounds);
+        let receivers = self.casters.receivers(self.audience, candidates, bounds);
         if receivers.is_empty() {
-            return Some(Decisions::Nobody);
+            return Decision::Nobody;
         }
         let decided = self.casters.decide_surfaces(&receivers, candidates, bounds);
         if let Some(is_shadowed) = decided {
-            return Some(Decisions::Known(is_shadowed));
+            return Decision::Known(is_shadowed);
         }
-        let finest = self.depth.surfaces;
-        let short_list = match audience {
+        let short_list = match self.audience {
             // Few ask from behind.
-            Audience::Back => BACK_LISTS * self.depth.short_list,
-            Audience::Front | Audience::Free => self.depth.short_list,
+            Audience::Back => BACK_LISTS * depth.short_list,
+            Audience::Front | Audience::Free => depth.short_list,
         };
         let short_list = if cell.level >= FINE_LEVEL {
             FINE_LISTS * short_list
         } else {
             short_list
         };
-        let most = self.most_listed(audience, cell.level, finest, short_list);
-        let list = most.and_then(|(most, cost)| {
+        self.list(cell.level, depth.surfaces, short_list, |most, curved_cost| {
             self.casters
-                .blockers(Some(&receivers), candidates, most, cost)
-        });
-        written(list, cell.level < self.depth.surfaces)
+                .blockers(Some(&receivers), candidates, most, curved_cost)
+        })
     }
 
-    /// Returns how many blockers may be listed for a cell of a level, and as how many one that is no
-    /// triangle counts; `None` for no lists.
-    fn most_listed(
+    /// Returns what to write for a cell that has no one answer, given what lists so many blockers at most.
+    fn list(
         &self,
-        audience: Audience,
         level: u32,
         finest: u32,
         short_list: usize,
-    ) -> Option<(usize, usize)> {
-        let (most, curved_cost) = if level < finest {
-            (short_list, CURVED_COST)
-        } else {
-            (self.depth.long_list, 1)
-        };
+        blockers: impl Fn(usize, usize) -> Option<(Vec<u32>, usize)>,
+    ) -> Decision {
+        let is_finest = level >= finest;
         // Cells of other levels would need a list for each of the cells that they become.
-        let is_own_cell =
-            self.lattices[audience as usize].is_level_of_cells(level) || level == finest;
-        (most > 0 && is_own_cell).then_some((most, curved_cost))
-    }
-}
-
-/// Returns what to write for a cell of possible blockers, `None` to refine it.
-fn written(list: Option<Vec<u32>>, can_refine: bool) -> Option<Decisions> {
-    match list {
-        Some(list) if list.is_empty() => Some(Decisions::Known(false)),
-        Some(list) => Some(Decisions::List(list.into())),
-        None if can_refine => None,
-        None => Some(Decisions::Unknown),
-    }
-}
-
-/// Returns the octrees under the coarsest bricks of a lattice.
-pub(crate) fn cut_out<'a>(
-    octree: &'a Decisions,
-    lattice: &'a Lattice,
-) -> impl Iterator<Item = (Cell, Decisions)> + 'a {
-    lattice.root_bricks().map(move |brick| {
-        let mut here = octree;
-        for level in (0..brick.level).rev() {
-            let Decisions::Split(children) = here else {
-                break;
-            };
-            let place = (0..3).fold(0, |place, axis| {
-                place | (brick.at[axis] >> level & 1) << axis
-            });
-            here = &children[place as usize];
+        let is_own_cell = is_finest || self.lattice.is_level_of_cells(level);
+        let (most, curved_cost) = match () {
+            () if is_finest => (self.depth.long_list, 1),
+            () if is_own_cell => (short_list.max(self.depth.early_list), CURVED_COST),
+            () => (0, 1),
+        };
+        let list = (most > 0).then(|| blockers(most, curved_cost)).flatten();
+        match list {
+            Some((list, _)) if list.is_empty() => Decision::Known(false),
+            Some((list, cost)) if is_finest || cost <= short_list => {
+                Decision::List(list.into(), Finer::Never)
+            }
+            Some((list, _)) => Decision::List(list.into(), Finer::Perhaps),
+            None if is_finest => Decision::Ray,
+            None => Decision::Pending,
         }
-        (brick, here.clone())
-    })
+    }
+}
+
+/// Writes one decision for a cube of cells of a brick, `edge` of them along an axis.
+fn fill(decisions: &mut Decisions, at: [u32; 3], edge: u32, decision: Decision) {
+    for z in at[2] * edge..(at[2] + 1) * edge {
+        for y in at[1] * edge..(at[1] + 1) * edge {
+            for x in at[0] * edge..(at[0] + 1) * edge {
+                decisions[Code::place_of([x, y, z])] = decision.clone();
+            }
+        }
+    }
 }

@@ -11,10 +11,11 @@ pub(crate) enum Occlusion {
     Null,
     /// `01`. Every start is in shadow.
     Full,
-    /// `10`. Starts differ, or nothing is known of them. In a store of bricks finer voxels say more.
+    /// `10`. Starts differ, or nothing is known of them. In a store of bricks finer voxels may say more,
+    /// and a list of the few possible blockers until then.
     Complicated,
-    /// `11`, in stores of bricks. As complicated, but there are no finer voxels: perhaps a list of the
-    /// few possible blockers.
+    /// `11`, in stores of bricks. As complicated, but there will be no finer voxels: there is a list, or
+    /// rays answer.
     Listed,
 }
 
@@ -104,16 +105,26 @@ impl Values64 {
         self.high = put(self.high, bits >> 1);
     }
 
-    /// Returns how many of the values before `place` are complicated.
-    #[inline]
-    pub(crate) fn complicated_before(&self, place: u32) -> u32 {
-        (!self.low & self.high & ((1 << place) - 1)).count_ones()
+    /// Returns how many of the values before `place` are complicated or listed.
+    #[inline(always)]
+    pub(crate) fn undecided_before(&self, place: u32) -> usize {
+        (self.high & ((1 << place) - 1)).count_ones() as usize
     }
 
-    /// Returns how many of the values before `place` are listed.
-    #[inline]
-    pub(crate) fn listed_before(&self, place: u32) -> u32 {
-        (self.low & self.high & ((1 << place) - 1)).count_ones()
+    /// Returns the planes in words, the lower values first.
+    pub(crate) fn words(&self) -> [u32; 4] {
+        let Self { low, high } = *self;
+        [low as u32, (low >> 32) as u32, high as u32, (high >> 32) as u32]
+    }
+
+    /// Takes the planes from words.
+    #[inline(always)]
+    pub(crate) fn from_words(words: [u32; 4]) -> Self {
+        let wide = |at: usize| u64::from(words[at]) | u64::from(words[at + 1]) << 32;
+        Self {
+            low: wide(0),
+            high: wide(2),
+        }
     }
 }
 
@@ -144,13 +155,12 @@ mod tests {
             values.set(place, Occlusion::Listed);
             values.set(place, value(place));
         }
-        let (mut complicated, mut listed) = (0, 0);
+        assert_eq!(Values64::from_words(values.words()), values);
+        let mut undecided = 0;
         for place in 0..64 {
             assert_eq!(values.get(place), value(place));
-            assert_eq!(values.complicated_before(place), complicated);
-            assert_eq!(values.listed_before(place), listed);
-            complicated += u32::from(value(place) == Occlusion::Complicated);
-            listed += u32::from(value(place) == Occlusion::Listed);
+            assert_eq!(values.undecided_before(place), undecided);
+            undecided += usize::from(value(place).of_surface_point().is_none());
         }
     }
 }

@@ -1,0 +1,100 @@
+//! Which surfaces may meet the shaft of a box.
+//!
+//! In: a shaft and the box that it starts from. Out: every surface whose box in the tree may meet the
+//! shaft. Invariant: no surface that meets it is left out.
+
+use antumbra_geometry::{Bounds, Shaft, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x8};
+
+use super::data::{Bvh, Child, ChildKind, Node};
+use crate::frame::Frame;
+
+/// The planes of a shaft and its box, in the frame's units.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    /// Outward normals with largest component 1, and offsets.
+    planes: Vec<[f32; 4]>,
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+/// What a height in `f32` may be off, for boxes within 2 of the frame's middle and planes through points
+/// within 3: with `u = 2^-24`, normals and offset `12 u`, products and sums `24 u`, and what `outer_planes`
+/// grants, `9 u`.
+const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
+
+impl Region {
+    pub(crate) fn new(frame: &Frame, shaft: &Shaft, bounds: &Bounds) -> Self {
+        let planes = shaft
+            .outer_planes()
+            .map(|(normal, point)| (normal, -normal.dot(frame.point_in_frame(point))))
+            // Others start from corners of the box.
+            .filter(|(_, offset)| offset.abs() < 9.0)
+            .map(|(n, offset)| [n.x as f32, n.y as f32, n.z as f32, offset as f32])
+            .collect();
+        let narrow = |v: antumbra_geometry::DVec3| v.to_array().map(|x| x as f32);
+        Self {
+            planes,
+            min: narrow(frame.point_in_frame(bounds.min)).map(|x| x - BOUND),
+            max: narrow(frame.point_in_frame(bounds.max)).map(|x| x + BOUND),
+        }
+    }
+}
+
+impl Bvh {
+    /// Calls `visit` with every surface that may meet a region, and whether it may meet its box.
+    pub(crate) fn cull(&self, region: &Region, mut visit: impl FnMut(SurfaceId, bool)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut pending = vec![0_usize];
+        while let Some(index) = pending.pop() {
+            let node = &self.nodes[index];
+            let (meets_shaft, meets_box) = dispatch!(self.level, simd => meets(simd, node, region));
+            for (number, &child) in node.children.iter().enumerate() {
+                if meets_shaft >> number & 1 == 0 || child == Child::NONE {
+                    continue;
+                }
+                let is_near = meets_box >> number & 1 != 0;
+                let members = match child.kind() {
+                    ChildKind::Node => {
+                        pending.push(child.index());
+                        continue;
+                    }
+                    ChildKind::Other => {
+                        visit(self.others[child.index()], is_near);
+                        continue;
+                    }
+                    ChildKind::Triangles => &self.triangles[child.index()].members,
+                    ChildKind::Spheres => &self.spheres[child.index()].members,
+                };
+                for (lane, &surface) in members.surfaces.iter().enumerate() {
+                    if members.present >> lane & 1 != 0 {
+                        visit(surface, is_near);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A bit for each child whose box may meet the shaft, and for each whose box may meet the box.
+#[inline(always)]
+fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
+    let row = |row: usize| f32x8::from_slice(simd, &node.planes[row]);
+    let (low, high) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
+    let mut is_met = u32::MAX;
+    for &[x, y, z, offset] in &region.planes {
+        // The corner that lies deepest behind the plane.
+        let lowest = |axis: usize, n: f32| if n > 0.0 { low[axis] * n } else { high[axis] * n };
+        let height = lowest(0, x) + lowest(1, y) + (lowest(2, z) + offset);
+        is_met &= height.simd_le(BOUND).to_bitmask() as u32;
+    }
+    let mut is_near = is_met;
+    for axis in 0..3 {
+        is_near &= low[axis].simd_le(region.max[axis]).to_bitmask() as u32;
+        is_near &= high[axis].simd_ge(region.min[axis]).to_bitmask() as u32;
+    }
+    (is_met, is_near)
+}
