@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
+use antumbra::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
 use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -95,6 +95,26 @@ pub(crate) struct IndexCost {
     /// 0 lists none; for free points, eight times SHORT [default: 1,32]
     #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
     pub(crate) lists: Option<[usize; 2]>,
+
+    /// When method voxel makes its values: while queries are answered, where it pays, or all before the first
+    /// query
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
+    pub(crate) refine: RefineWhen,
+
+    /// Most memory for the values of method voxel, such as 64MiB, up to 4GiB; values that find no room are made
+    /// again, and answers do not change [default: 256MiB]
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub(crate) occlusion_memory: Option<u64>,
+}
+
+/// When method `voxel` makes its values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RefineWhen {
+    /// While queries are answered, where it pays
+    #[default]
+    Lazy,
+    /// All before the first query
+    Eager,
 }
 
 impl IndexCost {
@@ -109,6 +129,13 @@ impl IndexCost {
             refinement.short_list = short;
             refinement.space_list = 8 * short;
             refinement.long_list = long;
+        }
+        refinement.refine = match self.refine {
+            RefineWhen::Lazy => Refine::Lazy,
+            RefineWhen::Eager => Refine::Eager,
+        };
+        if let Some(memory) = self.occlusion_memory {
+            refinement.memory = memory;
         }
         refinement
     }

@@ -57,9 +57,8 @@ impl Mesh {
 
         // Edges of the triangles that block everywhere, each set of corners once.
         let has_area = |surface: &u32| occluders.triangles[*surface as usize].axis != NO_AXIS;
-        let is_member = |surface: u32| {
-            has_area(&surface) && occluders.is_opaque_everywhere(SurfaceId(surface))
-        };
+        let is_member =
+            |surface: u32| has_area(&surface) && occluders.is_opaque_everywhere(SurfaceId(surface));
         let mut vertex_sets: Vec<([u32; 3], bool, u32)> = (0..count as u32)
             .filter(has_area)
             .map(|surface| {

@@ -63,6 +63,10 @@ pub struct Refinement {
     pub long_list: usize,
     /// When values are made.
     pub refine: Refine,
+    /// Bytes that values and lists may take, for all lights together, 4 GiB at most. Where that is too little,
+    /// values that are made while queries are answered are thrown away and made again; answers do not
+    /// change. Tables of the surfaces come beside: about 120 bytes each, and 200 for each light.
+    pub memory: u64,
 }
 
 impl Default for Refinement {
@@ -74,16 +78,17 @@ impl Default for Refinement {
             space_list: 8,
             long_list: 32,
             refine: Refine::default(),
+            memory: 256 << 20,
         }
     }
 }
 
 impl Refinement {
-    fn making(self, most_bytes: u64) -> Making {
+    fn making(self) -> Making {
         Making {
             depth: self.depth(),
             refine: self.refine,
-            most_bytes,
+            most_bytes: self.memory,
         }
     }
 
@@ -226,12 +231,8 @@ pub struct Builder {
     resolution: GridResolution,
     quick_check: QuickCheck,
     refinement: Refinement,
-    occlusion_memory: u64,
     memory_limit: Option<u64>,
 }
-
-/// Bytes of values and lists at most, if nothing is said.
-const OCCLUSION_MEMORY: u64 = 256 << 20;
 
 impl Builder {
     /// Chooses how shadow queries are answered.
@@ -266,16 +267,6 @@ impl Builder {
     #[must_use]
     pub fn refinement(mut self, refinement: Refinement) -> Self {
         self.refinement = refinement;
-        self
-    }
-
-    /// Sets how many bytes the values and lists of [`Method::Voxel`] may take, for all lights together; 256 MiB
-    /// if nothing is said, 4 GiB at most. Where that is too little, values are thrown away and made
-    /// again: answers do not change. Tables of the surfaces, about 300 bytes each and 200 for each light,
-    /// come beside.
-    #[must_use]
-    pub fn occlusion_memory(mut self, bytes: u64) -> Self {
-        self.occlusion_memory = bytes;
         self
     }
 
@@ -335,7 +326,7 @@ impl Builder {
                 &self.occluders,
                 bvh,
                 &self.lights,
-                &self.refinement.making(self.occlusion_memory),
+                &self.refinement.making(),
             )),
             _ => None,
         };
@@ -478,7 +469,6 @@ impl ShadowIndex {
             resolution: GridResolution::default(),
             quick_check: QuickCheck::default(),
             refinement: Refinement::default(),
-            occlusion_memory: OCCLUSION_MEMORY,
             memory_limit: None,
         }
     }
@@ -647,6 +637,30 @@ impl ShadowIndex {
     /// Returns the grid's voxels along x, y and z.
     pub fn grid_resolution(&self) -> [u32; 3] {
         self.grid.layout.resolution
+    }
+
+    /// Stops or resumes making values while queries are answered. Answers do not change.
+    ///
+    /// Every index makes values unless told otherwise. Without, queries cost a little less where nothing is
+    /// known yet, and what is known stays as it is: for measurements.
+    pub fn set_refining(&self, is_refining: bool) {
+        if let Some(adaptive) = &self.adaptive {
+            adaptive.set_refining(is_refining);
+        }
+    }
+
+    /// Forgets all values of [`Method::Voxel`] that were made while queries were answered, and all tables for
+    /// them, as if the index were new.
+    pub fn forget_values(&mut self) {
+        if let Some(adaptive) = &mut self.adaptive {
+            adaptive.forget();
+        }
+    }
+
+    /// Returns how often the values of [`Method::Voxel`] were thrown away because they took all memory that they
+    /// may take.
+    pub fn evictions(&self) -> u64 {
+        self.adaptive.as_ref().map_or(0, AdaptiveValues::evictions)
     }
 
     /// Returns the bytes of all occlusion values: two bits per voxel and light.

@@ -103,6 +103,7 @@ fn refinements() -> [Refinement; 6] {
         space_list: short_list,
         long_list,
         refine,
+        ..Refinement::default()
     };
     [
         refinement(4, 0, 0, Refine::Eager),

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use antumbra::{Counters, Method, QueryError, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex};
+use antumbra::{
+    Counters, Method, QueryError, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
+};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
 };
@@ -122,6 +124,7 @@ fn index_of(occluders: &Arc<Occluders>, lights: &[LightShape], method: Method) -
         space_list: 4,
         long_list: 8,
         refine: Refine::Eager,
+        ..Refinement::default()
     };
     ShadowIndex::builder(Arc::clone(occluders), lights.to_vec())
         .method(method)

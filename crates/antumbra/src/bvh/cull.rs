@@ -87,7 +87,13 @@ fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
     let mut is_met = u32::MAX;
     for &[x, y, z, offset] in &region.planes {
         // The corner that lies deepest behind the plane.
-        let lowest = |axis: usize, n: f32| if n > 0.0 { low[axis] * n } else { high[axis] * n };
+        let lowest = |axis: usize, n: f32| {
+            if n > 0.0 {
+                low[axis] * n
+            } else {
+                high[axis] * n
+            }
+        };
         let height = lowest(0, x) + lowest(1, y) + (lowest(2, z) + offset);
         is_met &= height.simd_le(BOUND).to_bitmask() as u32;
     }

@@ -40,7 +40,8 @@ pub(crate) struct AdaptiveValues {
     store: ArcSwapOption<Store>,
     store_bytes: u64,
     refine: Refine,
-    flushes: AtomicU64,
+    is_refining: AtomicBool,
+    evictions: AtomicU64,
     pub(super) level: Level,
 }
 
@@ -117,13 +118,7 @@ impl AdaptiveValues {
             .map(|&light| {
                 // Filters square directions.
                 let light = light.without_underflow();
-                LightValues {
-                    light,
-                    is_ordinary: is_ordinary(occluders, &frame, &light),
-                    tables: OnceLock::new(),
-                    is_busy: AtomicBool::new(false),
-                    budget: Budget::default(),
-                }
+                LightValues::new(light, is_ordinary(occluders, &frame, &light))
             })
             .collect();
         let values = Self {
@@ -136,7 +131,8 @@ impl AdaptiveValues {
             store: ArcSwapOption::empty(),
             store_bytes: making.most_bytes,
             refine: making.refine,
-            flushes: AtomicU64::new(0),
+            is_refining: AtomicBool::new(true),
+            evictions: AtomicU64::new(0),
             level: Level::new(),
         };
         values.store.store(values.empty_store());
@@ -150,6 +146,28 @@ impl AdaptiveValues {
             }),
         }
         values
+    }
+
+    pub(crate) fn set_refining(&self, is_refining: bool) {
+        self.is_refining.store(is_refining, Ordering::Relaxed);
+    }
+
+    /// Returns whether queries may make values.
+    #[inline(always)]
+    pub(crate) fn is_refining(&self) -> bool {
+        self.refine != Refine::Eager && self.is_refining.load(Ordering::Relaxed)
+    }
+
+    /// Drops all that queries have made.
+    pub(crate) fn forget(&mut self) {
+        if self.refine == Refine::Eager {
+            return;
+        }
+        self.tables = OnceLock::new();
+        for light in &mut self.lights {
+            *light = LightValues::new(light.light, light.is_ordinary);
+        }
+        self.store.store(self.empty_store());
     }
 
     fn empty_store(&self) -> Option<Arc<Store>> {
@@ -241,6 +259,18 @@ impl SceneTables {
     }
 }
 
+impl LightValues {
+    fn new(light: LightShape, is_ordinary: bool) -> Self {
+        Self {
+            light,
+            is_ordinary,
+            tables: OnceLock::new(),
+            is_busy: AtomicBool::new(false),
+            budget: Budget::default(),
+        }
+    }
+}
+
 /// What is worked with while values are made.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
@@ -301,9 +331,9 @@ impl AdaptiveValues {
             .tables
             .get_or_init(|| SceneTables::new(occluders, &self.frame));
         let values = &self.lights[light];
-        values.tables.get_or_init(|| {
-            CasterTables::new(occluders, &tables.mesh, self.frame, values.light)
-        });
+        values
+            .tables
+            .get_or_init(|| CasterTables::new(occluders, &tables.mesh, self.frame, values.light));
     }
 
     /// Makes a brick in place of a cell. Returns the link to it, `None` if there is no room; or what it would
@@ -320,12 +350,7 @@ impl AdaptiveValues {
         };
         let lattice = &self.lattices[audience as usize];
         let refiner = Refiner {
-            casters: Casters::new(
-                scene.occluders,
-                &known.scene.mesh,
-                self.frame,
-                known.light,
-            ),
+            casters: Casters::new(scene.occluders, &known.scene.mesh, self.frame, known.light),
             lattice,
             audience,
             depth: self.depth,
@@ -387,21 +412,15 @@ impl AdaptiveValues {
 
     #[cold]
     #[inline(never)]
-    fn refine(
-        &self,
-        store: &Store,
-        scene: &Scene<'_>,
-        light: usize,
-        start: &Start,
-        counter: u32,
-    ) {
+    fn refine(&self, store: &Store, scene: &Scene<'_>, light: usize, start: &Start, counter: u32) {
         let budget = &self.lights[light].budget;
         let price = read(store.word(counter)).price();
         let is_asked = self.refine == Refine::Asked;
         if !is_asked && !budget.allows(1 << (price + UNIT)) {
             return;
         }
-        let Some((audience, code)) = self.code_of_start(store, scene.occluders, light, start) else {
+        let Some((audience, code)) = self.code_of_start(store, scene.occluders, light, start)
+        else {
             return;
         };
         let Some(claimed) = claim(store.word(counter)) else {
@@ -428,12 +447,7 @@ impl AdaptiveValues {
         } else {
             4 << (price + UNIT)
         };
-        let made = self.brick(
-            store,
-            scene,
-            (light, audience, code.cell(level)),
-            most_ns,
-        );
+        let made = self.brick(store, scene, (light, audience, code.cell(level)), most_ns);
         budget.spend(begin.elapsed().as_nanos() as u64);
         let next_price = made.map_or_else(price_of, |_| claimed.price());
         if counter != leaf.place || !matches!(made, Ok(Some(_))) {
@@ -441,20 +455,26 @@ impl AdaptiveValues {
         }
         match made {
             Ok(Some(link)) => store.publish(leaf.place, link),
-            Ok(None) => self.flush(store),
+            Ok(None) => self.evict(store),
             Err(_) => {}
         }
     }
 
     /// Drops a store that is full for an empty one, unless that was done.
-    fn flush(&self, full: &Store) {
+    fn evict(&self, full: &Store) {
         let current = self.store.load();
-        if !current.as_ref().is_some_and(|now| std::ptr::eq(&raw const **now, full)) {
+        if !current
+            .as_ref()
+            .is_some_and(|now| std::ptr::eq(&raw const **now, full))
+        {
             return;
         }
         let before = self.store.compare_and_swap(&current, self.empty_store());
-        if before.as_ref().is_some_and(|before| std::ptr::eq(&raw const **before, full)) {
-            self.flushes.fetch_add(1, Ordering::Relaxed);
+        if before
+            .as_ref()
+            .is_some_and(|before| std::ptr::eq(&raw const **before, full))
+        {
+            self.evictions.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
@@ -496,8 +516,8 @@ impl AdaptiveValues {
     }
 
     /// Returns how often a full store was dropped.
-    pub(crate) fn flushes(&self) -> u64 {
-        self.flushes.load(Ordering::Relaxed)
+    pub(crate) fn evictions(&self) -> u64 {
+        self.evictions.load(Ordering::Relaxed)
     }
 
     /// Returns the planes between the finest cells.

@@ -38,12 +38,10 @@ impl Arena {
             if end > self.words.len() {
                 return None;
             }
-            match self.next.compare_exchange_weak(
-                next,
-                end,
-                Ordering::Relaxed,
-                Ordering::Relaxed,
-            ) {
+            match self
+                .next
+                .compare_exchange_weak(next, end, Ordering::Relaxed, Ordering::Relaxed)
+            {
                 // The place is below 2^30.
                 Ok(_) => return Some(next as u32),
                 Err(other) => next = other,

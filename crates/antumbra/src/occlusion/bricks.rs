@@ -128,7 +128,8 @@ impl Store {
                 Decision::Ray => (Occlusion::Listed, Some(Link::RAY)),
                 Decision::Pending => (Occlusion::Complicated, Some(Link::pending(price))),
                 Decision::List(entries, finer) => {
-                    let is_same = |list: &&(&[u32], Finer, u32)| (list.0, list.1) == (entries, *finer);
+                    let is_same =
+                        |list: &&(&[u32], Finer, u32)| (list.0, list.1) == (entries, *finer);
                     let at = match lists.iter().find(is_same) {
                         Some(&(_, _, at)) => at,
                         None => {

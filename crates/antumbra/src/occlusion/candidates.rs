@@ -93,12 +93,7 @@ impl Candidates {
 const SMALLEST_COVER: f64 = 1.0 / (1u64 << 20) as f64;
 
 impl CasterTables {
-    pub(crate) fn new(
-        occluders: &Occluders,
-        mesh: &Mesh,
-        frame: Frame,
-        light: LightShape,
-    ) -> Self {
+    pub(crate) fn new(occluders: &Occluders, mesh: &Mesh, frame: Frame, light: LightShape) -> Self {
         let sides = occluders.light_sides(&light);
         let umbra_forms = (0..occluders.triangle_count() as u32)
             .into_par_iter()
@@ -272,8 +267,8 @@ impl<'a> Casters<'a> {
         }
         for &number in &all.contours {
             let contour = self.contour(number);
-            let is_missed = contour.plane.straddles_not(center, half)
-                || shaft.misses_edge(&contour.ends);
+            let is_missed =
+                contour.plane.straddles_not(center, half) || shaft.misses_edge(&contour.ends);
             if !is_missed {
                 kept.contours.push(number);
             }

@@ -38,7 +38,11 @@ impl Link {
     pub(crate) const LARGEST_PLACE: u32 = !TAG;
 
     pub(crate) fn known(is_shadowed: bool) -> Self {
-        if is_shadowed { Self::SHADOWED } else { Self::LIT }
+        if is_shadowed {
+            Self::SHADOWED
+        } else {
+            Self::LIT
+        }
     }
 
     /// A cell that nothing is known of, for a price of `2^price` units of cost.
@@ -107,12 +111,7 @@ pub(crate) fn charge(link: &AtomicU32, cost: u32) -> bool {
         }
         let sum = (seen.0 & COST).saturating_add(cost).min(COST);
         let charged = Link(seen.0 & !COST | sum);
-        match link.compare_exchange_weak(
-            seen.0,
-            charged.0,
-            Ordering::Relaxed,
-            Ordering::Relaxed,
-        ) {
+        match link.compare_exchange_weak(seen.0, charged.0, Ordering::Relaxed, Ordering::Relaxed) {
             Ok(_) => return charged.has_paid(),
             Err(other) => seen = Link(other),
         }

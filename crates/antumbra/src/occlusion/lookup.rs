@@ -341,7 +341,10 @@ impl<S: Simd> Lookup<'_, S> {
             if verdict == Verdict::Outside {
                 continue;
             }
-            if start.surface.is_some_and(|own| self.are_in_one_plane(own, surface)) {
+            if start
+                .surface
+                .is_some_and(|own| self.are_in_one_plane(own, surface))
+            {
                 continue;
             }
             if verdict == Verdict::Inside && self.occluders.is_opaque_everywhere(surface) {

@@ -124,10 +124,15 @@ impl Refiner<'_> {
         } else {
             short_list
         };
-        self.list(cell.level, depth.surfaces, short_list, |most, curved_cost| {
-            self.casters
-                .blockers(Some(&receivers), candidates, most, curved_cost)
-        })
+        self.list(
+            cell.level,
+            depth.surfaces,
+            short_list,
+            |most, curved_cost| {
+                self.casters
+                    .blockers(Some(&receivers), candidates, most, curved_cost)
+            },
+        )
     }
 
     /// Returns what to write for a cell that has no one answer, given what lists so many blockers at most.

@@ -114,7 +114,12 @@ impl Values64 {
     /// Returns the planes in words, the lower values first.
     pub(crate) fn words(&self) -> [u32; 4] {
         let Self { low, high } = *self;
-        [low as u32, (low >> 32) as u32, high as u32, (high >> 32) as u32]
+        [
+            low as u32,
+            (low >> 32) as u32,
+            high as u32,
+            (high >> 32) as u32,
+        ]
     }
 
     /// Takes the planes from words.

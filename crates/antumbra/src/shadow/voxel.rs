@@ -50,13 +50,17 @@ impl ByVoxel<'_> {
                     continue;
                 }
             }
+            if !self.values.is_refining() {
+                continue;
+            }
             let ray_count = counters.shadow.rays - before.shadow.rays;
             let account = Account {
                 ray_count,
                 rays_ns: cost_of_rays(&before, counters, ray_count),
                 answered: starts.len() as u64 - ray_count,
             };
-            self.values.note(self.occluders, self.light_number, &account);
+            self.values
+                .note(self.occluders, self.light_number, &account);
         }
         Ok(())
     }
@@ -132,7 +136,7 @@ impl ByVoxel<'_> {
         } else {
             Answer::new(found.is_shadowed(), Decided::FirstPass)
         };
-        if is_sampled(start) {
+        if is_sampled(start) && self.values.is_refining() {
             if found.is_by_list() {
                 self.charge_list(&store, start, place);
             }
@@ -142,7 +146,8 @@ impl ByVoxel<'_> {
                 rays_ns: u64::from(SAMPLED) * cost_of_rays(&before, counters, ray_count.min(1)),
                 answered: u64::from(SAMPLED) - ray_count,
             };
-            self.values.note(self.occluders, self.light_number, &account);
+            self.values
+                .note(self.occluders, self.light_number, &account);
         }
         answer
     }
@@ -157,7 +162,7 @@ impl ByVoxel<'_> {
     ) -> bool {
         let before = *counters;
         let is_blocked = self.is_blocked(start, counters);
-        if place != 0 {
+        if place != 0 && self.values.is_refining() {
             let cost = cost_of_rays(&before, counters, 1);
             self.charge(store, start, place, cost);
         }
@@ -167,7 +172,7 @@ impl ByVoxel<'_> {
     #[cold]
     #[inline(never)]
     fn charge_list(&self, store: &Store, start: &Start, place: u32) {
-        if place != 0 {
+        if place != 0 && self.values.is_refining() {
             self.charge(store, start, place, LIST_NS * u64::from(SAMPLED));
         }
     }

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
 
-use antumbra::{Counters, Method, Refinement, Shadow, ShadowIndex};
+use antumbra::{Counters, Method, Refine, Refinement, Shadow, ShadowIndex};
 use antumbra_baselines::IndexMethod;
 use antumbra_geometry::{Bounds, DVec3, Ray, Start};
 use antumbra_render::prepare::{PrepareOptions, Prepared};
@@ -47,6 +47,7 @@ pub(super) fn capped(
                 resolution: voxels,
                 space_resolution: voxels / 2,
                 space_list: 16,
+                refine: Refine::Eager,
                 ..Refinement::default()
             }
         } else {
@@ -56,6 +57,8 @@ pub(super) fn capped(
                 short_list: 0,
                 space_list: 0,
                 long_list: 0,
+                refine: Refine::Eager,
+                ..Refinement::default()
             }
         };
         let options = PrepareOptions {
