@@ -131,26 +131,36 @@ impl Polygon {
 
 impl Occluders {
     /// Returns the part of a triangle in a box, or `None` if there is none, or the surface is no
-    /// triangle with area, or the light lies in its plane.
+    /// triangle with area, or the light lies in its plane. `side` is the triangle's of
+    /// [`Occluders::light_sides`].
     pub fn patch(
         &self,
         surface: SurfaceId,
         bounds: &Bounds,
         light: &LightShape,
+        side: i8,
     ) -> Option<Patch<'_>> {
         let triangle = self.triangles.get(surface.0 as usize)?;
+        let light_side = match side {
+            1 => Sign::Positive,
+            -1 => Sign::Negative,
+            _ => return None,
+        };
         if triangle.axis == NO_AXIS {
             return None;
         }
         let light = light.without_underflow();
         let corners = self.positions_of(triangle);
-        let light_side = plane_side(&Plane::Points(corners), light.homogeneous());
-        if light_side == Sign::Zero {
-            return None;
-        }
+        let around = Bounds::of_points(corners);
         let mut polygon = Polygon::new(corners);
         for axis in 0..3 {
-            for (sign, limit) in [(1.0, bounds.max[axis]), (-1.0, bounds.min[axis])] {
+            for (sign, limit, farthest) in [
+                (1.0, bounds.max[axis], around.max[axis]),
+                (-1.0, bounds.min[axis], around.min[axis]),
+            ] {
+                if sign * (farthest - limit) <= 0.0 {
+                    continue;
+                }
                 polygon = polygon.cut(axis, sign, limit);
                 if polygon.count == 0 {
                     return None;
@@ -165,7 +175,7 @@ impl Occluders {
             plane.flipped()
         };
         // Six cuts, each off by a few roundings of a coordinate.
-        let largest = Bounds::of_points(corners).largest_coordinate();
+        let largest = around.largest_coordinate();
         let mut patch = Patch {
             occluders: self,
             surface,

@@ -657,6 +657,13 @@ impl ShadowIndex {
         }
     }
 
+    #[doc(hidden)]
+    pub fn lazy_report(&self) -> String {
+        self.adaptive
+            .as_ref()
+            .map_or_else(String::new, AdaptiveValues::report)
+    }
+
     /// Returns how often the values of [`Method::Voxel`] were thrown away because they took all memory that they
     /// may take.
     pub fn evictions(&self) -> u64 {

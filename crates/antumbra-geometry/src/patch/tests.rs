@@ -22,6 +22,17 @@ fn opaque(triangles: &[[DVec3; 3]]) -> Occluders {
     builder.build()
 }
 
+fn patch_of<'a>(
+    occluders: &'a Occluders,
+    surface: SurfaceId,
+    bounds: &Bounds,
+    light: &LightShape,
+) -> Option<Patch<'a>> {
+    let sides = occluders.light_sides(light);
+    let side = sides.get(surface.0 as usize).copied();
+    occluders.patch(surface, bounds, light, side.unwrap_or(1))
+}
+
 const FLOOR: [DVec3; 3] = [
     DVec3::new(-9.0, -9.0, 0.0),
     DVec3::new(9.0, -9.0, 0.0),
@@ -39,7 +50,7 @@ fn a_wall_cuts_the_floor_where_it_stands() {
     ] {
         let is_clear = |center: DVec3| {
             let bounds = around(center, 0.25);
-            let patch = occluders.patch(SurfaceId(0), &bounds, &light);
+            let patch = patch_of(&occluders, SurfaceId(0), &bounds, &light);
             patch.expect("floor").is_clear_of(SurfaceId(1))
         };
         // Beside it, and before its end in its plane.
@@ -52,11 +63,11 @@ fn a_wall_cuts_the_floor_where_it_stands() {
     }
     // Lit from below the wall is behind the floor: it is in nobody's way.
     let below = LightShape::Point(v(0.0, 0.0, -5.0));
-    let patch = occluders.patch(SurfaceId(0), &around(DVec3::ZERO, 0.5), &below);
+    let patch = patch_of(&occluders, SurfaceId(0), &around(DVec3::ZERO, 0.5), &below);
     assert!(patch.expect("floor").is_clear_of(SurfaceId(1)));
     // The floor cuts the wall nowhere: it ends there.
     let light = LightShape::Point(v(0.5, 3.0, 7.0));
-    let patch = occluders.patch(SurfaceId(1), &around(DVec3::ZERO, 0.5), &light);
+    let patch = patch_of(&occluders, SurfaceId(1), &around(DVec3::ZERO, 0.5), &light);
     assert!(patch.expect("wall").is_clear_of(SurfaceId(0)));
 }
 
@@ -75,9 +86,7 @@ fn edges_matter_only_between_the_patch_and_the_light() {
                 edge_of.iter().all(|end| ends.contains(end))
             })
             .expect("the edge");
-        let patch = occluders
-            .patch(SurfaceId(0), &bounds, &light)
-            .expect("floor");
+        let patch = patch_of(&occluders, SurfaceId(0), &bounds, &light).expect("floor");
         patch.misses_edge(edge)
     };
     // Across, at all heights; with one end far beside.
@@ -194,7 +203,7 @@ fn starts_of_a_clear_patch_have_one_answer() {
         let triangle = SurfaceId(0);
         let corners = occluders.triangle_positions(triangle).expect("a triangle");
         let bounds = random.bounds(corners);
-        let Some(patch) = occluders.patch(triangle, &bounds, &light) else {
+        let Some(patch) = patch_of(&occluders, triangle, &bounds, &light) else {
             continue;
         };
         let places: Vec<DVec3> = patch.corners().collect();
@@ -261,7 +270,7 @@ fn shafts_hold_the_segments_of_their_patches() {
             .triangle_positions(SurfaceId(0))
             .expect("a triangle");
         let bounds = random.bounds(corners);
-        let Some(patch) = occluders.patch(SurfaceId(0), &bounds, &light) else {
+        let Some(patch) = patch_of(&occluders, SurfaceId(0), &bounds, &light) else {
             continue;
         };
         let shaft = patch.shaft();
@@ -292,7 +301,7 @@ fn there_is_no_patch_without_starts() {
     let line = [v(0.0, 0.0, 0.0), v(1.0, 1.0, 1.0), v(2.0, 2.0, 2.0)];
     let occluders = opaque(&[FLOOR, line]);
     let patch = |surface, center: DVec3, light| {
-        occluders.patch(SurfaceId(surface), &around(center, 0.5), &light)
+        patch_of(&occluders, SurfaceId(surface), &around(center, 0.5), &light)
     };
     assert!(patch(0, DVec3::ZERO, light).is_some());
     // Over the floor, beside it; without area; seen edge on; not there.

@@ -13,32 +13,61 @@ use crate::frame::Frame;
 /// The planes of a shaft and its box, in the frame's units.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
-    /// Outward normals with largest component 1, and offsets.
-    planes: Vec<[f32; 4]>,
+    /// Outward normals with largest component 1, and offsets: four planes, coordinate by coordinate.
+    fours: [[[f32; 4]; 4]; 3],
+    plane_count: usize,
     min: [f32; 3],
     max: [f32; 3],
 }
 
 /// What a height in `f32` may be off, for boxes within 2 of the frame's middle and planes through points
-/// within 3: with `u = 2^-24`, normals and offset `12 u`, products and sums `24 u`, and what `outer_planes`
-/// grants, `9 u`.
+/// within 3: with `u = 2^-24`, normals, offset and place `15 u`, products and sums `24 u`, and what
+/// `outer_planes` grants, `9 u`.
 const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
 
 impl Region {
     pub(crate) fn new(frame: &Frame, shaft: &Shaft, bounds: &Bounds) -> Self {
+        // All is above a plane that is nowhere.
+        let mut fours = [[[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]]; 3];
         let planes = shaft
             .outer_planes()
             .map(|(normal, point)| (normal, -normal.dot(frame.point_in_frame(point))))
             // Others start from corners of the box.
-            .filter(|(_, offset)| offset.abs() < 9.0)
-            .map(|(n, offset)| [n.x as f32, n.y as f32, n.z as f32, offset as f32])
-            .collect();
+            .filter(|(_, offset)| offset.abs() < 9.0);
+        let mut plane_count = 0;
+        for ((n, offset), number) in planes.zip(0..12) {
+            let plane = [n.x as f32, n.y as f32, n.z as f32, offset as f32];
+            for (row, value) in plane.into_iter().enumerate() {
+                fours[number / 4][row][number % 4] = value;
+            }
+            plane_count = number + 1;
+        }
         let narrow = |v: antumbra_geometry::DVec3| v.to_array().map(|x| x as f32);
         Self {
-            planes,
+            fours,
+            plane_count,
             min: narrow(frame.point_in_frame(bounds.min)).map(|x| x - BOUND),
             max: narrow(frame.point_in_frame(bounds.max)).map(|x| x + BOUND),
         }
+    }
+}
+
+impl Region {
+    /// Returns whether the hull of some points is surely beyond one plane.
+    #[inline]
+    pub(crate) fn misses(&self, points: impl Iterator<Item = [f32; 3]> + Clone) -> bool {
+        self.fours[..self.plane_count.div_ceil(4)]
+            .iter()
+            .any(|[nx, ny, nz, offset]| {
+                let mut is_above = [true; 4];
+                for [x, y, z] in points.clone() {
+                    for i in 0..4 {
+                        let height = nx[i] * x + ny[i] * y + (nz[i] * z + offset[i]);
+                        is_above[i] &= height > BOUND;
+                    }
+                }
+                is_above.contains(&true)
+            })
     }
 }
 
@@ -85,7 +114,8 @@ fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
     let row = |row: usize| f32x8::from_slice(simd, &node.planes[row]);
     let (low, high) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
     let mut is_met = u32::MAX;
-    for &[x, y, z, offset] in &region.planes {
+    for number in 0..region.plane_count {
+        let [x, y, z, offset] = region.fours[number / 4].map(|row| row[number % 4]);
         // The corner that lies deepest behind the plane.
         let lowest = |axis: usize, n: f32| {
             if n > 0.0 {

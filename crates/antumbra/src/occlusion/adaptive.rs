@@ -6,7 +6,6 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
 
 use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Start, SurfaceId};
 use arc_swap::ArcSwapOption;
@@ -16,11 +15,11 @@ use rayon::prelude::*;
 use super::balls::{Ball, BallStart};
 use super::bricks::{Decision, Store, cell_in_brick};
 use super::budget::{Account, Budget};
-use super::candidates::{CasterTables, Casters};
+use super::candidates::{Candidates, CasterTables, Casters};
 use super::forms::{Forms, START_ROOM};
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
-use super::refine::{Depth, Refiner};
+use super::refine::{Care, Depth, Refiner};
 use super::value::Audience;
 use crate::Refine;
 use crate::bvh::Bvh;
@@ -75,6 +74,12 @@ pub(super) struct Known<'a> {
     pub(super) light: &'a CasterTables,
 }
 
+/// What was found out about a cell.
+struct Made {
+    link: Link,
+    cost_ns: u64,
+}
+
 /// How values are made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Making {
@@ -87,13 +92,19 @@ pub(crate) struct Making {
 
 /// A unit of cost in links, in nanoseconds, as a power of two.
 const UNIT: u32 = 4;
-/// What refining a cell at the root may cost, as a power of two of units.
-const ROOT_PRICE: u32 = 10;
-/// What a brick costs: itself, and each candidate.
-const BRICK_NS: u64 = 8_000;
-const CANDIDATE_NS: u64 = 120;
+/// What a first look at a cell at the root costs: as a power of two of units, and for itself and each
+/// candidate.
+const LOOK_PRICE: u32 = 8;
+const LOOK_NS: [u64; 2] = [2_000, 60];
+/// What a brick costs, quick and full: itself, and each candidate.
+const QUICK_NS: [u64; 2] = [6_000, 300];
+const FULL_NS: [u64; 2] = [20_000, 1_100];
 /// What tables cost for each surface, those of the scene and those of a light.
-const SURFACE_NS: u64 = 500;
+const SURFACE_NS: u64 = 350;
+
+fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
+    own + each * candidate_count as u64
+}
 
 impl AdaptiveValues {
     /// Prepares values for all lights; makes them, on all threads, if that is wanted.
@@ -173,7 +184,7 @@ impl AdaptiveValues {
     fn empty_store(&self) -> Option<Arc<Store>> {
         let price = match self.refine {
             Refine::Asked => 0,
-            Refine::Lazy | Refine::Eager => ROOT_PRICE,
+            Refine::Lazy | Refine::Eager => LOOK_PRICE,
         };
         Store::new(self.store_bytes, &self.lattices, self.lights.len(), price).map(Arc::new)
     }
@@ -211,19 +222,7 @@ fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool
 
 impl SceneTables {
     fn new(occluders: &Occluders, frame: &Frame) -> Self {
-        let start_forms = (0..occluders.triangle_count() as u32)
-            .into_par_iter()
-            .map(|triangle| {
-                let surface = SurfaceId(triangle);
-                match (
-                    occluders.triangle_positions(surface),
-                    occluders.dominant_axis(surface),
-                ) {
-                    (Some(corners), Some(axis)) => Forms::of_starts(frame, corners, axis),
-                    _ => Forms::NOWHERE,
-                }
-            })
-            .collect();
+        let start_forms = start_forms(occluders, frame);
         let curved = || {
             let all = occluders.triangle_count()..occluders.surface_count();
             all.map(|surface| SurfaceId(surface as u32))
@@ -257,6 +256,23 @@ impl SceneTables {
             + size_of_val(balls.as_slice())) as u64
             + mesh.memory_bytes()
     }
+}
+
+/// Returns for each triangle the forms of the starts on it.
+pub(super) fn start_forms(occluders: &Occluders, frame: &Frame) -> Vec<Forms> {
+    (0..occluders.triangle_count() as u32)
+        .into_par_iter()
+        .map(|triangle| {
+            let surface = SurfaceId(triangle);
+            match (
+                occluders.triangle_positions(surface),
+                occluders.dominant_axis(surface),
+            ) {
+                (Some(corners), Some(axis)) => Forms::of_starts(frame, corners, axis),
+                _ => Forms::NOWHERE,
+            }
+        })
+        .collect()
 }
 
 impl LightValues {
@@ -312,11 +328,11 @@ impl AdaptiveValues {
         cell: Cell,
         place: u32,
     ) {
-        let Ok(Some(brick)) = self.brick(store, scene, (light, audience, cell), u64::MAX) else {
+        let Some(made) = self.brick(store, scene, (light, audience, cell)) else {
             return;
         };
-        store.publish(place, brick);
-        let Some(brick_at) = brick.brick() else {
+        store.publish(place, made.link);
+        let Some(brick_at) = made.link.brick() else {
             return;
         };
         for (place, number) in store.unfinished(brick_at) {
@@ -336,38 +352,83 @@ impl AdaptiveValues {
             .get_or_init(|| CasterTables::new(occluders, &tables.mesh, self.frame, values.light));
     }
 
-    /// Makes a brick in place of a cell. Returns the link to it, `None` if there is no room; or what it would
-    /// cost, if that is more than `most_ns`.
+    /// Returns what refines the cells of an audience.
+    fn refiner<'a>(
+        &'a self,
+        known: &Known<'a>,
+        occluders: &'a Occluders,
+        audience: Audience,
+        care: Care,
+    ) -> Refiner<'a> {
+        Refiner {
+            casters: Casters::new(
+                occluders,
+                &known.scene.mesh,
+                &known.scene.start_forms,
+                self.frame,
+                known.light,
+            ),
+            lattice: &self.lattices[audience as usize],
+            audience,
+            depth: self.depth,
+            care,
+        }
+    }
+
+    /// Takes a first look at a cell at the root.
+    fn look(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        (light, audience, cell): (usize, Audience, Cell),
+    ) -> Option<Made> {
+        let known = self.known(light)?;
+        let refiner = self.refiner(&known, scene.occluders, audience, Care::Quick);
+        let bounds = self.lattices[audience as usize].inflated(cell);
+        let gathered = refiner.casters.gather(scene.bvh, &bounds, false);
+        let mut candidates = Candidates::NONE;
+        refiner.casters.narrow(&gathered, &bounds, &mut candidates);
+        let decision = refiner.decide_quickly(cell.level, &candidates);
+        let price = price_of(cost(QUICK_NS, candidates.triangles.len()));
+        Some(Made {
+            link: store.write_one(&decision, price)?,
+            cost_ns: cost(LOOK_NS, gathered.count()),
+        })
+    }
+
+    /// Makes a brick in place of a cell; `None` if there is no room.
     fn brick(
         &self,
         store: &Store,
         scene: &Scene<'_>,
         (light, audience, cell): (usize, Audience, Cell),
-        most_ns: u64,
-    ) -> Result<Option<Link>, u64> {
-        let Some(known) = self.known(light) else {
-            return Ok(None);
-        };
+    ) -> Option<Made> {
+        let known = self.known(light)?;
         let lattice = &self.lattices[audience as usize];
-        let refiner = Refiner {
-            casters: Casters::new(scene.occluders, &known.scene.mesh, self.frame, known.light),
-            lattice,
-            audience,
-            depth: self.depth,
+        let is_quick = self.refine != Refine::Eager
+            && cell.level <= lattice.root_level
+            && self.depth.early_list > 0;
+        let (care, costs) = if is_quick {
+            (Care::Quick, QUICK_NS)
+        } else {
+            (Care::Full, FULL_NS)
         };
+        let refiner = self.refiner(&known, scene.occluders, audience, care);
         let bounds = lattice.inflated(cell);
-        let gathered = refiner.casters.gather(scene.bvh, &bounds);
-        let cost_ns = BRICK_NS + CANDIDATE_NS * gathered.count() as u64;
-        if cost_ns > most_ns {
-            return Err(cost_ns);
-        }
-        let candidates = refiner.casters.narrow(&gathered, &bounds);
+        let casters = &refiner.casters;
+        let gathered = casters.gather(scene.bvh, &bounds, !is_quick);
+        let mut candidates = Candidates::NONE;
+        casters.narrow_holders(&gathered, &bounds, audience, &mut candidates);
+        casters.narrow(&gathered, &bounds, &mut candidates);
         let decisions = refiner.decide_brick(cell, &candidates);
         let price = match self.refine {
             Refine::Asked => 0,
             Refine::Lazy | Refine::Eager => price_below(&decisions, candidates.count()),
         };
-        Ok(store.write(&decisions, price))
+        Some(Made {
+            link: store.write(&decisions, price)?,
+            cost_ns: cost(costs, gathered.count()),
+        })
     }
 
     /// Adds what some queries of a light came to; makes the light's tables when they pay.
@@ -383,10 +444,16 @@ impl AdaptiveValues {
         }
         let price = per_surface * occluders.surface_count() as u64;
         if values.budget.allows(price) && !values.is_busy.swap(true, Ordering::Acquire) {
-            let begin = Instant::now();
             self.make_tables(occluders, light);
-            values.budget.spend(begin.elapsed().as_nanos() as u64);
+            values.budget.spend(price);
         }
+    }
+
+    /// Returns what a query of the list at a cell costs more than a value.
+    pub(crate) fn cost_of_list(&self, store: &Store, place: u32) -> u64 {
+        const ENTRY_NS: u64 = 2;
+        let list = read(store.word(place)).list();
+        list.map_or(0, |list| 4 + ENTRY_NS * store.list(list).len() as u64)
     }
 
     /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price
@@ -440,23 +507,26 @@ impl AdaptiveValues {
             return;
         }
         let level = finder.level_of(code, lattice);
-        let begin = Instant::now();
-        // Nobody knows what a brick costs before its candidates are there.
-        let most_ns = if is_asked {
-            u64::MAX
+        let target = (light, audience, code.cell(level));
+        // Nobody knows what a cell at the root costs before its candidates are there.
+        let is_first_look = level <= lattice.root_level
+            && counter == leaf.place
+            && claimed.price() <= LOOK_PRICE
+            && self.depth.early_list > 0;
+        let made = if is_first_look {
+            self.look(store, scene, target)
         } else {
-            4 << (price + UNIT)
+            self.brick(store, scene, target)
         };
-        let made = self.brick(store, scene, (light, audience, code.cell(level)), most_ns);
-        budget.spend(begin.elapsed().as_nanos() as u64);
-        let next_price = made.map_or_else(price_of, |_| claimed.price());
-        if counter != leaf.place || !matches!(made, Ok(Some(_))) {
-            publish(store.word(counter), Link::pending(next_price));
+        if counter != leaf.place || made.is_none() {
+            publish(store.word(counter), Link::pending(claimed.price()));
         }
         match made {
-            Ok(Some(link)) => store.publish(leaf.place, link),
-            Ok(None) => self.evict(store),
-            Err(_) => {}
+            Some(made) => {
+                budget.spend(made.cost_ns);
+                store.publish(leaf.place, made.link);
+            }
+            None => self.evict(store),
         }
     }
 
@@ -490,8 +560,8 @@ fn price_below(decisions: &[Decision; 64], candidate_count: usize) -> u32 {
             Decision::Nobody | Decision::Pending | Decision::Ray
         ));
     }
-    let cost = BRICK_NS + CANDIDATE_NS / 4 * candidate_count as u64;
-    let weighed = cost * asked.max(1) / decided.max(1);
+    let cost_ns = cost(FULL_NS, candidate_count / 4);
+    let weighed = cost_ns * asked.max(1) / decided.max(1);
     price_of(weighed)
 }
 
@@ -513,6 +583,10 @@ impl AdaptiveValues {
         lists
             + of_lights.map(CasterTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)
+    }
+
+    pub(crate) fn report(&self) -> String {
+        format!("{:?}", self.lights[0].budget)
     }
 
     /// Returns how often a full store was dropped.

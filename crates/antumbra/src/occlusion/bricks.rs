@@ -154,6 +154,19 @@ impl Store {
         Some(Link::to_brick(place))
     }
 
+    /// Writes what was decided for one cell; finer cells have a price. `None` if there is no more room.
+    pub(crate) fn write_one(&self, decision: &Decision, price: u32) -> Option<Link> {
+        Some(match decision {
+            Decision::Nobody => Link::LIT,
+            Decision::Known(is_shadowed) => Link::known(*is_shadowed),
+            Decision::Ray => Link::RAY,
+            Decision::Pending => Link::pending(price),
+            Decision::List(entries, finer) => {
+                Link::to_list(self.write_list(entries, *finer, price)?)
+            }
+        })
+    }
+
     fn write_list(&self, entries: &[u32], finer: Finer, price: u32) -> Option<u32> {
         let count = LIST_HEAD + entries.len();
         let place = self.arena.take(count)?;

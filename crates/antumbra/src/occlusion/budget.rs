@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::Counters;
 
 /// So much of what rays have cost may be spent in the hope of sparing more.
-const HOPE: f64 = 1.0 / 12.0;
+const HOPE: f64 = 1.0 / 10.0;
 /// So much of what values have spared.
 const REINVESTED: f64 = 0.5;
 
@@ -18,9 +18,9 @@ const REINVESTED: f64 = 0.5;
 const LOOKUP_NS: u64 = 15;
 
 /// Costs of a ray's parts, measured on scenes of all kinds.
-const RAY_NS: u64 = 40;
-const STEP_NS: u64 = 9;
-const TEST_NS: u64 = 2;
+const RAY_NS: u64 = 65;
+const STEP_NS: u64 = 10;
+const TEST_NS: u64 = 4;
 
 /// Returns what rays have cost between two readings of the counters that differ by so many queries.
 #[inline]

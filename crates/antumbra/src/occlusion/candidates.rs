@@ -11,6 +11,7 @@ use antumbra_geometry::{
 use rayon::prelude::*;
 
 use super::forms::{BOUND, Forms, Verdict};
+use super::value::Audience;
 use crate::bvh::{Bvh, Region};
 use crate::frame::Frame;
 
@@ -42,6 +43,8 @@ pub(crate) struct Casters<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) frame: Frame,
     pub(crate) light: LightShape,
+    /// For each triangle the forms of the starts on it.
+    start_forms: &'a [Forms],
     tables: &'a CasterTables,
 }
 
@@ -79,6 +82,15 @@ pub(crate) struct Candidates {
 }
 
 impl Candidates {
+    pub(crate) const NONE: Self = Self {
+        triangles: Vec::new(),
+        contours: Vec::new(),
+        crossing: Vec::new(),
+        covering: Vec::new(),
+        holders: Vec::new(),
+        is_covered: false,
+    };
+
     /// Returns how many there are.
     pub(crate) fn count(&self) -> usize {
         self.triangles.len()
@@ -171,6 +183,7 @@ impl<'a> Casters<'a> {
     pub(crate) fn new(
         occluders: &'a Occluders,
         mesh: &'a Mesh,
+        start_forms: &'a [Forms],
         frame: Frame,
         tables: &'a CasterTables,
     ) -> Self {
@@ -179,6 +192,7 @@ impl<'a> Casters<'a> {
             mesh,
             frame,
             light: tables.light,
+            start_forms,
             tables,
         }
     }
@@ -205,8 +219,8 @@ impl<'a> Casters<'a> {
         self.occluders.is_opaque_everywhere(SurfaceId(triangle))
     }
 
-    /// Returns what may matter to a cell, not closely.
-    pub(crate) fn gather(&self, bvh: &Bvh, bounds: &Bounds) -> Candidates {
+    /// Returns what may matter to a cell, not closely; without edges where nothing is to be proven by them.
+    pub(crate) fn gather(&self, bvh: &Bvh, bounds: &Bounds, has_edges: bool) -> Candidates {
         let region = Region::new(&self.frame, &Shaft::new(*bounds, self.light), bounds);
         let mut all = Candidates::default();
         bvh.cull(&region, |surface, is_near| {
@@ -222,7 +236,8 @@ impl<'a> Casters<'a> {
                 all.triangles.push(surface.0);
             }
             // The edges of those whose plane holds the light cast shadows as well.
-            for edge in self.mesh.edges_of(surface) {
+            let edges = self.mesh.edges_of(surface);
+            for edge in edges.into_iter().filter(|_| has_edges) {
                 if let Some(&number) = self.tables.contour_numbers.get(edge as usize) {
                     all.contours.push(number);
                 }
@@ -239,26 +254,68 @@ impl<'a> Casters<'a> {
         all
     }
 
-    /// Returns those of the candidates that matter to a cell.
-    pub(crate) fn narrow(&self, all: &Candidates, bounds: &Bounds) -> Candidates {
-        let shaft = Shaft::new(*bounds, self.light);
-        let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-        let center = narrow(self.frame.point_in_frame(bounds.center()));
-        let half = narrow(bounds.size() * (0.5 * self.frame.scale)).map(|x| x + 0.25 * BOUND);
-
-        let mut kept = Candidates {
-            // A cell within a covered one is covered.
-            is_covered: all.is_covered,
-            covering: all.covering.clone(),
-            ..Candidates::default()
+    /// Leaves in `kept` those of the surfaces that may meet a cell. Returns whether an audience may start there.
+    pub(crate) fn narrow_holders(
+        &self,
+        all: &Candidates,
+        bounds: &Bounds,
+        audience: Audience,
+        kept: &mut Candidates,
+    ) -> bool {
+        let wanted = match audience {
+            Audience::Front => 1,
+            Audience::Back => -1,
+            Audience::Free => 0,
         };
+        let mut are_there = audience == Audience::Free;
+        kept.holders.clear();
+        let (center, half) = self.box_in_frame(bounds);
+        for &holder in &all.holders {
+            // Most are told by their edges and plane.
+            let is_beside = self
+                .start_forms
+                .get(holder as usize)
+                .is_some_and(|forms| forms.is_beside(center, half));
+            let may_meet = || {
+                let holder = SurfaceId(holder);
+                match self.occluders.triangle_positions(holder) {
+                    Some(corners) => Bounds::of_points(corners).overlaps(bounds),
+                    None => self.occluders.may_meet_box(holder, bounds),
+                }
+            };
+            if !is_beside && may_meet() {
+                kept.holders.push(holder);
+                // Starts on curved surfaces are at the front.
+                are_there |= self.side(holder).unwrap_or(1) == wanted;
+            }
+        }
+        are_there
+    }
+
+    /// Leaves in `kept` those of the triangles, edges and curved shapes that matter to a cell.
+    pub(crate) fn narrow(&self, all: &Candidates, bounds: &Bounds, kept: &mut Candidates) {
+        let (center, half) = self.box_in_frame(bounds);
+        // Most candidates are told without it.
+        let mut shaft = None;
+        let mut region = None;
+
+        // A cell within a covered one is covered.
+        kept.is_covered = all.is_covered;
+        kept.covering.clone_from(&all.covering);
+        kept.triangles.clear();
+        kept.contours.clear();
+        kept.crossing.clear();
+        let new_shaft = || Shaft::new(*bounds, self.light);
+        let new_region = |shaft: &Shaft| Region::new(&self.frame, shaft, bounds);
         for &triangle in &all.triangles {
             match self.umbra_forms(triangle).verdict_of_box(center, half) {
                 Verdict::Outside => continue,
                 Verdict::Inside => kept.is_covered |= self.blocks_everywhere(triangle),
                 Verdict::Doubt => {
+                    let shaft = shaft.get_or_insert_with(new_shaft);
+                    let region = region.get_or_insert_with(|| new_region(shaft));
                     let corners = self.occluders.triangle_positions(SurfaceId(triangle));
-                    if corners.is_some_and(|corners| shaft.misses_triangle(&corners)) {
+                    if corners.is_some_and(|corners| self.is_outside(region, &corners)) {
                         continue;
                     }
                 }
@@ -267,25 +324,39 @@ impl<'a> Casters<'a> {
         }
         for &number in &all.contours {
             let contour = self.contour(number);
-            let is_missed =
-                contour.plane.straddles_not(center, half) || shaft.misses_edge(&contour.ends);
+            let is_missed = contour.plane.straddles_not(center, half) || {
+                let shaft = shaft.get_or_insert_with(new_shaft);
+                let region = region.get_or_insert_with(|| new_region(shaft));
+                self.is_outside(region, &contour.ends)
+            };
             if !is_missed {
                 kept.contours.push(number);
             }
         }
         for &number in &all.crossing {
-            match self.curved(number).umbra.relation(&shaft) {
+            let shaft = shaft.get_or_insert_with(new_shaft);
+            match self.curved(number).umbra.relation(shaft) {
                 Relation::Misses => {}
                 Relation::Crosses => kept.crossing.push(number),
                 Relation::Covers => kept.covering.push(number),
             }
         }
-        kept.holders.extend(
-            all.holders
-                .iter()
-                .copied()
-                .filter(|&surface| self.occluders.may_meet_box(SurfaceId(surface), bounds)),
-        );
-        kept
+    }
+
+    /// Returns the middle of a box in the frame, and half its size, a little larger.
+    fn box_in_frame(&self, bounds: &Bounds) -> ([f32; 3], [f32; 3]) {
+        let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
+        let center = narrow(self.frame.point_in_frame(bounds.center()));
+        let half = narrow(bounds.size() * (0.5 * self.frame.scale));
+        (center, half.map(|x| x + 0.25 * BOUND))
+    }
+
+    /// Returns whether the hull of some points of the scene surely misses a region's shaft.
+    fn is_outside(&self, region: &Region, points: &[DVec3]) -> bool {
+        let narrow = |&v: &DVec3| {
+            let x = self.frame.point_in_frame(v);
+            [x.x as f32, x.y as f32, x.z as f32]
+        };
+        region.misses(points.iter().map(narrow))
     }
 }

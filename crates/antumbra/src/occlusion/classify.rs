@@ -58,7 +58,7 @@ impl<'a> Casters<'a> {
                 Some(side) if side == wanted => {
                     let patch = self
                         .occluders
-                        .patch(SurfaceId(surface), bounds, &self.light);
+                        .patch(SurfaceId(surface), bounds, &self.light, side);
                     receivers.patches.extend(patch);
                 }
                 Some(_) => {}
@@ -357,6 +357,7 @@ impl<'a> Casters<'a> {
 mod tests {
     use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Opacity, Sphere};
 
+    use super::super::adaptive::start_forms;
     use super::super::candidates::CasterTables;
     use super::super::lattice::{Cell, Lattice};
     use super::super::testing::Random;
@@ -413,7 +414,8 @@ mod tests {
                 }
             }
             Some((surface, None)) => {
-                let patch = occluders.patch(surface, bounds, light);
+                let side = occluders.light_sides(light)[surface.0 as usize];
+                let patch = occluders.patch(surface, bounds, light, side);
                 let corners: Vec<DVec3> = patch.iter().flat_map(|p| p.corners()).collect();
                 if !corners.is_empty() {
                     for _ in 0..12 {
@@ -460,7 +462,8 @@ mod tests {
             }
             let lattice = Lattice::new(&bounds, &frame, 8);
             let tables = CasterTables::new(&occluders, &mesh, frame, light);
-            let casters = Casters::new(&occluders, &mesh, frame, &tables);
+            let start_forms = start_forms(&occluders, &frame);
+            let casters = Casters::new(&occluders, &mesh, &start_forms, frame, &tables);
             let bvh = Bvh::build(&occluders);
             for _ in 0..12 {
                 // A cell about a surface or anywhere, reached from cell to cell.
@@ -471,17 +474,20 @@ mod tests {
                 };
                 let target = random.in_box(&around);
                 let mut cell = Cell::ROOT;
-                let mut candidates = casters.gather(&bvh, &lattice.inflated(cell));
+                let mut candidates = casters.gather(&bvh, &lattice.inflated(cell), true);
                 for _ in 0..random.below(8) {
                     let holds = |cell: &Cell| lattice.inflated(*cell).contains(target);
                     if let Some(child) = cell.children().into_iter().find(holds) {
                         cell = child;
                         let bounds = lattice.inflated(cell);
-                        candidates = if random.below(2) == 0 {
-                            casters.narrow(&candidates, &bounds)
+                        if random.below(2) == 0 {
+                            let mut kept = Candidates::NONE;
+                            casters.narrow_holders(&candidates, &bounds, Audience::Free, &mut kept);
+                            casters.narrow(&candidates, &bounds, &mut kept);
+                            candidates = kept;
                         } else {
-                            casters.gather(&bvh, &bounds)
-                        };
+                            candidates = casters.gather(&bvh, &bounds, true);
+                        }
                     }
                 }
                 let bounds = lattice.inflated(cell);

@@ -164,15 +164,21 @@ impl Forms {
         }
     }
 
+    /// Returns by how much the forms differ within a box from their values in its middle.
+    #[inline]
+    fn reach(&self, half: [f32; 3]) -> [f32; 4] {
+        std::array::from_fn(|i| {
+            self.rows[0][i].abs() * half[0]
+                + self.rows[1][i].abs() * half[1]
+                + self.rows[2][i].abs() * half[2]
+        })
+    }
+
     /// Returns what the forms say of all points of a box.
     #[inline]
     pub(crate) fn verdict_of_box(&self, center: [f32; 3], half: [f32; 3]) -> Verdict {
         let middle = self.at(center);
-        let reach: [f32; 4] = std::array::from_fn(|i| {
-            self.rows[0][i].abs() * half[0]
-                + self.rows[1][i].abs() * half[1]
-                + self.rows[2][i].abs() * half[2]
-        });
+        let reach = self.reach(half);
         let (mut highest, mut lowest) = (f32::INFINITY, f32::INFINITY);
         for i in 0..4 {
             highest = highest.min(middle[i] + reach[i]);
@@ -278,6 +284,17 @@ impl Forms {
             }
         };
         Self::new([over(0, 1, 2), over(1, 2, 0), over(2, 0, 1), height])
+    }
+
+    /// Returns whether a box surely holds no start on this triangle: it lies outside an edge, or above or
+    /// below the plane.
+    #[inline]
+    pub(crate) fn is_beside(&self, center: [f32; 3], half: [f32; 3]) -> bool {
+        let middle = self.at(center);
+        let reach = self.reach(half);
+        // A height that does not change is none: the plane is not known.
+        let is_off_plane = reach[3] > 0.0 && middle[3].abs() > reach[3] + BOUND;
+        is_off_plane || (0..3).any(|i| middle[i] + reach[i] < -BOUND)
     }
 
     /// Returns whether a point given for a start on this triangle surely is where the start is, up to

@@ -35,6 +35,9 @@ const EMPTY_SPACE_LEVEL: u32 = 7;
 const FINE_LEVEL: u32 = 9;
 const FINE_LISTS: usize = 3;
 
+/// So many times longer lists do in cells at the root, for a start.
+const ROOT_LISTS: usize = 2;
+
 /// Testing a sphere takes as long as testing so many triangles.
 const CURVED_COST: usize = 3;
 
@@ -46,39 +49,58 @@ pub(crate) struct Refiner<'a> {
     pub(crate) lattice: &'a Lattice,
     pub(crate) audience: Audience,
     pub(crate) depth: Depth,
+    pub(crate) care: Care,
+}
+
+/// How much work a cell is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Care {
+    /// Only what the cell's own candidates tell: there are none, one covers it, or they are few.
+    Quick,
+    /// Events are looked for.
+    Full,
 }
 
 impl Refiner<'_> {
     /// Returns what is decided for the 64 cells of a brick in place of a cell, whose candidates these are.
     pub(crate) fn decide_brick(&self, cell: Cell, candidates: &Candidates) -> Box<Decisions> {
         let mut decisions = Box::new([const { Decision::Nobody }; 64]);
-        self.decide_halves(cell, candidates, 2, [0; 3], &mut decisions);
+        let mut kept = [const { Candidates::NONE }; 2];
+        self.decide_halves(cell, candidates, [0; 3], &mut kept, &mut decisions);
         decisions
     }
 
-    /// Decides the eight halves of a cell, which may be halved so many times more. `at` is its place among
-    /// those of its size in the brick.
+    /// Decides the eight halves of a cell, which may be halved as often as there is something to keep what
+    /// is left in. `at` is its place among those of its size in the brick.
     fn decide_halves(
         &self,
         cell: Cell,
         around: &Candidates,
-        halvings: u32,
         at: [u32; 3],
+        kept: &mut [Candidates],
         decisions: &mut Decisions,
     ) {
-        let halvings = halvings - 1;
+        let Some((kept, deeper)) = kept.split_first_mut() else {
+            return;
+        };
         for (number, half) in cell.children().into_iter().enumerate() {
             if !self.lattice.is_inside(half) {
                 continue;
             }
-            let at = std::array::from_fn(|axis| 2 * at[axis] + (number as u32 >> axis & 1));
             let bounds = self.lattice.inflated(half);
-            let candidates = self.casters.narrow(around, &bounds);
-            let decision = self.decide(half, &candidates, &bounds);
-            if decision == Decision::Pending && halvings > 0 {
-                self.decide_halves(half, &candidates, halvings, at, decisions);
+            let are_there = self
+                .casters
+                .narrow_holders(around, &bounds, self.audience, kept);
+            if !are_there {
+                continue;
+            }
+            self.casters.narrow(around, &bounds, kept);
+            let at = std::array::from_fn(|axis| 2 * at[axis] + (number as u32 >> axis & 1));
+            let decision = self.decide(half, kept, &bounds);
+            if decision == Decision::Pending && !deeper.is_empty() {
+                self.decide_halves(half, kept, at, deeper, decisions);
             } else {
-                fill(decisions, at, 1 << halvings, decision);
+                fill(decisions, at, 1 << deeper.len(), decision);
             }
         }
     }
@@ -92,6 +114,9 @@ impl Refiner<'_> {
             return Decision::Known(false);
         }
         let depth = self.depth;
+        if self.care == Care::Quick {
+            return self.decide_quickly(cell.level, candidates);
+        }
         if self.audience == Audience::Free {
             if let Some(is_shadowed) = self.casters.decide_free(candidates, bounds) {
                 return Decision::Known(is_shadowed);
@@ -133,6 +158,24 @@ impl Refiner<'_> {
                     .blockers(Some(&receivers), candidates, most, curved_cost)
             },
         )
+    }
+
+    /// Returns what a cell's candidates tell at once.
+    pub(crate) fn decide_quickly(&self, level: u32, candidates: &Candidates) -> Decision {
+        if candidates.is_covered {
+            return Decision::Known(true);
+        }
+        let most = match self.lattice.is_level_of_cells(level) {
+            true => self.depth.early_list,
+            // At the root.
+            false if level <= self.lattice.root_level => ROOT_LISTS * self.depth.early_list,
+            false => return Decision::Pending,
+        };
+        match self.casters.blockers(None, candidates, most, CURVED_COST) {
+            Some((list, _)) if list.is_empty() => Decision::Known(false),
+            Some((list, _)) => Decision::List(list.into(), Finer::Perhaps),
+            None => Decision::Pending,
+        }
     }
 
     /// Returns what to write for a cell that has no one answer, given what lists so many blockers at most.

@@ -21,9 +21,6 @@ const NOTED: usize = 64 * BLOCK;
 /// One query or block in so many says what using lists has cost, for all of them.
 const SAMPLED: u32 = 16;
 
-/// What a list costs that finer cells would spare.
-const LIST_NS: u64 = 20;
-
 impl ByVoxel<'_> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
     /// not. `check` says what is no start.
@@ -173,7 +170,8 @@ impl ByVoxel<'_> {
     #[inline(never)]
     fn charge_list(&self, store: &Store, start: &Start, place: u32) {
         if place != 0 && self.values.is_refining() {
-            self.charge(store, start, place, LIST_NS * u64::from(SAMPLED));
+            let cost = self.values.cost_of_list(store, place);
+            self.charge(store, start, place, cost * u64::from(SAMPLED));
         }
     }
 
