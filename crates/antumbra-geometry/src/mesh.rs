@@ -236,12 +236,19 @@ impl Occluders {
     /// Returns for each triangle on which side of its plane the light is: 1 on the side of its
     /// normal, -1 behind, 0 in the plane and for triangles without area.
     pub fn light_sides(&self, light: &LightShape) -> Vec<i8> {
+        let all = 0..self.triangles.len() as u32;
+        all.map(|triangle| self.light_side_of(SurfaceId(triangle), light))
+            .collect()
+    }
+
+    /// Returns the same for one triangle.
+    pub fn light_side_of(&self, triangle: SurfaceId, light: &LightShape) -> i8 {
+        let triangle = &self.triangles[triangle.0 as usize];
         let light = light.without_underflow().homogeneous();
-        let side = |triangle: &crate::occluders::Triangle| match triangle.axis {
+        match triangle.axis {
             NO_AXIS => 0,
             _ => plane_side(&Plane::Points(self.positions_of(triangle)), light).to_i8(),
-        };
-        self.triangles.iter().map(side).collect()
+        }
     }
 
     /// Returns the positions of an edge's ends.

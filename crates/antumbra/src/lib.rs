@@ -1,6 +1,7 @@
 //! Exact shadow answers for static scenes, mostly without tracing a ray.
 
 mod bvh;
+mod clock;
 mod frame;
 mod grid;
 mod index;

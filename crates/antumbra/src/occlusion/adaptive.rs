@@ -7,22 +7,23 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Start};
 use arc_swap::ArcSwapOption;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::balls::{Ball, BallStart};
 use super::bricks::{Decision, Store, cell_in_brick};
-use super::budget::{Account, Budget};
-use super::candidates::{Candidates, CasterTables, Casters};
-use super::forms::{Forms, START_ROOM};
+use super::budget::{Account, Budget, Looks};
+use super::candidates::{Candidates, Casters};
+use super::forms::START_ROOM;
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
 use super::refine::{Care, Depth, Refiner};
+use super::tables::{LightTables, SceneTables, Tables};
 use super::value::Audience;
 use crate::Refine;
 use crate::bvh::Bvh;
+use crate::clock::Reading;
 use crate::frame::Frame;
 
 /// Values of a scene for its lights.
@@ -44,40 +45,16 @@ pub(crate) struct AdaptiveValues {
     pub(super) level: Level,
 }
 
-/// What is known of each surface for all lights.
-#[derive(Debug)]
-pub(super) struct SceneTables {
-    /// For each triangle whether a point is where a start on it is.
-    pub(super) start_forms: Vec<Forms>,
-    /// The same for the other surfaces.
-    pub(super) ball_starts: Vec<BallStart>,
-    /// Those that are spheres.
-    pub(super) balls: Vec<Option<Ball>>,
-    pub(super) mesh: Mesh,
-}
-
 /// What one light has of its own.
 #[derive(Debug)]
 pub(super) struct LightValues {
     pub(super) light: LightShape,
     /// Whether values can be made.
     is_ordinary: bool,
-    tables: OnceLock<CasterTables>,
+    tables: OnceLock<LightTables>,
     /// Whether a thread makes tables.
     is_busy: AtomicBool,
     budget: Budget,
-}
-
-/// All that a lookup reads for a light, once it is there.
-pub(super) struct Known<'a> {
-    pub(super) scene: &'a SceneTables,
-    pub(super) light: &'a CasterTables,
-}
-
-/// What was found out about a cell.
-struct Made {
-    link: Link,
-    cost_ns: u64,
 }
 
 /// How values are made.
@@ -92,15 +69,18 @@ pub(crate) struct Making {
 
 /// A unit of cost in links, in nanoseconds, as a power of two.
 const UNIT: u32 = 4;
-/// What a first look at a cell at the root costs: as a power of two of units, and for itself and each
-/// candidate.
-const LOOK_PRICE: u32 = 8;
-const LOOK_NS: [u64; 2] = [2_000, 60];
+/// What a first look at a cell at the root costs, as a power of two of units.
+const LOOK_PRICE: u32 = 6;
 /// What a brick costs, quick and full: itself, and each candidate.
 const QUICK_NS: [u64; 2] = [6_000, 300];
 const FULL_NS: [u64; 2] = [20_000, 1_100];
-/// What tables cost for each surface, those of the scene and those of a light.
-const SURFACE_NS: u64 = 350;
+/// A cell is worth so many times what it has cost: more queries will come, and the account of all
+/// cells bounds what is spent in vain.
+const HASTE: u64 = 4;
+/// What tables cost: for each triangle that none is entered for, for each that is, and for each other surface.
+const TABLE_NS: u64 = 15;
+const WHOLE_NS: u64 = 700;
+const CURVED_NS: u64 = 500;
 
 fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
     own + each * candidate_count as u64
@@ -194,13 +174,37 @@ impl AdaptiveValues {
         self.store.load_full()
     }
 
-    /// Returns what lookups for a light read, if it is there.
+    /// Returns what is known of the surfaces for a light, if there are tables yet.
     #[inline(always)]
-    pub(super) fn known(&self, light: usize) -> Option<Known<'_>> {
-        Some(Known {
-            scene: self.tables.get()?,
-            light: self.lights[light].tables.get()?,
-        })
+    pub(super) fn tables<'a>(
+        &'a self,
+        occluders: &'a Occluders,
+        light: usize,
+    ) -> Option<Tables<'a>> {
+        let scene = self.tables.get()?;
+        let values = &self.lights[light];
+        let of_light = values.tables.get()?;
+        Some(Tables::new(
+            occluders,
+            &self.frame,
+            &values.light,
+            scene,
+            of_light,
+        ))
+    }
+
+    /// Returns which queries to look up: none as long as there are no tables, and while values are made those
+    /// that pay.
+    #[inline(always)]
+    pub(crate) fn looks(&self, light: usize, is_refining: bool) -> Looks {
+        let light = &self.lights[light];
+        if light.tables.get().is_none() {
+            Looks::None
+        } else if !is_refining || self.refine == Refine::Asked {
+            Looks::All
+        } else {
+            light.budget.looks()
+        }
     }
 }
 
@@ -218,61 +222,6 @@ fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool
         && size.max(reach) < LARGEST
         && reach * frame.scale < 1e12
         && frame.margin_in_frame < START_ROOM / 64.0
-}
-
-impl SceneTables {
-    fn new(occluders: &Occluders, frame: &Frame) -> Self {
-        let start_forms = start_forms(occluders, frame);
-        let curved = || {
-            let all = occluders.triangle_count()..occluders.surface_count();
-            all.map(|surface| SurfaceId(surface as u32))
-        };
-        let ball_starts = curved()
-            .map(|surface| match occluders.sphere(surface) {
-                Some(sphere) if occluders.is_opaque(surface) => BallStart::new(sphere),
-                _ => BallStart::NONE,
-            })
-            .collect();
-        let balls = curved()
-            .map(|surface| occluders.sphere(surface).map(Ball::new))
-            .collect();
-        Self {
-            start_forms,
-            ball_starts,
-            balls,
-            mesh: Mesh::new(occluders),
-        }
-    }
-
-    fn bytes(&self) -> u64 {
-        let Self {
-            start_forms,
-            ball_starts,
-            balls,
-            mesh,
-        } = self;
-        (size_of_val(start_forms.as_slice())
-            + size_of_val(ball_starts.as_slice())
-            + size_of_val(balls.as_slice())) as u64
-            + mesh.memory_bytes()
-    }
-}
-
-/// Returns for each triangle the forms of the starts on it.
-pub(super) fn start_forms(occluders: &Occluders, frame: &Frame) -> Vec<Forms> {
-    (0..occluders.triangle_count() as u32)
-        .into_par_iter()
-        .map(|triangle| {
-            let surface = SurfaceId(triangle);
-            match (
-                occluders.triangle_positions(surface),
-                occluders.dominant_axis(surface),
-            ) {
-                (Some(corners), Some(axis)) => Forms::of_starts(frame, corners, axis),
-                _ => Forms::NOWHERE,
-            }
-        })
-        .collect()
 }
 
 impl LightValues {
@@ -305,7 +254,7 @@ impl AdaptiveValues {
             if !self.lights[light].is_ordinary {
                 continue;
             }
-            self.make_tables(occluders, light);
+            self.make_whole_tables(occluders, light);
             for audience in Audience::ALL {
                 let lattice = &self.lattices[audience as usize];
                 let finder = store.finder(light, audience, lattice);
@@ -331,8 +280,8 @@ impl AdaptiveValues {
         let Some(made) = self.brick(store, scene, (light, audience, cell)) else {
             return;
         };
-        store.publish(place, made.link);
-        let Some(brick_at) = made.link.brick() else {
+        store.publish(place, made);
+        let Some(brick_at) = made.brick() else {
             return;
         };
         for (place, number) in store.unfinished(brick_at) {
@@ -341,37 +290,42 @@ impl AdaptiveValues {
         }
     }
 
-    /// Makes the tables of the scene and a light.
+    /// Makes tables of the scene and a light, in which triangles are entered when they are asked for.
     fn make_tables(&self, occluders: &Occluders, light: usize) {
-        let tables = self
-            .tables
-            .get_or_init(|| SceneTables::new(occluders, &self.frame));
+        self.tables.get_or_init(|| SceneTables::new(occluders));
         let values = &self.lights[light];
         values
             .tables
-            .get_or_init(|| CasterTables::new(occluders, &tables.mesh, self.frame, values.light));
+            .get_or_init(|| LightTables::new(occluders, &self.frame, &values.light));
+    }
+
+    /// Makes tables of all triangles.
+    fn make_whole_tables(&self, occluders: &Occluders, light: usize) {
+        self.make_tables(occluders, light);
+        let values = &self.lights[light];
+        if let (Some(scene), Some(of_light)) = (self.tables.get(), values.tables.get()) {
+            of_light.make_whole(scene, occluders, &self.frame, &values.light);
+        }
     }
 
     /// Returns what refines the cells of an audience.
-    fn refiner<'a>(
-        &'a self,
-        known: &Known<'a>,
-        occluders: &'a Occluders,
-        audience: Audience,
-        care: Care,
-    ) -> Refiner<'a> {
+    fn refiner<'a>(&'a self, tables: Tables<'a>, audience: Audience, care: Care) -> Refiner<'a> {
         Refiner {
-            casters: Casters::new(
-                occluders,
-                &known.scene.mesh,
-                &known.scene.start_forms,
-                self.frame,
-                known.light,
-            ),
+            casters: Casters::new(tables),
             lattice: &self.lattices[audience as usize],
             audience,
             depth: self.depth,
             care,
+        }
+    }
+
+    /// Returns how much work goes into the cells below one.
+    fn care(&self, level: u32, audience: Audience) -> Care {
+        let is_coarse = level <= self.lattices[audience as usize].root_level;
+        if is_coarse && self.refine != Refine::Eager && self.depth.early_list > 0 {
+            Care::Quick
+        } else {
+            Care::Full
         }
     }
 
@@ -381,19 +335,16 @@ impl AdaptiveValues {
         store: &Store,
         scene: &Scene<'_>,
         (light, audience, cell): (usize, Audience, Cell),
-    ) -> Option<Made> {
-        let known = self.known(light)?;
-        let refiner = self.refiner(&known, scene.occluders, audience, Care::Quick);
+    ) -> Option<Link> {
+        let tables = self.tables(scene.occluders, light)?;
+        let refiner = self.refiner(tables, audience, Care::Quick);
         let bounds = self.lattices[audience as usize].inflated(cell);
         let gathered = refiner.casters.gather(scene.bvh, &bounds, false);
         let mut candidates = Candidates::NONE;
         refiner.casters.narrow(&gathered, &bounds, &mut candidates);
         let decision = refiner.decide_quickly(cell.level, &candidates);
         let price = price_of(cost(QUICK_NS, candidates.triangles.len()));
-        Some(Made {
-            link: store.write_one(&decision, price)?,
-            cost_ns: cost(LOOK_NS, gathered.count()),
-        })
+        store.write_one(&decision, price)
     }
 
     /// Makes a brick in place of a cell; `None` if there is no room.
@@ -402,21 +353,14 @@ impl AdaptiveValues {
         store: &Store,
         scene: &Scene<'_>,
         (light, audience, cell): (usize, Audience, Cell),
-    ) -> Option<Made> {
-        let known = self.known(light)?;
+    ) -> Option<Link> {
+        let tables = self.tables(scene.occluders, light)?;
         let lattice = &self.lattices[audience as usize];
-        let is_quick = self.refine != Refine::Eager
-            && cell.level <= lattice.root_level
-            && self.depth.early_list > 0;
-        let (care, costs) = if is_quick {
-            (Care::Quick, QUICK_NS)
-        } else {
-            (Care::Full, FULL_NS)
-        };
-        let refiner = self.refiner(&known, scene.occluders, audience, care);
+        let care = self.care(cell.level, audience);
+        let refiner = self.refiner(tables, audience, care);
         let bounds = lattice.inflated(cell);
         let casters = &refiner.casters;
-        let gathered = casters.gather(scene.bvh, &bounds, !is_quick);
+        let gathered = casters.gather(scene.bvh, &bounds, care == Care::Full);
         let mut candidates = Candidates::NONE;
         casters.narrow_holders(&gathered, &bounds, audience, &mut candidates);
         casters.narrow(&gathered, &bounds, &mut candidates);
@@ -425,10 +369,7 @@ impl AdaptiveValues {
             Refine::Asked => 0,
             Refine::Lazy | Refine::Eager => price_below(&decisions, candidates.count()),
         };
-        Some(Made {
-            link: store.write(&decisions, price)?,
-            cost_ns: cost(costs, gathered.count()),
-        })
+        store.write(&decisions, price)
     }
 
     /// Adds what some queries of a light came to; makes the light's tables when they pay.
@@ -438,14 +379,13 @@ impl AdaptiveValues {
         if values.tables.get().is_some() || !values.is_ordinary {
             return;
         }
-        let mut per_surface = SURFACE_NS;
-        if self.tables.get().is_none() {
-            per_surface *= 2;
-        }
-        let price = per_surface * occluders.surface_count() as u64;
+        let curved_count = occluders.surface_count() - occluders.triangle_count();
+        let price = TABLE_NS * occluders.triangle_count() as u64 + CURVED_NS * curved_count as u64;
         if values.budget.allows(price) && !values.is_busy.swap(true, Ordering::Acquire) {
+            let begin = Reading::now();
             self.make_tables(occluders, light);
-            values.budget.spend(price);
+            values.budget.spend(begin.elapsed_ns());
+            values.is_busy.store(false, Ordering::Release);
         }
     }
 
@@ -457,7 +397,7 @@ impl AdaptiveValues {
     }
 
     /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price
-    /// is paid.
+    /// is paid. Returns what that took, in nanoseconds.
     pub(crate) fn charge(
         &self,
         store: &Store,
@@ -466,32 +406,48 @@ impl AdaptiveValues {
         start: &Start,
         place: u32,
         cost_ns: u64,
-    ) {
+    ) -> u64 {
         let counter = match read(store.word(place)).list() {
             Some(list) => Store::list_counter(list),
             None => place,
         };
         let units = (cost_ns >> UNIT).max(1) as u32;
-        if charge(store.word(counter), units) {
-            self.refine(store, scene, light, start, counter);
+        if !charge(store.word(counter), units) {
+            return 0;
+        }
+        let price = read(store.word(counter)).price();
+        let budget = &self.lights[light].budget;
+        if self.refine != Refine::Asked && !budget.allows(HASTE << (price + UNIT)) {
+            return 0;
+        }
+        let begin = Reading::now();
+        let has_worked = self.refine(store, scene, light, start, counter);
+        let took = begin.elapsed_ns();
+        if has_worked {
+            self.lights[light].budget.spend(took);
+            took
+        } else {
+            0
         }
     }
 
+    /// Makes what pays where a counter has its price; returns whether there was work to do.
     #[cold]
     #[inline(never)]
-    fn refine(&self, store: &Store, scene: &Scene<'_>, light: usize, start: &Start, counter: u32) {
-        let budget = &self.lights[light].budget;
-        let price = read(store.word(counter)).price();
-        let is_asked = self.refine == Refine::Asked;
-        if !is_asked && !budget.allows(1 << (price + UNIT)) {
-            return;
-        }
+    fn refine(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        light: usize,
+        start: &Start,
+        counter: u32,
+    ) -> bool {
         let Some((audience, code)) = self.code_of_start(store, scene.occluders, light, start)
         else {
-            return;
+            return false;
         };
         let Some(claimed) = claim(store.word(counter)) else {
-            return;
+            return false;
         };
         let lattice = &self.lattices[audience as usize];
         let finder = store.finder(light, audience, lattice);
@@ -504,15 +460,21 @@ impl AdaptiveValues {
         if !is_its {
             // Another thread was faster, or the list is another cell's, too.
             publish(store.word(counter), Link::pending(claimed.price()));
-            return;
+            return false;
         }
         let level = finder.level_of(code, lattice);
         let target = (light, audience, code.cell(level));
-        // Nobody knows what a cell at the root costs before its candidates are there.
         let is_first_look = level <= lattice.root_level
             && counter == leaf.place
             && claimed.price() <= LOOK_PRICE
             && self.depth.early_list > 0;
+        let can_make = is_first_look
+            || self.care(level, audience) == Care::Quick
+            || self.has_whole_tables(scene.occluders, light);
+        if !can_make {
+            publish(store.word(counter), Link::pending(claimed.price()));
+            return false;
+        }
         let made = if is_first_look {
             self.look(store, scene, target)
         } else {
@@ -522,12 +484,26 @@ impl AdaptiveValues {
             publish(store.word(counter), Link::pending(claimed.price()));
         }
         match made {
-            Some(made) => {
-                budget.spend(made.cost_ns);
-                store.publish(leaf.place, made.link);
-            }
+            Some(made) => store.publish(leaf.place, made),
             None => self.evict(store),
         }
+        true
+    }
+
+    /// Returns whether there are tables of all triangles; makes them when they pay.
+    fn has_whole_tables(&self, occluders: &Occluders, light: usize) -> bool {
+        let values = &self.lights[light];
+        if values.tables.get().is_some_and(LightTables::is_whole) {
+            return true;
+        }
+        let price = WHOLE_NS * occluders.triangle_count() as u64;
+        let can_make = self.refine == Refine::Asked || values.budget.allows(price);
+        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
+            self.make_whole_tables(occluders, light);
+            values.is_busy.store(false, Ordering::Release);
+            return true;
+        }
+        false
     }
 
     /// Drops a store that is full for an empty one, unless that was done.
@@ -565,9 +541,9 @@ fn price_below(decisions: &[Decision; 64], candidate_count: usize) -> u32 {
     price_of(weighed)
 }
 
-/// Returns a cost as a power of two of units.
+/// Returns what a cell must have cost before so much is spent on it, as a power of two of units.
 fn price_of(ns: u64) -> u32 {
-    (ns >> UNIT).max(1).ilog2() + 1
+    (ns / HASTE >> UNIT).max(1).ilog2() + 1
 }
 
 impl AdaptiveValues {
@@ -581,7 +557,7 @@ impl AdaptiveValues {
         let lists = self.store().map_or(0, |store| store.bytes().1);
         let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
         lists
-            + of_lights.map(CasterTables::bytes).sum::<u64>()
+            + of_lights.map(LightTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)
     }
 

@@ -1,26 +1,34 @@
 //! When knowing more pays: the cost rule of lazy refinement (Paper 7.3, 9.2).
 //!
-//! In: what rays have cost, what values have spared, what was spent on values, all in nanoseconds by estimate. Out:
-//! whether to spend more. Invariant: what was spent is at most a share of what rays have cost and of what
-//! values have spared; so whatever is asked in whatever order, all together costs little more than rays
-//! alone.
+//! In: what queries took, what rays alone would have taken, what making values took. Out: whether to look values
+//! up, and whether to make more. Invariant: all together takes little longer than rays alone would,
+//! whatever is asked in whatever order: the gain so far, less what values have cost, stays above minus a share
+//! of the time of rays. Times are measured, so what is known differs from run to run; answers do not.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
 use crate::Counters;
 
-/// So much of what rays have cost may be spent in the hope of sparing more.
-const HOPE: f64 = 1.0 / 10.0;
-/// So much of what values have spared.
-const REINVESTED: f64 = 0.5;
+/// So much of what rays alone would have taken may be lost in the hope of gaining more.
+const HOPE: f64 = 1.0 / 12.0;
+/// So much of the gain may be spent on values.
+const REINVESTED: f64 = 0.6;
 
-/// What a query costs that values or lists answer.
-const LOOKUP_NS: u64 = 15;
+/// How much of what is new comes into the share of answers found lately.
+const RECENT: f32 = 0.2;
+/// Where a smaller share of looks than this finds an answer, only some queries are looked up.
+const WORTH_LOOKING: f32 = 0.25;
+/// One block of queries in so many.
+pub(crate) const SCOUTS: u64 = 8;
 
-/// Costs of a ray's parts, measured on scenes of all kinds.
+/// Costs of a ray's parts in nanoseconds, measured on scenes of all kinds; how fast the machine is, is
+/// measured where there are only rays.
 const RAY_NS: u64 = 65;
 const STEP_NS: u64 = 10;
 const TEST_NS: u64 = 4;
+/// What a query costs that values or lists answer, and what a look costs that finds nothing.
+const LOOKUP_NS: u64 = 15;
+const MISS_NS: u64 = 30;
 
 /// Returns what rays have cost between two readings of the counters that differ by so many queries.
 #[inline]
@@ -30,45 +38,118 @@ pub(crate) fn cost_of_rays(before: &Counters, after: &Counters, ray_count: u64) 
         + TEST_NS * (after.intersections - before.intersections)
 }
 
-/// The account of one light. Threads add to it now and then; what they have not added yet is missing.
+/// The account of one light, in nanoseconds. Threads add to it now and then; what they have not added yet is
+/// missing.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
-    rays_ns: AtomicU64,
+    /// Rays, and what they cost by their parts.
     ray_count: AtomicU64,
-    spared_ns: AtomicU64,
-    spent_ns: AtomicU64,
+    rays_ns: AtomicU64,
+    /// Rays that were all that there was: what they took, and what they cost by their parts.
+    alone_took: AtomicU64,
+    alone_ns: AtomicU64,
+    /// What rays would have taken for all queries.
+    by_rays: AtomicU64,
+    /// By how much less queries took, without the making of values.
+    gain: AtomicI64,
+    /// What making values took.
+    spent: AtomicU64,
+    /// The share of looks that found an answer lately, the bits of an `f32`.
+    found_share: AtomicU32,
+}
+
+/// Which queries to look up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Looks {
+    /// None: rays answer until they have made up for the loss.
+    None,
+    /// One block in [`SCOUTS`], to find where values pay.
+    Scouts,
+    All,
 }
 
 /// What some queries came to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Account {
+    pub(crate) query_count: u64,
     pub(crate) ray_count: u64,
     pub(crate) rays_ns: u64,
-    /// Queries that values or lists answered.
-    pub(crate) answered: u64,
+    /// Of the queries, those that were looked up.
+    pub(crate) looked_count: u64,
+    /// What all took, without the making of values; `None` if nobody has measured.
+    pub(crate) took: Option<u64>,
 }
 
 impl Budget {
     pub(crate) fn note(&self, account: &Account) {
         let add = |sum: &AtomicU64, more: u64| sum.fetch_add(more, Ordering::Relaxed) + more;
-        let rays_ns = add(&self.rays_ns, account.rays_ns);
         let ray_count = add(&self.ray_count, account.ray_count);
+        let rays_ns = add(&self.rays_ns, account.rays_ns);
+        if let (Some(took), 0) = (account.took, account.looked_count) {
+            add(&self.alone_took, took);
+            add(&self.alone_ns, account.rays_ns);
+        }
         // A query that is answered would have cost about as much as those that were not.
-        let usual = rays_ns.checked_div(ray_count).unwrap_or(0);
-        add(
-            &self.spared_ns,
-            account.answered * usual.saturating_sub(LOOKUP_NS),
-        );
+        let usual = rays_ns as f64 / ray_count.max(1) as f64;
+        let answered = account.query_count - account.ray_count;
+        let by_rays = account.rays_ns as f64 + usual * answered as f64;
+        let took = match account.took {
+            Some(took) => took as f64 / self.slowness(),
+            None => {
+                let missed = MISS_NS * account.looked_count.saturating_sub(answered);
+                (account.rays_ns + missed + LOOKUP_NS * answered) as f64
+            }
+        };
+        add(&self.by_rays, by_rays as u64);
+        if account.looked_count > 0 {
+            let now = answered as f32 / account.looked_count as f32;
+            let before = f32::from_bits(self.found_share.load(Ordering::Relaxed));
+            let share = before + RECENT * (now - before);
+            self.found_share.store(share.to_bits(), Ordering::Relaxed);
+            // What another process took is no loss.
+            let gain = (by_rays - took).max(-8.0 * by_rays);
+            self.gain.fetch_add(gain as i64, Ordering::Relaxed);
+        }
+    }
+
+    /// Returns how much longer than by their parts rays take here.
+    fn slowness(&self) -> f64 {
+        let [took, by_parts] =
+            [&self.alone_took, &self.alone_ns].map(|sum| sum.load(Ordering::Relaxed) as f64);
+        if by_parts > 0.0 { took / by_parts } else { 1.0 }
+    }
+
+    /// Returns which queries to look up.
+    pub(crate) fn looks(&self) -> Looks {
+        let [by_rays, gain, spent] = self.sums();
+        let share = f32::from_bits(self.found_share.load(Ordering::Relaxed));
+        if spent > HOPE * by_rays + gain {
+            Looks::None
+        } else if share < WORTH_LOOKING {
+            Looks::Scouts
+        } else {
+            Looks::All
+        }
     }
 
     /// Returns whether something of this price may be bought.
-    pub(crate) fn allows(&self, price_ns: u64) -> bool {
-        let [rays, spared, spent] = [&self.rays_ns, &self.spared_ns, &self.spent_ns]
-            .map(|sum| sum.load(Ordering::Relaxed) as f64);
-        spent + price_ns as f64 <= HOPE * rays + REINVESTED * spared
+    pub(crate) fn allows(&self, price: u64) -> bool {
+        let [by_rays, gain, spent] = self.sums();
+        let share = if gain > 0.0 { REINVESTED } else { 1.0 };
+        spent + price as f64 <= HOPE * by_rays + share * gain
     }
 
-    pub(crate) fn spend(&self, ns: u64) {
-        self.spent_ns.fetch_add(ns, Ordering::Relaxed);
+    fn sums(&self) -> [f64; 3] {
+        [
+            self.by_rays.load(Ordering::Relaxed) as f64,
+            self.gain.load(Ordering::Relaxed) as f64,
+            self.spent.load(Ordering::Relaxed) as f64,
+        ]
+    }
+
+    /// Notes that making values took so long.
+    pub(crate) fn spend(&self, took: u64) {
+        let took = took as f64 / self.slowness();
+        self.spent.fetch_add(took as u64, Ordering::Relaxed);
     }
 }

@@ -4,37 +4,13 @@
 //! to it: from the tree, or closer from those of a cell around it. Invariant: nothing that blocks some start of the inflated cell, or ends a shadow
 //! there, is left out.
 
-use antumbra_geometry::{
-    Bounds, DVec3, ElementId, LightShape, Mesh, MeshEdge, Occluders, Relation, Shaft, SurfaceId,
-    Umbra,
-};
-use rayon::prelude::*;
+use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Relation, Shaft, SurfaceId};
 
 use super::forms::{BOUND, Forms, Verdict};
+use super::tables::{Contour, CurvedCaster, NONE, Tables};
 use super::value::Audience;
 use crate::bvh::{Bvh, Region};
 use crate::frame::Frame;
-
-/// What one light makes of each surface and edge.
-#[derive(Debug)]
-pub(crate) struct CasterTables {
-    light: LightShape,
-    /// For each triangle the side of its plane that the light is on.
-    pub(crate) sides: Vec<i8>,
-    /// For each triangle the forms of its umbra.
-    pub(crate) umbra_forms: Vec<Forms>,
-    /// Edges that may cast edges of shadows.
-    contours: Vec<Contour>,
-    /// For each edge of the mesh its number among the contours.
-    contour_numbers: Vec<u32>,
-    /// Elements that are no faces and block.
-    curved: Vec<CurvedCaster>,
-    /// For each surface that is no triangle its number among them.
-    curved_numbers: Vec<u32>,
-}
-
-/// In place of a number of what is not there.
-const NONE: u32 = u32::MAX;
 
 /// A scene's surfaces as one light sees them.
 #[derive(Clone, Copy, Debug)]
@@ -43,25 +19,7 @@ pub(crate) struct Casters<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) frame: Frame,
     pub(crate) light: LightShape,
-    /// For each triangle the forms of the starts on it.
-    start_forms: &'a [Forms],
-    tables: &'a CasterTables,
-}
-
-#[derive(Debug)]
-pub(crate) struct Contour {
-    pub(crate) edge: MeshEdge,
-    ends: [DVec3; 2],
-    /// The plane through the light and the edge, four times.
-    plane: Forms,
-}
-
-#[derive(Debug)]
-pub(crate) struct CurvedCaster {
-    pub(crate) element: ElementId,
-    pub(crate) umbra: Umbra,
-    /// Whether it is large enough for a patch's rounding not to matter to what it covers.
-    pub(crate) may_cover_patches: bool,
+    tables: Tables<'a>,
 }
 
 /// What may matter to a cell, by number.
@@ -101,118 +59,35 @@ impl Candidates {
     }
 }
 
-/// Elements smaller than this share of the frame cover no patches.
-const SMALLEST_COVER: f64 = 1.0 / (1u64 << 20) as f64;
-
-impl CasterTables {
-    pub(crate) fn new(occluders: &Occluders, mesh: &Mesh, frame: Frame, light: LightShape) -> Self {
-        let sides = occluders.light_sides(&light);
-        let umbra_forms = (0..occluders.triangle_count() as u32)
-            .into_par_iter()
-            .map(|triangle| {
-                let corners = occluders.triangle_positions(SurfaceId(triangle));
-                Forms::of_umbra(&frame, corners.expect("a triangle"), &light)
-            })
-            .collect();
-        let mut contours = Vec::new();
-        let number_of = |edge: &MeshEdge| {
-            if !mesh.is_contour(edge, &sides) {
-                return NONE;
-            }
-            let ends = occluders.edge_positions(edge);
-            let plane = Forms::through_light(&frame, ends, &light);
-            contours.push(Contour {
-                edge: *edge,
-                ends,
-                plane,
-            });
-            contours.len() as u32 - 1
-        };
-        let contour_numbers = mesh.edges().iter().map(number_of).collect();
-        let mut curved_numbers = vec![NONE; occluders.surface_count() - occluders.triangle_count()];
-        let mut curved = Vec::new();
-        let elements = (0..occluders.elements().len() as u32).map(ElementId);
-        for element in elements.filter(|&element| !occluders.is_face(element)) {
-            let umbra = occluders.umbra(element, &light);
-            if umbra.is_nothing() {
-                continue;
-            }
-            for SurfaceId(surface) in occluders.surfaces_of(element) {
-                let number = surface as usize - occluders.triangle_count();
-                curved_numbers[number] = curved.len() as u32;
-            }
-            let size = occluders.element_bounds(element).size().max_element();
-            curved.push(CurvedCaster {
-                element,
-                umbra,
-                may_cover_patches: size * frame.scale > SMALLEST_COVER,
-            });
-        }
-        Self {
-            light,
-            sides,
-            umbra_forms,
-            contours,
-            contour_numbers,
-            curved,
-            curved_numbers,
-        }
-    }
-
-    /// Returns the bytes of all tables.
-    pub(crate) fn bytes(&self) -> u64 {
-        let Self {
-            light: _,
-            sides,
-            umbra_forms,
-            contours,
-            contour_numbers,
-            curved,
-            curved_numbers,
-        } = self;
-        (size_of_val(sides.as_slice())
-            + size_of_val(umbra_forms.as_slice())
-            + size_of_val(contours.as_slice())
-            + size_of_val(contour_numbers.as_slice())
-            + size_of_val(curved.as_slice())
-            + size_of_val(curved_numbers.as_slice())) as u64
-    }
-}
-
 impl<'a> Casters<'a> {
-    pub(crate) fn new(
-        occluders: &'a Occluders,
-        mesh: &'a Mesh,
-        start_forms: &'a [Forms],
-        frame: Frame,
-        tables: &'a CasterTables,
-    ) -> Self {
+    pub(crate) fn new(tables: Tables<'a>) -> Self {
         Self {
-            occluders,
-            mesh,
-            frame,
-            light: tables.light,
-            start_forms,
+            occluders: tables.occluders,
+            mesh: tables.mesh(),
+            frame: *tables.frame,
+            light: *tables.light,
             tables,
         }
     }
 
     /// Returns the side of a triangle's plane that the light is on; none for other surfaces.
     pub(crate) fn side(&self, surface: u32) -> Option<i8> {
-        self.tables.sides.get(surface as usize).copied()
+        self.tables.side(surface as usize)
     }
 
     /// Returns the forms of a triangle's umbra.
     pub(crate) fn umbra_forms(&self, triangle: u32) -> &'a Forms {
-        &self.tables.umbra_forms[triangle as usize]
+        self.tables
+            .umbra_forms(triangle as usize)
+            .unwrap_or(&Forms::NOWHERE)
     }
 
-    pub(crate) fn contour(&self, number: u32) -> &'a Contour {
-        &self.tables.contours[number as usize]
+    pub(crate) fn contour(&self, number: u32) -> Option<&'a Contour> {
+        self.tables.contour(number)
     }
 
     pub(crate) fn curved(&self, number: u32) -> &'a CurvedCaster {
-        &self.tables.curved[number as usize]
+        self.tables.curved(number)
     }
 
     pub(crate) fn blocks_everywhere(&self, triangle: u32) -> bool {
@@ -228,19 +103,17 @@ impl<'a> Casters<'a> {
                 all.holders.push(surface.0);
             }
             let Some(side) = self.side(surface.0) else {
-                let number = surface.0 as usize - self.tables.sides.len();
-                all.crossing.push(self.tables.curved_numbers[number]);
+                all.crossing.push(self.tables.curved_number(surface));
                 return;
             };
             if side != 0 && self.occluders.is_opaque(surface) {
                 all.triangles.push(surface.0);
             }
             // The edges of those whose plane holds the light cast shadows as well.
-            let edges = self.mesh.edges_of(surface);
-            for edge in edges.into_iter().filter(|_| has_edges) {
-                if let Some(&number) = self.tables.contour_numbers.get(edge as usize) {
-                    all.contours.push(number);
-                }
+            if has_edges {
+                let edges = self.mesh.edges_of(surface);
+                let numbers = edges.map(|edge| self.tables.contour_number(edge));
+                all.contours.extend(numbers);
             }
         });
         // Elements have several surfaces, and edges several triangles.
@@ -273,8 +146,8 @@ impl<'a> Casters<'a> {
         for &holder in &all.holders {
             // Most are told by their edges and plane.
             let is_beside = self
-                .start_forms
-                .get(holder as usize)
+                .tables
+                .start_forms(holder as usize)
                 .is_some_and(|forms| forms.is_beside(center, half));
             let may_meet = || {
                 let holder = SurfaceId(holder);
@@ -323,7 +196,9 @@ impl<'a> Casters<'a> {
             kept.triangles.push(triangle);
         }
         for &number in &all.contours {
-            let contour = self.contour(number);
+            let Some(contour) = self.contour(number) else {
+                continue;
+            };
             let is_missed = contour.plane.straddles_not(center, half) || {
                 let shaft = shaft.get_or_insert_with(new_shaft);
                 let region = region.get_or_insert_with(|| new_region(shaft));

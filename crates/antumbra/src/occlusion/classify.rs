@@ -107,7 +107,7 @@ impl<'a> Casters<'a> {
         let dirty = candidates
             .contours
             .iter()
-            .map(|&contour| self.contour(contour).edge.component)
+            .filter_map(|&contour| Some(self.contour(contour)?.edge.component))
             .collect();
         self.is_covered_by_component(candidates, dirty, &segment)
             .then_some(true)
@@ -238,8 +238,8 @@ impl<'a> Casters<'a> {
         // Events: outlines in the way, or surfaces that the patch goes through.
         let mut dirty = Vec::new();
         for &number in &candidates.contours {
-            let edge = &self.contour(number).edge;
-            if !patch.misses_edge(edge) {
+            let edge = self.contour(number).map(|contour| &contour.edge);
+            if let Some(edge) = edge.filter(|edge| !patch.misses_edge(edge)) {
                 dirty.push(edge.component);
             }
         }
@@ -355,11 +355,10 @@ impl<'a> Casters<'a> {
 
 #[cfg(test)]
 mod tests {
-    use antumbra_geometry::{DVec3, LightShape, Mesh, Occluders, Opacity, Sphere};
+    use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere};
 
-    use super::super::adaptive::start_forms;
-    use super::super::candidates::CasterTables;
     use super::super::lattice::{Cell, Lattice};
+    use super::super::tables::{LightTables, SceneTables, Tables};
     use super::super::testing::Random;
     use super::*;
     use crate::bvh::Bvh;
@@ -455,15 +454,16 @@ mod tests {
                 min: DVec3::splat(-3.0),
                 max: DVec3::splat(3.0),
             });
-            let mesh = Mesh::new(&occluders);
             let frame = Frame::new(bounds);
             if bounds.size().max_element() == 0.0 {
                 continue;
             }
             let lattice = Lattice::new(&bounds, &frame, 8);
-            let tables = CasterTables::new(&occluders, &mesh, frame, light);
-            let start_forms = start_forms(&occluders, &frame);
-            let casters = Casters::new(&occluders, &mesh, &start_forms, frame, &tables);
+            let scene = SceneTables::new(&occluders);
+            let of_light = LightTables::new(&occluders, &frame, &light);
+            of_light.make_whole(&scene, &occluders, &frame, &light);
+            let tables = Tables::new(&occluders, &frame, &light, &scene, &of_light);
+            let casters = Casters::new(tables);
             let bvh = Bvh::build(&occluders);
             for _ in 0..12 {
                 // A cell about a surface or anywhere, reached from cell to cell.

@@ -301,8 +301,8 @@ impl Forms {
     /// [`START_ROOM`].
     #[inline(always)]
     pub(crate) fn is_start<S: Simd>(&self, simd: S, x: [f32; 3]) -> bool {
-        // The height is right up to half the room; the start has the point's other two coordinates.
-        const HEIGHT: f32 = (0.5 * START_ROOM) as f32;
+        // The height is right up to 10 of the room's 16 units; the start has the point's other two coordinates.
+        const HEIGHT: f32 = (0.375 * START_ROOM) as f32;
         let heights = self.wide_at(simd, x);
         heights.simd_gt(BOUND).to_bitmask() & 0b111 == 0b111 && heights[3].abs() < HEIGHT
     }

@@ -6,13 +6,14 @@
 use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
-use super::adaptive::{AdaptiveValues, Known};
+use super::adaptive::AdaptiveValues;
 use super::balls::OnBall;
 use super::bricks::{Finder, Leaf, Store};
 use super::forms::Verdict;
 use super::lattice::{Code, Lattice};
 use super::links::Link;
 use super::sync::{AtomicU32, Ordering};
+use super::tables::Tables;
 use super::value::Audience;
 
 /// Starts that are looked up together.
@@ -89,11 +90,11 @@ impl AdaptiveValues {
         starts: &[Start],
         light: usize,
     ) -> Looked {
-        let Some(known) = self.known(light) else {
+        let Some(tables) = self.tables(occluders, light) else {
             return Looked::NOTHING;
         };
         dispatch!(self.level, simd => {
-            Lookup { simd, values: self, number: light, known, store, occluders }.find(starts)
+            Lookup { simd, values: self, number: light, tables, store, occluders }.find(starts)
         })
     }
 
@@ -105,11 +106,11 @@ impl AdaptiveValues {
         light: usize,
         start: &Start,
     ) -> Option<(Audience, Code)> {
-        let known = self.known(light)?;
+        let tables = self.tables(occluders, light)?;
         let x = self.narrow(start.point);
         dispatch!(self.level, simd => {
             let code = self.lattices[0].code_of(simd, x);
-            let lookup = Lookup { simd, values: self, number: light, known, store, occluders };
+            let lookup = Lookup { simd, values: self, number: light, tables, store, occluders };
             match lookup.audience(start, x) {
                 Asks::In(audience) => Some((audience, code)),
                 Asks::OwnShadow | Asks::Doubt => None,
@@ -131,7 +132,7 @@ struct Lookup<'a, S> {
     values: &'a AdaptiveValues,
     /// Of the light.
     number: usize,
-    known: Known<'a>,
+    tables: Tables<'a>,
     store: &'a Store,
     occluders: &'a Occluders,
 }
@@ -198,15 +199,6 @@ impl<S: Simd> Lookup<'_, S> {
         &self.values.lights[self.number].light
     }
 
-    #[inline(always)]
-    fn sides(&self) -> &[i8] {
-        &self.known.light.sides
-    }
-
-    fn triangle_count(&self) -> usize {
-        self.known.scene.start_forms.len()
-    }
-
     /// Returns whose values speak of a start that is where its point is.
     #[inline(always)]
     fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
@@ -214,19 +206,19 @@ impl<S: Simd> Lookup<'_, S> {
             return Asks::In(Audience::Free);
         };
         let surface = surface as usize;
-        let Some(forms) = self.known.scene.start_forms.get(surface) else {
+        let Some(forms) = self.tables.start_forms(surface) else {
             return self.audience_on_ball(surface, start.point);
         };
         if !forms.is_start(self.simd, x) {
             return Asks::Doubt;
         }
-        Asks::on_side(self.sides()[surface])
+        Asks::on_side(self.tables.side(surface).unwrap_or(0))
     }
 
     #[inline(always)]
     fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
-        let number = surface - self.triangle_count();
-        let Some(ball) = self.known.scene.ball_starts.get(number) else {
+        let number = surface - self.tables.triangle_count();
+        let Some(ball) = self.tables.scene.ball_starts.get(number) else {
             return Asks::Doubt;
         };
         match ball.tell(point, self.light(), self.room()) {
@@ -255,8 +247,8 @@ impl<S: Simd> Lookup<'_, S> {
         }
         let segment = self.occluders.segment(start, self.light());
         let room = 0.5 * self.room();
-        let asks = match self.sides().get(surface.0 as usize) {
-            Some(&side) => Asks::on_side(side),
+        let asks = match self.tables.side(surface.0 as usize) {
+            Some(side) => Asks::on_side(side),
             None => {
                 // Values speak of starts that no own rule shadows.
                 if self.occluders.own_rule_blocks(&segment) {
@@ -329,7 +321,7 @@ impl<S: Simd> Lookup<'_, S> {
         let mut is_in_doubt = false;
         for entry in entries {
             let surface = SurfaceId(entry.load(Ordering::Relaxed));
-            let Some(forms) = self.known.light.umbra_forms.get(surface.0 as usize) else {
+            let Some(forms) = self.tables.umbra_forms(surface.0 as usize) else {
                 match self.curved_verdict(surface, start, point) {
                     Verdict::Outside => {}
                     Verdict::Inside => return Found::by_list(true),
@@ -343,7 +335,7 @@ impl<S: Simd> Lookup<'_, S> {
             }
             if start
                 .surface
-                .is_some_and(|own| self.are_in_one_plane(own, surface))
+                .is_some_and(|own| self.tables.are_in_one_plane(own, surface))
             {
                 continue;
             }
@@ -359,8 +351,8 @@ impl<S: Simd> Lookup<'_, S> {
     /// rule was asked before.
     #[inline(always)]
     fn curved_verdict(&self, surface: SurfaceId, start: &Start, point: DVec3) -> Verdict {
-        let number = surface.0 as usize - self.triangle_count();
-        let Some(ball) = &self.known.scene.balls[number] else {
+        let number = surface.0 as usize - self.tables.triangle_count();
+        let Some(ball) = &self.tables.scene.balls[number] else {
             return Verdict::Doubt;
         };
         if start.surface == Some(surface) {
@@ -379,12 +371,6 @@ impl<S: Simd> Lookup<'_, S> {
         }
     }
 
-    #[inline(always)]
-    fn are_in_one_plane(&self, own: SurfaceId, blocker: SurfaceId) -> bool {
-        let mesh = &self.known.scene.mesh;
-        (own.0 as usize) < self.triangle_count() && mesh.flat_group(own) == mesh.flat_group(blocker)
-    }
-
     /// Asks the exact rule about what is in doubt.
     #[cold]
     #[inline(never)]
@@ -398,7 +384,7 @@ impl<S: Simd> Lookup<'_, S> {
         let segment = self.occluders.segment(start, self.light());
         entries.iter().any(|entry| {
             let surface = SurfaceId(entry.load(Ordering::Relaxed));
-            let verdict = match self.known.light.umbra_forms.get(surface.0 as usize) {
+            let verdict = match self.tables.umbra_forms(surface.0 as usize) {
                 Some(forms) => forms.wide_verdict(self.simd, x),
                 None => self.curved_verdict(surface, start, point),
             };

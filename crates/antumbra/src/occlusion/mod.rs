@@ -21,13 +21,14 @@ mod quick_check;
 mod refine;
 mod store;
 mod sync;
+mod tables;
 #[cfg(test)]
 mod testing;
 mod value;
 
 pub(crate) use adaptive::{AdaptiveValues, Making, Scene};
 pub(crate) use bricks::Store;
-pub(crate) use budget::{Account, cost_of_rays};
+pub(crate) use budget::{Account, Looks, SCOUTS, cost_of_rays};
 pub(crate) use lookup::{BLOCK, Found};
 pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;

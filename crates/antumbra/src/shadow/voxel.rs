@@ -3,7 +3,10 @@
 use antumbra_geometry::{LightShape, Occluders, Start};
 
 use crate::bvh::Bvh;
-use crate::occlusion::{Account, AdaptiveValues, BLOCK, Found, Scene, Store, cost_of_rays};
+use crate::clock::Reading;
+use crate::occlusion::{
+    Account, AdaptiveValues, BLOCK, Found, Looks, SCOUTS, Scene, Store, cost_of_rays,
+};
 use crate::{Answer, Counters, Decided, QueryError};
 
 /// What queries are answered by.
@@ -19,7 +22,7 @@ pub(crate) struct ByVoxel<'a> {
 const NOTED: usize = 64 * BLOCK;
 
 /// One query or block in so many says what using lists has cost, for all of them.
-const SAMPLED: u32 = 16;
+const SAMPLED: u64 = 16;
 
 impl ByVoxel<'_> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
@@ -32,36 +35,80 @@ impl ByVoxel<'_> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
+        let is_refining = self.values.is_refining();
+        let store = self.values.store();
         let chunks = starts.chunks(NOTED).zip(is_shadowed.chunks_mut(NOTED));
         for (starts, is_shadowed) in chunks {
             let before = *counters;
-            match self.values.store() {
-                Some(store) => self.answer_some(&store, starts, is_shadowed, counters, &check)?,
-                None => {
-                    for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
-                        check(start)?;
-                        *is_shadowed = self.is_blocked(start, counters);
-                        counters.shadow.shadowed += u64::from(*is_shadowed);
-                        counters.shadow.rays += 1;
+            let begin = is_refining.then(Reading::now);
+            let looks = match &store {
+                Some(_) => self.values.looks(self.light_number, is_refining),
+                None => Looks::None,
+            };
+            let (mut looked_count, mut made) = (0, 0);
+            match (&store, looks) {
+                (Some(store), Looks::All) => {
+                    looked_count = starts.len();
+                    made = self.answer_some(store, starts, is_shadowed, counters, 1, &check)?;
+                }
+                (Some(store), Looks::Scouts) => {
+                    // Blocks here and there, by the chunk's first point.
+                    let first = hash(&starts[0]) % SCOUTS;
+                    let blocks = starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK));
+                    for ((starts, is_shadowed), number) in blocks.zip(first..) {
+                        if number.is_multiple_of(SCOUTS) {
+                            looked_count += starts.len();
+                            made += self.answer_some(
+                                store,
+                                starts,
+                                is_shadowed,
+                                counters,
+                                SCOUTS,
+                                &check,
+                            )?;
+                        } else {
+                            self.answer_by_rays(starts, is_shadowed, counters, &check)?;
+                        }
                     }
-                    continue;
+                }
+                (None, _) | (_, Looks::None) => {
+                    self.answer_by_rays(starts, is_shadowed, counters, &check)?;
                 }
             }
-            if !self.values.is_refining() {
-                continue;
+            if let Some(begin) = begin {
+                let ray_count = counters.shadow.rays - before.shadow.rays;
+                let account = Account {
+                    query_count: starts.len() as u64,
+                    ray_count,
+                    rays_ns: cost_of_rays(&before, counters, ray_count),
+                    looked_count: looked_count as u64,
+                    took: Some(begin.elapsed_ns().saturating_sub(made)),
+                };
+                self.values
+                    .note(self.occluders, self.light_number, &account);
             }
-            let ray_count = counters.shadow.rays - before.shadow.rays;
-            let account = Account {
-                ray_count,
-                rays_ns: cost_of_rays(&before, counters, ray_count),
-                answered: starts.len() as u64 - ray_count,
-            };
-            self.values
-                .note(self.occluders, self.light_number, &account);
         }
         Ok(())
     }
 
+    fn answer_by_rays(
+        &self,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+            check(start)?;
+            *is_shadowed = self.is_blocked(start, counters);
+            counters.shadow.shadowed += u64::from(*is_shadowed);
+            counters.shadow.rays += 1;
+        }
+        Ok(())
+    }
+
+    /// Answers queries of a chunk, each of which stands for so many; returns what the making of values took
+    /// meanwhile, in nanoseconds.
     #[inline]
     fn answer_some(
         &self,
@@ -69,8 +116,10 @@ impl ByVoxel<'_> {
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
+        weight: u64,
         check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<(), QueryError> {
+    ) -> Result<u64, QueryError> {
+        let mut made = 0;
         let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
         for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
             let looked = self
@@ -84,10 +133,11 @@ impl ByVoxel<'_> {
             shadowed_count += Found::count(found, Found::is_shadowed);
             let listed_here = Found::count(found, Found::is_by_list);
             list_count += listed_here;
-            if listed_here > 0 && is_sampled(&starts[0]) {
+            if listed_here > 0 && hash(&starts[0]).is_multiple_of(SAMPLED) {
                 for (number, start) in starts.iter().enumerate() {
                     if found[number].is_by_list() {
-                        self.charge_list(store, start, looked.places[number]);
+                        let place = looked.places[number];
+                        made += self.charge_list(store, start, place, weight);
                     }
                 }
             }
@@ -98,8 +148,11 @@ impl ByVoxel<'_> {
             for (number, start) in starts.iter().enumerate() {
                 if found[number].is_nothing() {
                     check(start)?;
-                    is_shadowed[number] =
-                        self.is_blocked_at(store, start, looked.places[number], counters);
+                    let place = looked.places[number];
+                    let (is_blocked, made_here) =
+                        self.is_blocked_at(store, start, place, weight, counters);
+                    is_shadowed[number] = is_blocked;
+                    made += made_here;
                     shadowed_count += u64::from(is_shadowed[number]);
                     ray_count += 1;
                 }
@@ -109,39 +162,35 @@ impl ByVoxel<'_> {
         counters.shadow.blocker_list += list_count;
         counters.shadow.rays += ray_count;
         counters.shadow.shadowed += shadowed_count;
-        Ok(())
+        Ok(made)
     }
 
     /// Answers one query.
     pub(crate) fn answer_one(&self, start: &Start, counters: &mut Counters) -> Answer {
-        let Some(store) = self.values.store() else {
-            return Answer::new(self.is_blocked(start, counters), Decided::Ray);
+        let is_refining = self.values.is_refining();
+        let store = self.values.store();
+        let looks = self.values.looks(self.light_number, is_refining);
+        let hash = hash(start);
+        let is_sampled = is_refining && hash.is_multiple_of(SAMPLED);
+        let (is_looked_up, weight) = match looks {
+            Looks::None => (false, 1),
+            // Other ones than those that are sampled.
+            Looks::Scouts => ((hash / SAMPLED).is_multiple_of(SCOUTS), SCOUTS),
+            Looks::All => (true, 1),
         };
-        let looked = self.values.find(
-            &store,
-            self.occluders,
-            std::slice::from_ref(start),
-            self.light_number,
-        );
-        let (found, place) = (looked.found[0], looked.places[0]);
         let before = *counters;
-        let answer = if found.is_nothing() {
-            let is_blocked = self.is_blocked_at(&store, start, place, counters);
-            Answer::new(is_blocked, Decided::Ray)
-        } else if found.is_by_list() {
-            Answer::new(found.is_shadowed(), Decided::BlockerList)
-        } else {
-            Answer::new(found.is_shadowed(), Decided::FirstPass)
+        let answer = match store.filter(|_| is_looked_up) {
+            Some(store) => self.look_up_one(&store, start, weight, is_sampled, counters),
+            None => Answer::new(self.is_blocked(start, counters), Decided::Ray),
         };
-        if is_sampled(start) && self.values.is_refining() {
-            if found.is_by_list() {
-                self.charge_list(&store, start, place);
-            }
-            let ray_count = u64::from(found.is_nothing()) * u64::from(SAMPLED);
+        if is_sampled {
+            let is_ray = u64::from(answer.decided == Decided::Ray);
             let account = Account {
-                ray_count,
-                rays_ns: u64::from(SAMPLED) * cost_of_rays(&before, counters, ray_count.min(1)),
-                answered: u64::from(SAMPLED) - ray_count,
+                query_count: SAMPLED,
+                ray_count: SAMPLED * is_ray,
+                rays_ns: SAMPLED * cost_of_rays(&before, counters, is_ray),
+                looked_count: SAMPLED * u64::from(is_looked_up),
+                took: None,
             };
             self.values
                 .note(self.occluders, self.light_number, &account);
@@ -149,39 +198,71 @@ impl ByVoxel<'_> {
         answer
     }
 
-    /// Answers by a ray, which the cell pays for whose link stands at a place.
+    fn look_up_one(
+        &self,
+        store: &Store,
+        start: &Start,
+        weight: u64,
+        is_sampled: bool,
+        counters: &mut Counters,
+    ) -> Answer {
+        let looked = self.values.find(
+            store,
+            self.occluders,
+            std::slice::from_ref(start),
+            self.light_number,
+        );
+        let (found, place) = (looked.found[0], looked.places[0]);
+        if found.is_nothing() {
+            let (is_blocked, _) = self.is_blocked_at(store, start, place, weight, counters);
+            Answer::new(is_blocked, Decided::Ray)
+        } else if found.is_by_list() {
+            if is_sampled {
+                self.charge_list(store, start, place, weight);
+            }
+            Answer::new(found.is_shadowed(), Decided::BlockerList)
+        } else {
+            Answer::new(found.is_shadowed(), Decided::FirstPass)
+        }
+    }
+
+    /// Answers by a ray, which the cell pays for whose link stands at a place; and returns what the making
+    /// of values took, in nanoseconds.
     fn is_blocked_at(
         &self,
         store: &Store,
         start: &Start,
         place: u32,
+        weight: u64,
         counters: &mut Counters,
-    ) -> bool {
+    ) -> (bool, u64) {
         let before = *counters;
         let is_blocked = self.is_blocked(start, counters);
         if place != 0 && self.values.is_refining() {
             let cost = cost_of_rays(&before, counters, 1);
-            self.charge(store, start, place, cost);
+            return (is_blocked, self.charge(store, start, place, cost * weight));
         }
-        is_blocked
+        (is_blocked, 0)
     }
 
     #[cold]
     #[inline(never)]
-    fn charge_list(&self, store: &Store, start: &Start, place: u32) {
-        if place != 0 && self.values.is_refining() {
-            let cost = self.values.cost_of_list(store, place);
-            self.charge(store, start, place, cost * u64::from(SAMPLED));
+    fn charge_list(&self, store: &Store, start: &Start, place: u32, weight: u64) -> u64 {
+        if place == 0 || !self.values.is_refining() {
+            return 0;
         }
+        let cost = self.values.cost_of_list(store, place);
+        self.charge(store, start, place, cost * SAMPLED * weight)
     }
 
-    fn charge(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) {
+    /// Returns what the making of values took, in nanoseconds.
+    fn charge(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) -> u64 {
         let scene = Scene {
             occluders: self.occluders,
             bvh: self.bvh,
         };
         self.values
-            .charge(store, &scene, self.light_number, start, place, cost_ns);
+            .charge(store, &scene, self.light_number, start, place, cost_ns)
     }
 
     fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
@@ -190,9 +271,9 @@ impl ByVoxel<'_> {
     }
 }
 
-/// One in [`SAMPLED`] starts, by the last bits of its point (Knuth's multiplicative hash).
-fn is_sampled(start: &Start) -> bool {
+/// A number from all bits of a start's point (Knuth's multiplicative hash).
+fn hash(start: &Start) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
     let bits = start.point.x.to_bits() ^ start.point.y.to_bits().rotate_left(32);
-    bits.wrapping_mul(FACTOR) >> 60 == 0
+    bits.wrapping_mul(FACTOR) >> 40
 }

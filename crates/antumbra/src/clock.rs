@@ -1,0 +1,31 @@
+//! How long work takes that values are made or spared for.
+
+/// A reading of the clock: processor time of this thread where the system tells it, so that other work on
+/// the machine does not count; else time on the wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reading(#[cfg(unix)] u64, #[cfg(not(unix))] std::time::Instant);
+
+impl Reading {
+    #[cfg(unix)]
+    pub(crate) fn now() -> Self {
+        let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        // Neither is negative.
+        Self(now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64)
+    }
+
+    #[cfg(not(unix))]
+    pub(crate) fn now() -> Self {
+        Self(std::time::Instant::now())
+    }
+
+    /// Returns the nanoseconds since the reading, which was on this thread.
+    #[cfg(unix)]
+    pub(crate) fn elapsed_ns(self) -> u64 {
+        Self::now().0.saturating_sub(self.0)
+    }
+
+    #[cfg(not(unix))]
+    pub(crate) fn elapsed_ns(self) -> u64 {
+        self.0.elapsed().as_nanos() as u64
+    }
+}
