@@ -1,7 +1,8 @@
 //! What the first queries cost while values are made on the way, and when that has paid.
 //!
 //! In: an index whose values are forgotten, the queries of one camera, frame by frame. Out: the time of
-//! the first frame, and from how many queries on all of them together took less time than rays.
+//! the first frame, and from how many queries on all of them together took less time than rays, up to the
+//! last frame.
 
 use std::time::Duration;
 
@@ -13,7 +14,7 @@ use super::measure::{self, Measured, SLICE, Stopwatch};
 use super::methods::Built;
 use super::record::Recorded;
 
-/// Frames of one camera after which nobody waits any longer for values to pay.
+/// Frames of one camera in which values may pay. All are asked: who is ahead by a hair may fall back.
 const MOST_FRAMES: u32 = 16;
 
 /// What was found about cold `voxel`.
@@ -109,9 +110,6 @@ pub(super) fn measure(
             let sizes = recorded.is_shadowed.chunks(slice).map(<[bool]>::len);
             for ((voxel, rays), queries) in by_voxel.into_iter().zip(by_rays).zip(sizes) {
                 race.run(voxel, rays, queries);
-            }
-            if race.ahead_since.is_some() {
-                break;
             }
         }
         break_evens.push(

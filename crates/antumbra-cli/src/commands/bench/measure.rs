@@ -148,7 +148,7 @@ pub(super) fn interleave(
     all
 }
 
-/// Answers queries once, so many a call, from the one numbered `first` on, and counts answers that are
+/// Answers queries once, at most so many a call, from the one numbered `first` on, and counts answers that are
 /// not the expected ones. A slice takes a multiple of 8.
 pub(super) fn count_differences(
     method: &dyn LoadedBatch,
@@ -158,6 +158,9 @@ pub(super) fn count_differences(
     slice: usize,
     stopwatch: Stopwatch,
 ) -> u64 {
+    // Fewer a call where one call would leave threads without.
+    let share = expected.len().div_ceil(rayon::current_num_threads());
+    let slice = slice.min(share.next_multiple_of(8).max(8));
     let run = |(number, (found, expected)): (usize, (&mut [bool], &[bool]))| {
         method.answer(first + number * slice, found);
         let pairs = found.iter().zip(expected);
