@@ -12,4 +12,4 @@ mod method;
 mod own;
 
 pub use method::{Batch, LoadedBatch, ShadowMethod};
-pub use own::IndexMethod;
+pub use own::{CountedBatch, IndexMethod};

@@ -59,11 +59,18 @@ fn without_embree_bench_says_so_and_measures_us() {
         assert!(set["grid_ns"].as_f64().unwrap() > 0.0);
         assert!(set["bvh_ns"].as_f64().unwrap() > 0.0);
         // A row that has no figure is there and null.
-        assert_eq!(set.get("voxel_cold_ns"), Some(&Value::Null));
         assert_eq!(set.get("embree_ns"), Some(&Value::Null));
         assert_eq!(set["shares"]["grid"]["ray"], 1.0);
         assert!(set["bytes"]["voxel_1990"].as_u64().unwrap() > 0);
     }
+    // Only the first queries are asked of no values.
+    assert!(scene["coherent"]["voxel_cold_ns"].as_f64().unwrap() > 0.0);
+    for set in ["shuffled", "free"] {
+        assert_eq!(scene[set].get("voxel_cold_ns"), Some(&Value::Null));
+    }
+    assert_eq!(scene["break_even"]["most_frames"], 16);
+    let table = String::from_utf8_lossy(&output.stdout);
+    assert!(table.contains("cold voxel has"), "{table}");
     for (voxels, is_sampled) in [("64", true), ("256", true), ("512", false)] {
         let values = &scene["oracle"][voxels];
         assert!(values["first_pass"].as_f64().unwrap() > 0.0);
@@ -99,6 +106,108 @@ fn embree_is_judged_and_never_believed() {
     assert_eq!(scene["mismatches"], 0);
 }
 
+/// With Embree if it is there.
+#[test]
+fn frames_are_asked_of_values_that_are_made_on_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["scene", "city", "--size", "30", "-o", "city.nff"];
+    assert_success(&antumbra(folder.path(), &scene, None));
+    for threads in ["1", "2"] {
+        let arguments = [
+            "bench",
+            "frames",
+            "city.nff",
+            "--size",
+            "48x40",
+            "--frames",
+            "5",
+            "--samples",
+            "3",
+            "--rounds",
+            "2",
+            "--threads",
+            threads,
+            "--json",
+            "figures.json",
+        ];
+        let output = antumbra(folder.path(), &arguments, None);
+        assert_success(&output);
+        let table = String::from_utf8_lossy(&output.stdout);
+        for part in [
+            "first frame:",
+            "fourth frame",
+            "orbit, 5 frames",
+            "still, 3 samples",
+            "geometric means, first_frame",
+        ] {
+            assert!(table.contains(part), "{part} in {table}");
+        }
+
+        let figures = json(&folder.path().join("figures.json"));
+        assert!(figures["geometric_means"]["orbit"]["voxel_by_bvh"].is_f64());
+        let scene = &figures["scenes"][0];
+        assert_eq!(scene["name"], "city");
+        assert_eq!(scene["mismatches"], 0);
+        assert_eq!(scene["ours_wrong"], 0);
+        for part in ["first_frame", "warm_after_three_views", "orbit", "samples"] {
+            let part = &scene[part];
+            assert!(part["queries"].as_u64().unwrap() > 100);
+            assert!(part["voxel_ns"].as_f64().unwrap() > 0.0);
+            assert!(part["bvh_ns"].as_f64().unwrap() > 0.0);
+            assert!(part["voxel_by_bvh"].as_f64().unwrap() > 0.0);
+            assert!(part.get("embree_ns").is_some() && part.get("embree8_ns").is_some());
+        }
+        for (series, count) in [("orbit", 5), ("samples", 3)] {
+            let series = &scene[series];
+            assert_eq!(series["frames"], count);
+            let times = series["frames_ns"]["voxel"].as_array().unwrap();
+            assert_eq!(times.len(), count);
+            let last = &series["last_frame"];
+            let shares = ["first_pass", "blocker_list", "ray"].map(|by| last[by].as_f64().unwrap());
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{last}");
+            for bytes in ["value_bytes", "table_bytes", "evictions"] {
+                assert!(series[bytes].is_u64(), "{bytes}");
+            }
+        }
+        // The orbit begins at the camera itself.
+        let first = scene["first_frame"]["voxel_ns"].as_f64();
+        assert_eq!(first, scene["orbit"]["frames_ns"]["voxel"][0].as_f64());
+    }
+}
+
+#[test]
+fn short_series_and_eager_values_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["scene", "tetra", "--size", "2", "-o", "tetra.nff"];
+    assert_success(&antumbra(folder.path(), &scene, None));
+    let common = ["--size", "32x32", "--rounds", "1", "--refine", "eager"];
+    let json_file = ["--json", "figures.json"];
+    let series = [
+        "bench",
+        "frames",
+        "tetra.nff",
+        "--frames",
+        "3",
+        "--samples",
+        "1",
+    ];
+    let arguments = [&series[..], &common, &json_file].concat();
+    let nowhere = Some("/nowhere/libembree4.so");
+    assert_success(&antumbra(folder.path(), &arguments, nowhere));
+    let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
+    assert_eq!(scene.get("warm_after_three_views"), Some(&Value::Null));
+    assert_eq!(scene["orbit"].get("embree_ns"), Some(&Value::Null));
+    let notes = scene["notes"].to_string();
+    assert!(notes.contains("before the first query"), "{notes}");
+
+    let sets = ["bench", "shadows", "tetra.nff"];
+    let arguments = [&sets[..], &common, &json_file].concat();
+    assert_success(&antumbra(folder.path(), &arguments, nowhere));
+    let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
+    assert_eq!(scene["coherent"].get("voxel_cold_ns"), Some(&Value::Null));
+    assert_eq!(scene.get("break_even"), Some(&Value::Null));
+}
+
 #[test]
 fn lights_and_scenes_that_are_not_there_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -108,6 +217,11 @@ fn lights_and_scenes_that_are_not_there_are_refused() {
         &["bench", "shadows", "tetra.nff", "--light-number", "1"][..],
         &["bench", "shadows", "none.nff"],
         &["bench", "shadows"],
+        &["bench", "frames", "tetra.nff", "--light-number", "1"],
+        &["bench", "frames", "none.nff"],
+        &["bench", "frames", "tetra.nff", "--frames", "0"],
+        &["bench", "frames", "tetra.nff", "--samples", "2000"],
+        &["bench", "frames"],
         &["bench"],
     ] {
         let output = antumbra(folder.path(), arguments, None);

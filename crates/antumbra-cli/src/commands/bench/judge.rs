@@ -18,6 +18,23 @@ pub(super) struct Verdicts {
     pub(super) ours_wrong: usize,
 }
 
+impl Verdicts {
+    /// Adds those on other queries.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.differences += other.differences;
+        self.judged += other.judged;
+        self.rival_wrong += other.rival_wrong;
+        self.ours_wrong += other.ours_wrong;
+    }
+
+    pub(super) fn text(&self) -> String {
+        format!(
+            "{} different answers, {} judged: it is wrong in {}, we in {}",
+            self.differences, self.judged, self.rival_wrong, self.ours_wrong
+        )
+    }
+}
+
 /// Judges at most `most` of the queries where the answers differ.
 pub(super) fn judge(
     index: &ShadowIndex,

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use antumbra_baselines::LoadedBatch;
 use rayon::prelude::*;
 
-/// Queries between two comparisons: their answers stay in the nearest cache.
-const RUN_QUERIES: usize = 1024;
+/// Queries a call: enough to let a method sort them, few enough that all threads get some.
+pub(super) const SLICE: usize = 16_384;
 /// What a method does in a round at least; small batches are repeated.
 const LEAST_TIME: Duration = Duration::from_millis(20);
 
@@ -110,6 +110,12 @@ pub(super) fn median(numbers: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
+/// Returns the geometric mean, NaN of none.
+pub(super) fn geometric_mean(numbers: impl Iterator<Item = f64>) -> f64 {
+    let logarithms: Vec<_> = numbers.map(libm::log).collect();
+    libm::exp(logarithms.iter().sum::<f64>() / logarithms.len() as f64)
+}
+
 /// Lets all methods take turns. Each round begins with another method.
 pub(super) fn interleave(
     methods: &[Box<dyn LoadedBatch + '_>],
@@ -118,6 +124,7 @@ pub(super) fn interleave(
     stopwatch: Stopwatch,
 ) -> Vec<Measured> {
     let mut all = vec![Measured::default(); methods.len()];
+    let mut found = vec![false; expected.len()];
     for round in 0..rounds as usize {
         for turn in 0..methods.len() {
             let number = (round + turn) % methods.len();
@@ -126,7 +133,8 @@ pub(super) fn interleave(
                 let begin = Instant::now();
                 let (mut passes, mut differences) = (0u32, 0);
                 while passes == 0 || begin.elapsed() < LEAST_TIME {
-                    differences = count_differences(method, expected, stopwatch).max(differences);
+                    let here = count_differences(method, 0, expected, &mut found, SLICE, stopwatch);
+                    differences = here.max(differences);
                     passes += 1;
                 }
                 (passes, differences)
@@ -140,21 +148,32 @@ pub(super) fn interleave(
     all
 }
 
-/// Answers all queries once and counts answers that are not the expected ones.
-fn count_differences(method: &dyn LoadedBatch, expected: &[bool], stopwatch: Stopwatch) -> u64 {
-    let run = |(number, expected): (usize, &[bool])| {
-        let mut found = [false; RUN_QUERIES];
-        let found = &mut found[..expected.len()];
-        method.answer(number * RUN_QUERIES, found);
+/// Answers queries once, at most so many a call, from the one numbered `first` on, and counts answers that are
+/// not the expected ones. A slice takes a multiple of 8.
+pub(super) fn count_differences(
+    method: &dyn LoadedBatch,
+    first: usize,
+    expected: &[bool],
+    found: &mut [bool],
+    slice: usize,
+    stopwatch: Stopwatch,
+) -> u64 {
+    // Fewer a call where one call would leave threads without.
+    let share = expected.len().div_ceil(rayon::current_num_threads());
+    let slice = slice.min(share.next_multiple_of(8).max(8));
+    let run = |(number, (found, expected)): (usize, (&mut [bool], &[bool]))| {
+        method.answer(first + number * slice, found);
         let pairs = found.iter().zip(expected);
         pairs
             .map(|(found, expected)| u64::from(found != expected))
             .sum::<u64>()
     };
     if stopwatch.is_one_thread {
-        expected.chunks(RUN_QUERIES).enumerate().map(run).sum()
+        let slices = found.chunks_mut(slice).zip(expected.chunks(slice));
+        slices.enumerate().map(run).sum()
     } else {
-        expected.par_chunks(RUN_QUERIES).enumerate().map(run).sum()
+        let slices = found.par_chunks_mut(slice).zip(expected.par_chunks(slice));
+        slices.enumerate().map(run).sum()
     }
 }
 
@@ -162,9 +181,9 @@ fn count_differences(method: &dyn LoadedBatch, expected: &[bool], stopwatch: Sto
 pub(super) fn answers(method: &dyn LoadedBatch, count: usize) -> Vec<bool> {
     let mut answers = vec![false; count];
     answers
-        .par_chunks_mut(RUN_QUERIES)
+        .par_chunks_mut(SLICE)
         .enumerate()
-        .for_each(|(number, answers)| method.answer(number * RUN_QUERIES, answers));
+        .for_each(|(number, answers)| method.answer(number * SLICE, answers));
     answers
 }
 
@@ -188,11 +207,12 @@ mod tests {
         assert_eq!(median([3.0, 1.0, 2.0].into_iter()), 2.0);
         assert_eq!(median([4.0, 1.0, 2.0, 3.0].into_iter()), 2.5);
         assert!(median(std::iter::empty()).is_nan());
+        assert!((geometric_mean([2.0, 8.0].into_iter()) - 4.0).abs() < 1e-12);
     }
 
     #[test]
     fn different_answers_are_counted_over_all_runs() {
-        let mut expected = answers(&Thirds, 5000);
+        let mut expected = answers(&Thirds, 50_000);
         for thread_count in [1, 2] {
             let stopwatch = Stopwatch::new(thread_count);
             let methods: [Box<dyn LoadedBatch>; 2] = [Box::new(Thirds), Box::new(Thirds)];
@@ -200,7 +220,7 @@ mod tests {
             assert_eq!(measured[1].rounds_ns.len(), 3);
             assert_eq!(measured[1].differences, 0);
         }
-        for wrong in [0, 1500, 4999] {
+        for wrong in [0, 15_000, 49_999] {
             expected[wrong] ^= true;
         }
         let stopwatch = Stopwatch::new(1);

@@ -12,6 +12,7 @@ use crate::memory;
 use crate::typed::{IndexCost, Shadows};
 
 use super::measure::Stopwatch;
+use super::report::Preparation;
 
 /// Rows that exist for every scene in the JSON, `null` where there is no such method.
 pub(super) const KEYS: [&str; 7] = [
@@ -34,7 +35,7 @@ pub(super) fn chosen(typed: &[Shadows]) -> Vec<Shadows> {
     }
 }
 
-/// Returns a method's key in the JSON. Values of `voxel` are warm when it is measured.
+/// Returns a method's key in the JSON. Values of `voxel` are warm when sets are measured.
 pub(super) fn key(name: &str) -> String {
     match name {
         "voxel" => "voxel_warm_ns".into(),
@@ -48,6 +49,19 @@ pub(super) struct Built {
     pub(super) preparation: Duration,
     /// What the index was predicted to take while it was built.
     pub(super) predicted_bytes: u64,
+}
+
+impl Built {
+    /// Returns what came before the first query, and what it has grown to by now.
+    pub(super) fn preparation(&self) -> Preparation {
+        let index = self.method.index();
+        Preparation {
+            seconds: self.preparation.as_secs_f64(),
+            table_bytes: Some(index.table_bytes()),
+            value_bytes: Some(index.occlusion_bytes()),
+            predicted_bytes: Some(self.predicted_bytes),
+        }
+    }
 }
 
 /// Builds the methods one after the other.

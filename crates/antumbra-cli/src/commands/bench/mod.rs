@@ -3,15 +3,22 @@
 //! | step | module |
 //! |---|---|
 //! | what was typed | [`typed`] |
+//! | a scene, its light, Embree | [`subject`] |
 //! | queries as a frame asks them | [`record`] |
 //! | our methods | [`methods`] |
 //! | interleaved rounds | [`measure`] |
 //! | who is right where Embree differs | [`judge`] |
 //! | how much values could know at best | [`oracle`] |
-//! | the whole for one scene after the other | [`shadows`], [`report`] |
+//! | values that are made while they are measured | [`cold`] |
+//! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
+//! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
 
 mod aims;
+mod cold;
+mod frames;
+mod frames_report;
+mod head;
 mod judge;
 mod measure;
 mod methods;
@@ -19,6 +26,7 @@ mod oracle;
 mod record;
 mod report;
 mod shadows;
+mod subject;
 pub(crate) mod typed;
 mod watertight;
 
@@ -33,6 +41,7 @@ use crate::screen::Screen;
 pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Failure> {
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
+        typed::What::Frames(typed) => frames::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
     }
 }

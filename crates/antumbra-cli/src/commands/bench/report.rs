@@ -1,57 +1,23 @@
 //! The figures of `bench shadows`, as JSON and as a table.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use serde::Serialize;
 
+use super::cold::BreakEven;
+use super::head::Head;
 use super::judge::Verdicts;
-
-/// The layout's number in the JSON; it grows when a name goes or changes its meaning.
-const SCHEMA: u32 = 1;
+use super::measure::geometric_mean;
 
 /// All figures of a run.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
-    schema: u32,
-    pub(super) command: Vec<String>,
-    pub(super) machine: Machine,
-    /// What the times are.
-    pub(super) clock: &'static str,
-    pub(super) threads: usize,
-    pub(super) rounds: u32,
-    pub(super) size: [u32; 2],
-    /// Where Embree is, or why there is none.
-    pub(super) embree: String,
+    #[serde(flatten)]
+    pub(super) head: Head,
     pub(super) scenes: Vec<SceneReport>,
     /// Set, then method: geometric mean over the scenes of Embree's time by ours.
     pub(super) geometric_means: BTreeMap<String, BTreeMap<String, f64>>,
-}
-
-/// What the times were taken on.
-#[derive(Debug, Serialize)]
-pub(super) struct Machine {
-    processor: Option<String>,
-    processors: usize,
-    /// Mean number of running processes over the last minute when the run began: figures of a busy
-    /// machine are noisy.
-    load: Option<f64>,
-}
-
-impl Machine {
-    /// Asks the system; Linux tells, elsewhere much is unknown.
-    pub(super) fn now() -> Self {
-        let read = |path| std::fs::read_to_string(path).ok();
-        let processor = read("/proc/cpuinfo").and_then(|table| {
-            let line = table.lines().find(|line| line.starts_with("model name"))?;
-            Some(line.split_once(':')?.1.trim().to_owned())
-        });
-        Self {
-            processor,
-            processors: std::thread::available_parallelism().map_or(1, usize::from),
-            load: read("/proc/loadavg")
-                .and_then(|line| line.split_whitespace().next()?.parse().ok()),
-        }
-    }
 }
 
 /// One scene.
@@ -71,6 +37,8 @@ pub(super) struct SceneReport {
     pub(super) coherent: SetReport,
     pub(super) shuffled: SetReport,
     pub(super) free: SetReport,
+    /// From how many queries on cold `voxel` has taken less time than `bvh`.
+    pub(super) break_even: Option<BreakEven>,
     /// Values alone, by voxels along the longest axis.
     pub(super) oracle: Option<BTreeMap<u32, Capped>>,
 }
@@ -99,6 +67,29 @@ pub(super) struct Preparation {
     pub(super) value_bytes: Option<u64>,
     /// Of everything, at the height of building; predicted.
     pub(super) predicted_bytes: Option<u64>,
+}
+
+impl Preparation {
+    /// Returns that of a rival, whose bytes nobody knows.
+    pub(super) fn of_rival(time: Duration) -> Self {
+        Self {
+            table_bytes: None,
+            seconds: time.as_secs_f64(),
+            value_bytes: None,
+            predicted_bytes: None,
+        }
+    }
+
+    /// Returns that of a method for people.
+    pub(super) fn row((name, preparation): (&String, &Self)) -> String {
+        let values = preparation
+            .value_bytes
+            .map_or(String::new(), |bytes| format!(", {bytes} bytes of values"));
+        format!(
+            "  {name:<12} prepared in {:.3} s{values}",
+            preparation.seconds
+        )
+    }
 }
 
 /// One set of queries.
@@ -148,6 +139,16 @@ impl Shares {
             ray: rays as f64 / all,
         }
     }
+
+    pub(super) fn text(&self) -> String {
+        format!(
+            "first pass {:.1} %, intermediate {:.1} %, list {:.1} %, ray {:.1} %",
+            100.0 * self.first_pass,
+            100.0 * self.intermediate,
+            100.0 * self.blocker_list,
+            100.0 * self.ray
+        )
+    }
 }
 
 impl SceneReport {
@@ -166,15 +167,7 @@ impl SceneReport {
             self.name, self.surfaces, self.triangles, self.light
         )];
         lines.extend(self.notes.iter().map(|note| format!("  {note}")));
-        for (name, preparation) in &self.preparation {
-            let values = preparation
-                .value_bytes
-                .map_or(String::new(), |bytes| format!(", {bytes} bytes of values"));
-            lines.push(format!(
-                "  {name:<12} prepared in {:.3} s{values}",
-                preparation.seconds
-            ));
-        }
+        lines.extend(self.preparation.iter().map(Preparation::row));
         for (set, report) in self.sets() {
             lines.push(format!(
                 "  {set}: {} queries, {:.1} % in shadow",
@@ -183,6 +176,7 @@ impl SceneReport {
             ));
             lines.extend(report.rows());
         }
+        lines.extend(self.break_even.as_ref().map(BreakEven::row));
         for (voxels, capped) in self.oracle.iter().flatten() {
             let ceiling = capped.ceiling.map_or_else(String::new, |ceiling| {
                 format!(
@@ -222,22 +216,10 @@ impl SetReport {
                 row += &format!(", embree by it {ratio:>5.2}");
             }
             if let Some(shares) = self.shares.get(name) {
-                row += &format!(
-                    "; first pass {:.1} %, intermediate {:.1} %, list {:.1} %, ray {:.1} %",
-                    100.0 * shares.first_pass,
-                    100.0 * shares.intermediate,
-                    100.0 * shares.blocker_list,
-                    100.0 * shares.ray
-                );
+                row += &format!("; {}", shares.text());
             }
             if let Some(verdicts) = self.differences.get(name) {
-                row += &format!(
-                    "; {} different answers, {} judged: it is wrong in {}, we in {}",
-                    verdicts.differences,
-                    verdicts.judged,
-                    verdicts.rival_wrong,
-                    verdicts.ours_wrong
-                );
+                row += &format!("; {}", verdicts.text());
             }
             rows.push(row);
         }
@@ -247,61 +229,27 @@ impl SetReport {
 
 impl Report {
     /// Starts a report without scenes.
-    pub(super) fn new(
-        clock: &'static str,
-        threads: usize,
-        rounds: u32,
-        size: [u32; 2],
-        embree: String,
-    ) -> Self {
+    pub(super) fn new(head: Head) -> Self {
         Self {
-            schema: SCHEMA,
-            command: std::env::args().collect(),
-            machine: Machine::now(),
-            clock,
-            threads,
-            rounds,
-            size,
-            embree,
+            head,
             scenes: Vec::new(),
             geometric_means: BTreeMap::new(),
         }
     }
 
-    /// Returns the head of the table.
-    pub(super) fn head(&self) -> String {
-        let Machine {
-            processor,
-            processors,
-            load,
-        } = &self.machine;
-        let load = load.map_or("unknown".into(), |load| format!("{load:.1}"));
-        format!(
-            "{}, {processors} processors, load {load}; {} threads, {} rounds, {}; {}x{}; Embree: {}",
-            processor.as_deref().unwrap_or("unknown processor"),
-            self.threads,
-            self.rounds,
-            self.clock,
-            self.size[0],
-            self.size[1],
-            self.embree
-        )
-    }
-
     /// Fills the means in.
     pub(super) fn average(&mut self) {
-        let mut logarithms: BTreeMap<(&str, &String), Vec<f64>> = BTreeMap::new();
+        let mut ratios: BTreeMap<(&str, &String), Vec<f64>> = BTreeMap::new();
         for scene in &self.scenes {
             for (set, report) in scene.sets() {
-                for (method, ratio) in &report.embree_by {
-                    let entry = logarithms.entry((set, method)).or_default();
-                    entry.push(libm::log(*ratio));
+                for (method, &ratio) in &report.embree_by {
+                    ratios.entry((set, method)).or_default().push(ratio);
                 }
             }
         }
         let mut means: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
-        for ((set, method), logarithms) in logarithms {
-            let mean = libm::exp(logarithms.iter().sum::<f64>() / logarithms.len() as f64);
+        for ((set, method), ratios) in ratios {
+            let mean = geometric_mean(ratios.into_iter());
             means
                 .entry(set.to_owned())
                 .or_default()

@@ -2,28 +2,23 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 
-use antumbra::Method;
-use antumbra_baselines::embree::{Embree, EmbreeError, EmbreeScene, Geometry};
+use antumbra_baselines::embree::{Embree, EmbreeScene};
 use antumbra_baselines::{Batch, LoadedBatch, ShadowMethod};
-use antumbra_render::camera::View;
-use antumbra_render::orbit::camera_of_frame;
-use antumbra_render::prepare::{PrepareOptions, Prepared};
-use antumbra_scene::model::LightKind;
+use antumbra_render::prepare::Prepared;
 
 use crate::failure::{Failure, Outcome};
 use crate::screen::Screen;
-use crate::{load, memory};
 
+use super::head::Head;
 use super::judge::judge;
-use super::measure::{self, Stopwatch};
+use super::measure::{self, Measured, Stopwatch};
 use super::methods::{self, Built};
-use super::oracle;
 use super::record::{self, Aim, Recorded};
 use super::report::{Preparation, Report, SceneReport, SetReport, Shares};
+use super::subject::{self, Subject};
 use super::typed::Shadows;
-use super::write_json;
+use super::{cold, oracle, write_json};
 
 /// Other cameras whose queries values come from: those of the frames before and after the timed
 /// one, of so many around the scene.
@@ -32,41 +27,31 @@ const ORBIT_FRAMES: u32 = 16;
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
     let threads = crate::typed::Threads {
-        threads: Some(typed.threads),
+        threads: Some(typed.subjects.threads),
     };
     crate::commands::on_threads(&threads, || work(typed, screen))?
 }
 
 fn work(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
-    let thread_count = usize::from(typed.threads);
+    let thread_count = usize::from(typed.subjects.threads);
     let stopwatch = Stopwatch::new(thread_count);
-    let embree = Embree::load(thread_count);
-    let where_embree_is = match &embree {
-        Ok(embree) => embree
-            .path()
-            .file_name()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        Err(error) => {
-            screen.warning(format!("{error}; its rows are left out"));
-            format!("none: {error}")
-        }
-    };
-    let mut report = Report::new(
+    let (embree, where_it_is) = subject::find_embree(thread_count, screen);
+    let mut report = Report::new(Head::new(
         stopwatch.name(),
         thread_count,
         typed.rounds,
         typed.size,
-        where_embree_is,
-    );
-    screen.result(report.head());
-    for path in &typed.scenes {
-        let scene = scene(path, typed, embree.as_ref().ok(), stopwatch, screen)?;
+        where_it_is,
+    ));
+    screen.result(report.head.text());
+    for path in &typed.subjects.scenes {
+        let scene = scene(path, typed, embree.as_ref(), stopwatch, screen)?;
         screen.result(scene.table());
         report.scenes.push(scene);
     }
     report.average();
     screen.result(report.means());
-    if let Some(path) = &typed.json {
+    if let Some(path) = &typed.subjects.json {
         write_json(path, &report)?;
     }
     let is_clean = report
@@ -88,57 +73,40 @@ fn scene(
     stopwatch: Stopwatch,
     screen: &Screen,
 ) -> Result<SceneReport, Failure> {
-    // One light of the scene stays.
-    let file = typed.light.file(path);
-    let mut scene = load::lit_scene(&file, &typed.cost, screen)?.scene;
-    if typed.light_number >= scene.lights.len() {
-        return Err(Failure::input(
-            format!(
-                "{} has no light {}; it has {}",
-                path.display(),
-                typed.light_number,
-                scene.lights.len()
-            ),
-            "give --light-number a smaller number",
-        ));
-    }
-    scene.lights = vec![scene.lights.swap_remove(typed.light_number)];
-    let camera = load::camera(&scene, &file, typed.camera.as_ref(), typed.size, screen)?;
-
-    // Recorded by the plain grid, which stays as the one whose answers are expected.
-    let options = PrepareOptions {
-        method: Method::Grid,
-        grid: typed.cost.grid.unwrap_or_default(),
-        memory_limit: memory::limit(typed.cost.memory_limit),
-        ..PrepareOptions::default()
-    };
-    let recorder = Prepared::new(scene, &options)?;
-    let view = |frame| {
-        View::new(&camera_of_frame(&camera, frame, ORBIT_FRAMES), typed.size)
-            .map_err(|error| Failure::input(error.to_string(), "the scene's camera sees nothing"))
-    };
-    let coherent = record::frame(&recorder, &view(0)?, 0, Aim::Middle);
+    let subject = Subject::load(path, &typed.subjects, typed.size, screen)?;
+    let recorder = &subject.recorder;
+    let view = |frame| subject.view(frame, ORBIT_FRAMES);
+    let coherent = record::frame(recorder, &view(0)?, 0, Aim::Middle);
     let warm = [0, 1, ORBIT_FRAMES - 1].map(|frame| {
-        Ok(record::frame(
-            &recorder,
-            &view(frame)?,
-            0,
-            jitter(typed, frame),
-        ))
+        let aim = typed.subjects.jitter(frame);
+        Ok(record::frame(recorder, &view(frame)?, 0, aim))
     });
     let warm = warm.into_iter().collect::<Result<Vec<_>, Failure>>()?;
-    let shuffled = record::shuffled(&coherent, typed.seed);
-    let free = record::free(&recorder, &coherent, typed.seed);
+    let shuffled = record::shuffled(&coherent, typed.subjects.seed);
+    let free = record::free(recorder, &coherent, typed.subjects.seed);
     screen.detail(format!("{}: queries recorded", path.display()));
 
     let chosen = methods::chosen(&typed.methods);
     let lights = &recorder.scene().lights;
-    let ours = methods::build(&chosen, recorder.gathered(), lights, &typed.cost, stopwatch)?;
-    let geometry = Geometry::of(recorder.scene(), recorder.gathered().occluders());
+    let cost = &typed.subjects.cost;
+    let mut ours = methods::build(&chosen, recorder.gathered(), lights, cost, stopwatch)?;
+    let geometry = subject.geometry();
     let rival = embree
-        .map(|embree| rival(embree, &geometry, stopwatch))
+        .map(|embree| subject::rival(embree, &geometry, stopwatch))
         .transpose()?;
     screen.detail(format!("{}: methods built", path.display()));
+
+    let still = view(0)?;
+    let cold = cold::measure(
+        &mut ours,
+        cost.refinement().refine,
+        &coherent,
+        |frame| record::frame(recorder, &still, 0, typed.subjects.jitter(frame)),
+        typed.rounds,
+        stopwatch,
+        usize::from(typed.subjects.threads),
+    );
+    screen.detail(format!("{}: cold values measured", path.display()));
 
     // Values that are made on demand exist from here on, made for other points.
     for built in &ours {
@@ -146,7 +114,7 @@ fn scene(
             built.method.decisions(&recorded.batch);
             built
                 .method
-                .decisions(&record::free(&recorder, recorded, typed.seed + 1).batch);
+                .decisions(&record::free(recorder, recorded, typed.subjects.seed + 1).batch);
         }
     }
 
@@ -157,31 +125,28 @@ fn scene(
 
     let bench = Bench {
         typed,
-        recorder: &recorder,
+        recorder,
         ours: &ours,
         rival: rival.as_ref().map(|(scene, _)| scene),
         stopwatch,
     };
-    let [coherent_report, shuffled_report, free_report] =
-        [&coherent, &shuffled, &free].map(|recorded| bench.set(recorded));
-    let mut preparation: BTreeMap<_, _> = ours.iter().map(preparation_of).collect();
+    let cold_queries = cold.as_ref().map(|cold| &cold.measured);
+    let coherent_report = bench.set(&coherent, cold_queries);
+    let [shuffled_report, free_report] =
+        [&shuffled, &free].map(|recorded| bench.set(recorded, None));
+    let preparation = ours
+        .iter()
+        .map(|built| (short(built.method.name()), built.preparation()));
+    let mut preparation: BTreeMap<_, _> = preparation.collect();
     if let Some((_, time)) = &rival {
-        let embree = Preparation {
-            seconds: time.as_secs_f64(),
-            table_bytes: None,
-            value_bytes: None,
-            predicted_bytes: None,
-        };
-        preparation.insert("embree".into(), embree);
+        preparation.insert("embree".into(), Preparation::of_rival(*time));
     }
     let sets = [&coherent_report, &shuffled_report, &free_report];
     let verdicts = sets.iter().flat_map(|set| set.differences.values());
     let occluders = recorder.gathered().occluders();
     Ok(SceneReport {
-        name: path
-            .file_stem()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        light: light_text(&recorder.scene().lights[0].kind),
+        name: subject.name.clone(),
+        light: subject.light(),
         surfaces: occluders.surface_count(),
         triangles: occluders.triangle_count(),
         mismatches: sets.iter().map(|set| set.mismatches).sum(),
@@ -190,56 +155,18 @@ fn scene(
         preparation,
         oracle: typed
             .oracle
-            .then(|| oracle::capped(&recorder, &coherent))
+            .then(|| oracle::capped(recorder, &coherent))
             .transpose()?,
+        break_even: cold.as_ref().and_then(|cold| cold.break_even),
         coherent: coherent_report,
         shuffled: shuffled_report,
         free: free_report,
     })
 }
 
-fn jitter(typed: &Shadows, frame: u32) -> Aim {
-    Aim::Jittered(typed.seed.wrapping_mul(1024).wrapping_add(frame.into()))
-}
-
-fn rival(
-    embree: &Embree,
-    geometry: &Geometry,
-    stopwatch: Stopwatch,
-) -> Result<(EmbreeScene, Duration), Failure> {
-    let (scene, time) = stopwatch.time(|| embree.build(geometry, false));
-    scene.map(|scene| (scene, time)).map_err(failure)
-}
-
-/// Embree was found and then refused: that is the system's.
-pub(super) fn failure(error: EmbreeError) -> Failure {
-    Failure::system(error.to_string())
-}
-
-fn preparation_of(built: &Built) -> (String, Preparation) {
-    let preparation = Preparation {
-        seconds: built.preparation.as_secs_f64(),
-        table_bytes: Some(built.method.index().table_bytes()),
-        value_bytes: Some(built.method.index().occlusion_bytes()),
-        predicted_bytes: Some(built.predicted_bytes),
-    };
-    (short(built.method.name()), preparation)
-}
-
 /// Returns a method's name as the JSON has it, without `_ns`.
 fn short(name: &str) -> String {
     methods::key(name).trim_end_matches("_ns").to_owned()
-}
-
-fn light_text(kind: &LightKind) -> String {
-    match kind {
-        LightKind::Point { position } | LightKind::Spot { position, .. } => {
-            format!("light at ({}, {}, {})", position.x, position.y, position.z)
-        }
-        LightKind::Directional { towards_light: to } => {
-            format!("light towards ({}, {}, {})", to.x, to.y, to.z)
-        }
-    }
 }
 
 /// Everything that a set of queries is put to.
@@ -252,7 +179,8 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn set(&self, recorded: &Recorded) -> SetReport {
+    /// Measures a set; what cold values took for it is measured already.
+    fn set(&self, recorded: &Recorded, cold: Option<&Measured>) -> SetReport {
         let Recorded { batch, is_shadowed } = recorded;
         let singles = self.rival.map(EmbreeScene::single);
         let packets = self.rival.map(EmbreeScene::packets);
@@ -282,6 +210,17 @@ impl Bench<'_> {
             .iter()
             .position(|method| method.name() == "embree")
             .map(|number| &all[number]);
+        if let Some(cold) = cold {
+            let name = "voxel_cold".to_owned();
+            report
+                .times_ns
+                .insert(format!("{name}_ns"), Some(cold.median_ns()));
+            report.mismatches += cold.differences;
+            report.spread.insert(name.clone(), cold.spread());
+            if let Some(embree) = embree {
+                report.embree_by.insert(name, embree.ratio_to(cold));
+            }
+        }
         for (number, (method, measured)) in methods.iter().zip(&all).enumerate() {
             let name = short(method.name());
             let time = Some(measured.median_ns());
@@ -322,7 +261,7 @@ impl Bench<'_> {
             batch,
             expected,
             &found,
-            self.typed.judge,
+            self.typed.subjects.judge,
         )
     }
 }

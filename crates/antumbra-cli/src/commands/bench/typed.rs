@@ -7,6 +7,8 @@ use clap::{Args, Subcommand};
 use crate::typed::{IndexCost, SceneFile, Shadows as Method, Threads, Up};
 use crate::values::{self, CameraParts, PointLight, Sun};
 
+use super::record::Aim;
+
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
     #[command(subcommand)]
@@ -17,6 +19,8 @@ pub(crate) struct Bench {
 pub(crate) enum What {
     /// Time recorded shadow queries, and judge every different answer
     Shadows(Shadows),
+    /// Time frame after frame from the first query on, with values that are made on the way
+    Frames(Frames),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
 }
@@ -56,8 +60,9 @@ impl LightOfScenes {
     }
 }
 
+/// What is asked about, and of whom.
 #[derive(Args, Debug)]
-pub(crate) struct Shadows {
+pub(crate) struct Subjects {
     /// Scene files
     #[arg(required = true, value_name = "SCENE")]
     pub(crate) scenes: Vec<PathBuf>,
@@ -74,28 +79,11 @@ pub(crate) struct Shadows {
     #[arg(long, value_name = "PARTS", value_parser = values::camera)]
     pub(crate) camera: Option<CameraParts>,
 
-    /// Frame whose eye rays hit what is asked about
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
-    pub(crate) size: [u32; 2],
-
-    /// Time this method of ours only; repeatable [default: all but naive]
-    #[arg(long = "shadows", value_enum, value_name = "METHOD")]
-    pub(crate) methods: Vec<Method>,
-
-    /// Rounds; in each, all methods take turns. Figures are medians
-    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub(crate) rounds: u32,
-
-    /// Judge at most so many different answers a scene and set by testing every surface
+    /// Judge at most so many different answers a scene and set of queries by testing every surface
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub(crate) judge: usize,
 
-    /// Say how many queries lie in voxels of a 64^3 and a 256^3 grid whose surface points all
-    /// have one answer
-    #[arg(long)]
-    pub(crate) oracle: bool,
-
-    /// Changes shuffling, jitter and free points
+    /// Changes what is random: shuffling, jitter and free points
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
 
@@ -110,6 +98,59 @@ pub(crate) struct Shadows {
     /// time on the wall
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: u16,
+}
+
+impl Subjects {
+    /// Returns where eye rays go through pixels in one of several jittered frames.
+    pub(super) fn jitter(&self, frame: u32) -> Aim {
+        Aim::Jittered(self.seed.wrapping_mul(1024).wrapping_add(frame.into()))
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Shadows {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Frame whose eye rays hit what is asked about
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub(crate) size: [u32; 2],
+
+    /// Time this method of ours only; repeatable [default: all but naive]
+    #[arg(long = "shadows", value_enum, value_name = "METHOD")]
+    pub(crate) methods: Vec<Method>,
+
+    /// Rounds; in each, all methods take turns. Figures are medians
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Say how many queries lie in voxels of a 64^3 and a 256^3 grid whose surface points all
+    /// have one answer
+    #[arg(long)]
+    pub(crate) oracle: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Frames {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of each frame
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub(crate) size: [u32; 2],
+
+    /// Frames of the fly-around, once around the scene, a sample a pixel each
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=9999))]
+    pub(crate) frames: u32,
+
+    /// Samples a pixel of the still frame, asked one after the other for all pixels
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) samples: u32,
+
+    /// Rounds; each has its own indices, which begin without values; in each frame all methods
+    /// take turns. Figures are medians
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
 }
 
 #[derive(Args, Debug)]

@@ -20,7 +20,7 @@ use crate::screen::Screen;
 use super::aims::{Aims, aims};
 use super::measure::{self, Stopwatch};
 use super::typed::Watertight;
-use super::{methods, shadows, write_json};
+use super::{methods, subject, write_json};
 
 /// Vertices along a side: 256^2 cells and 255^2 inner vertices.
 const HEIGHTFIELD: u32 = 257;
@@ -146,7 +146,7 @@ fn leaks(
         for (name, scene) in rivals.iter().flatten() {
             let scene = scene
                 .as_ref()
-                .map_err(|error| shadows::failure(error.clone()))?;
+                .map_err(|error| subject::failure(error.clone()))?;
             tell(&scene.single(), name, false);
         }
     }
