@@ -71,6 +71,10 @@ pub(crate) struct Making {
 const UNIT: u32 = 4;
 /// What a first look at a cell at the root costs, as a power of two of units.
 const LOOK_PRICE: u32 = 6;
+/// What it takes in the mean.
+const LOOK_NS: u64 = 5_000;
+/// Bricks so many halvings below the root are made quickly.
+const QUICK_LEVELS: u32 = 2;
 /// What a brick costs, quick and full: itself, and each candidate.
 const QUICK_NS: [u64; 2] = [6_000, 300];
 const FULL_NS: [u64; 2] = [20_000, 1_100];
@@ -321,7 +325,7 @@ impl AdaptiveValues {
 
     /// Returns how much work goes into the cells below one.
     fn care(&self, level: u32, audience: Audience) -> Care {
-        let is_coarse = level <= self.lattices[audience as usize].root_level;
+        let is_coarse = level <= self.lattices[audience as usize].root_level + QUICK_LEVELS;
         if is_coarse && self.refine != Refine::Eager && self.depth.early_list > 0 {
             Care::Quick
         } else {
@@ -343,7 +347,10 @@ impl AdaptiveValues {
         let mut candidates = Candidates::NONE;
         refiner.casters.narrow(&gathered, &bounds, &mut candidates);
         let decision = refiner.decide_quickly(cell.level, &candidates);
-        let price = price_of(cost(QUICK_NS, candidates.triangles.len()));
+        let price = match self.refine {
+            Refine::Asked => LOOK_PRICE + 1,
+            Refine::Lazy | Refine::Eager => price_of(cost(QUICK_NS, candidates.triangles.len())),
+        };
         store.write_one(&decision, price)
     }
 
@@ -367,7 +374,13 @@ impl AdaptiveValues {
         let decisions = refiner.decide_brick(cell, &candidates);
         let price = match self.refine {
             Refine::Asked => 0,
-            Refine::Lazy | Refine::Eager => price_below(&decisions, candidates.count()),
+            Refine::Lazy | Refine::Eager => {
+                let costs = match self.care(cell.level + 2, audience) {
+                    Care::Quick => QUICK_NS,
+                    Care::Full => FULL_NS,
+                };
+                price_below(&decisions, costs, candidates.count())
+            }
         };
         store.write(&decisions, price)
     }
@@ -420,18 +433,12 @@ impl AdaptiveValues {
         if self.refine != Refine::Asked && !budget.allows(HASTE << (price + UNIT)) {
             return 0;
         }
-        let begin = Reading::now();
-        let has_worked = self.refine(store, scene, light, start, counter);
-        let took = begin.elapsed_ns();
-        if has_worked {
-            self.lights[light].budget.spend(took);
-            took
-        } else {
-            0
-        }
+        let took = self.refine(store, scene, light, start, counter);
+        budget.spend(took);
+        took
     }
 
-    /// Makes what pays where a counter has its price; returns whether there was work to do.
+    /// Makes what pays where a counter has its price; returns what that took, in nanoseconds.
     #[cold]
     #[inline(never)]
     fn refine(
@@ -441,13 +448,13 @@ impl AdaptiveValues {
         light: usize,
         start: &Start,
         counter: u32,
-    ) -> bool {
+    ) -> u64 {
         let Some((audience, code)) = self.code_of_start(store, scene.occluders, light, start)
         else {
-            return false;
+            return 0;
         };
         let Some(claimed) = claim(store.word(counter)) else {
-            return false;
+            return 0;
         };
         let lattice = &self.lattices[audience as usize];
         let finder = store.finder(light, audience, lattice);
@@ -460,7 +467,7 @@ impl AdaptiveValues {
         if !is_its {
             // Another thread was faster, or the list is another cell's, too.
             publish(store.word(counter), Link::pending(claimed.price()));
-            return false;
+            return 0;
         }
         let level = finder.level_of(code, lattice);
         let target = (light, audience, code.cell(level));
@@ -468,17 +475,19 @@ impl AdaptiveValues {
             && counter == leaf.place
             && claimed.price() <= LOOK_PRICE
             && self.depth.early_list > 0;
-        let can_make = is_first_look
-            || self.care(level, audience) == Care::Quick
-            || self.has_whole_tables(scene.occluders, light);
-        if !can_make {
-            publish(store.word(counter), Link::pending(claimed.price()));
-            return false;
-        }
-        let made = if is_first_look {
-            self.look(store, scene, target)
+        let (made, took) = if is_first_look {
+            // Shorter than reading the clock is good for.
+            (self.look(store, scene, target), LOOK_NS)
         } else {
-            self.brick(store, scene, target)
+            let begin = Reading::now();
+            let can_make = self.care(level, audience) == Care::Quick
+                || self.has_whole_tables(scene.occluders, light);
+            if !can_make {
+                publish(store.word(counter), Link::pending(claimed.price()));
+                return 0;
+            }
+            let made = self.brick(store, scene, target);
+            (made, begin.elapsed_ns())
         };
         if counter != leaf.place || made.is_none() {
             publish(store.word(counter), Link::pending(claimed.price()));
@@ -487,7 +496,7 @@ impl AdaptiveValues {
             Some(made) => store.publish(leaf.place, made),
             None => self.evict(store),
         }
-        true
+        took
     }
 
     /// Returns whether there are tables of all triangles; makes them when they pay.
@@ -527,7 +536,7 @@ impl AdaptiveValues {
 
 /// Returns the price of a brick below one that was decided so, as a power of two of units: what it will
 /// cost, and more where few cells were decided.
-fn price_below(decisions: &[Decision; 64], candidate_count: usize) -> u32 {
+fn price_below(decisions: &[Decision; 64], costs: [u64; 2], candidate_count: usize) -> u32 {
     let (mut asked, mut decided) = (0_u64, 0_u64);
     for decision in decisions {
         asked += u64::from(*decision != Decision::Nobody);
@@ -536,7 +545,7 @@ fn price_below(decisions: &[Decision; 64], candidate_count: usize) -> u32 {
             Decision::Nobody | Decision::Pending | Decision::Ray
         ));
     }
-    let cost_ns = cost(FULL_NS, candidate_count / 4);
+    let cost_ns = cost(costs, candidate_count / 4);
     let weighed = cost_ns * asked.max(1) / decided.max(1);
     price_of(weighed)
 }
