@@ -256,6 +256,49 @@ fn slices_do_not_care_for_the_order_of_starts() {
     assert_eq!(counters, expected_counters);
 }
 
+/// Large batches whose neighbours lie apart are put in order; nobody must see it.
+#[test]
+fn scattered_batches_are_answered_in_the_callers_order() {
+    let occluders = hall();
+    let lights = lamps();
+    let mut starts = starts(&occluders, 70_000, &mut Random(9));
+    let reference = index_of(&occluders, &lights, Method::Bvh);
+    for refine in [Refine::Eager, Refine::Asked, Refine::Lazy] {
+        let refinement = Refinement {
+            resolution: 64,
+            space_resolution: 32,
+            refine,
+            ..Refinement::default()
+        };
+        let index = ShadowIndex::builder(Arc::clone(&occluders), lights.clone())
+            .method(Method::Voxel)
+            .refinement(refinement)
+            .build()
+            .expect("an index");
+        let mut expected = vec![false; starts.len()];
+        let mut found = expected.clone();
+        let counters = &mut Counters::default();
+        reference
+            .shadows(&starts, 0, &mut expected, counters)
+            .expect("fine queries");
+        for _ in 0..3 {
+            found.fill(false);
+            index
+                .shadows(&starts, 0, &mut found, counters)
+                .expect("fine queries");
+            assert!(found == expected, "{refine:?}");
+        }
+        // The first of the bad ones is named.
+        let good = [starts[40_000], starts[60_000]];
+        let bad = [DVec3::NAN, DVec3::splat(f64::INFINITY)];
+        starts[40_000].point = bad[1];
+        starts[60_000].point = bad[0];
+        let error = index.shadows(&starts, 0, &mut found, counters);
+        assert_eq!(error, Err(QueryError::BadPoint(bad[1])));
+        [starts[40_000], starts[60_000]] = good;
+    }
+}
+
 /// Nothing that is no start gets an answer, wherever it stands in a slice; the error says which it is.
 #[test]
 fn errors_name_the_start_that_is_none() {

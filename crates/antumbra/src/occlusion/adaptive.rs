@@ -71,8 +71,6 @@ pub(crate) struct Making {
 const UNIT: u32 = 4;
 /// What a first look at a cell at the root costs, as a power of two of units.
 const LOOK_PRICE: u32 = 6;
-/// What it takes in the mean.
-const LOOK_NS: u64 = 5_000;
 /// Bricks so many halvings below the root are made quickly.
 const QUICK_LEVELS: u32 = 2;
 /// What a brick costs, quick and full: itself, and each candidate.
@@ -475,20 +473,18 @@ impl AdaptiveValues {
             && counter == leaf.place
             && claimed.price() <= LOOK_PRICE
             && self.depth.early_list > 0;
-        let (made, took) = if is_first_look {
-            // Shorter than reading the clock is good for.
-            (self.look(store, scene, target), LOOK_NS)
+        let begin = Reading::now();
+        let made = if is_first_look {
+            self.look(store, scene, target)
+        } else if self.care(level, audience) == Care::Quick
+            || self.has_whole_tables(scene.occluders, light)
+        {
+            self.brick(store, scene, target)
         } else {
-            let begin = Reading::now();
-            let can_make = self.care(level, audience) == Care::Quick
-                || self.has_whole_tables(scene.occluders, light);
-            if !can_make {
-                publish(store.word(counter), Link::pending(claimed.price()));
-                return 0;
-            }
-            let made = self.brick(store, scene, target);
-            (made, begin.elapsed_ns())
+            publish(store.word(counter), Link::pending(claimed.price()));
+            return 0;
         };
+        let took = begin.elapsed_ns();
         if counter != leaf.place || made.is_none() {
             publish(store.word(counter), Link::pending(claimed.price()));
         }

@@ -68,6 +68,6 @@ impl Arena {
 
     /// Returns the bytes taken.
     pub(crate) fn bytes(&self) -> u64 {
-        4 * self.next.load(Ordering::Relaxed) as u64
+        4 * (self.next.load(Ordering::Relaxed) - FIRST) as u64
     }
 }

@@ -10,9 +10,9 @@ use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 use crate::Counters;
 
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
-const HOPE: f64 = 1.0 / 12.0;
+const HOPE: f64 = 1.0 / 16.0;
 /// So much of the gain may be spent on values.
-const REINVESTED: f64 = 0.6;
+const REINVESTED: f64 = 0.7;
 
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;

@@ -82,6 +82,12 @@ impl Code {
         (self.0 >> shift) as usize
     }
 
+    /// Returns the first bits; for points outside any.
+    #[inline(always)]
+    pub(crate) fn key(self, bits: u32) -> u16 {
+        (self.0 >> (3 * CODE_LEVELS - bits) & ((1 << bits) - 1)) as u16
+    }
+
     /// Returns the place in a brick that is known by a shift.
     #[inline(always)]
     pub(crate) fn place_in_brick(self, shift: u32) -> u32 {

@@ -19,6 +19,9 @@ use super::value::Audience;
 /// Starts that are looked up together.
 pub(crate) const BLOCK: usize = 32;
 
+/// Of a start's code, the first bits are its key: cells of 16^3.
+const KEY_BITS: u32 = 12;
+
 /// What is known of a start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Found(u8);
@@ -98,6 +101,35 @@ impl AdaptiveValues {
         })
     }
 
+    /// How many keys there are.
+    pub(crate) const KEYS: usize = 1 << KEY_BITS;
+
+    /// Writes for each start a key that starts near each other share.
+    pub(crate) fn keys(&self, starts: &[Start], keys: &mut [u16]) {
+        let lattice = &self.lattices[Audience::Front as usize];
+        dispatch!(self.level, simd => {
+            for (starts, keys) in starts.chunks(BLOCK).zip(keys.chunks_mut(BLOCK)) {
+                let codes = lattice.codes(simd, &self.places(starts));
+                for (number, key) in keys.iter_mut().enumerate() {
+                    *key = codes.get(number).key(KEY_BITS);
+                }
+            }
+        });
+    }
+
+    /// Returns where some starts lie, coordinate by coordinate.
+    #[inline(always)]
+    fn places(&self, starts: &[Start]) -> [[f32; BLOCK]; 3] {
+        let mut places = [[0.0; BLOCK]; 3];
+        for (number, start) in starts.iter().enumerate() {
+            let [x, y, z] = self.narrow(start.point);
+            places[0][number] = x;
+            places[1][number] = y;
+            places[2][number] = z;
+        }
+        places
+    }
+
     /// Returns whose values speak of a start, and where it lies; none if it is not where its point is.
     pub(super) fn code_of_start(
         &self,
@@ -141,13 +173,7 @@ impl<S: Simd> Lookup<'_, S> {
     /// One step for all starts before the next: so the memory that they need is fetched together.
     #[inline(always)]
     fn find(&self, starts: &[Start]) -> Looked {
-        let mut places = [[0.0; BLOCK]; 3];
-        for (number, start) in starts.iter().enumerate() {
-            let [x, y, z] = self.values.narrow(start.point);
-            places[0][number] = x;
-            places[1][number] = y;
-            places[2][number] = z;
-        }
+        let places = self.values.places(starts);
         let place = |number: usize| [0, 1, 2].map(|axis: usize| places[axis][number]);
         let lattice = &self.values.lattices[Audience::Front as usize];
         let codes = lattice.codes(self.simd, &places);

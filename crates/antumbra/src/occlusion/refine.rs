@@ -36,7 +36,7 @@ const FINE_LEVEL: u32 = 9;
 const FINE_LISTS: usize = 3;
 
 /// So many times longer lists do in cells at the root, for a start.
-const ROOT_LISTS: usize = 1;
+const ROOT_LISTS: usize = 2;
 
 /// Testing a sphere takes as long as testing so many triangles.
 const CURVED_COST: usize = 3;

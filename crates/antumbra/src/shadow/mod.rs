@@ -6,6 +6,7 @@
 mod bvh;
 mod grid;
 mod naive;
+mod order;
 mod voxel;
 mod voxel_1990;
 

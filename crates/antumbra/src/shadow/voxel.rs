@@ -2,6 +2,8 @@
 
 use antumbra_geometry::{LightShape, Occluders, Start};
 
+use super::order::{self, Order, WINDOW};
+
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
@@ -29,6 +31,38 @@ impl ByVoxel<'_> {
     /// not. `check` says what is no start.
     #[inline]
     pub(crate) fn answer(
+        &self,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        if !order::is_scattered(self.values, starts) {
+            return self.answer_in_order(starts, is_shadowed, counters, check);
+        }
+        let mut order = Order::new();
+        let mut near = Vec::with_capacity(NOTED);
+        let mut found = [false; NOTED];
+        for (starts, is_shadowed) in starts.chunks(WINDOW).zip(is_shadowed.chunks_mut(WINDOW)) {
+            for numbers in order.of(self.values, starts).chunks(NOTED) {
+                near.clear();
+                near.extend(numbers.iter().map(|&number| starts[number as usize]));
+                let found = &mut found[..near.len()];
+                if let Err(error) = self.answer_in_order(&near, found, counters, &check) {
+                    // The first in the caller's order.
+                    starts.iter().try_for_each(&check)?;
+                    return Err(error);
+                }
+                for (&number, &found) in numbers.iter().zip(&*found) {
+                    is_shadowed[number as usize] = found;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn answer_in_order(
         &self,
         starts: &[Start],
         is_shadowed: &mut [bool],
