@@ -14,6 +14,7 @@ mod binary;
 mod build;
 mod data;
 mod filter;
+mod near;
 mod ray;
 mod walk;
 

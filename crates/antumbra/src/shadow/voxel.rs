@@ -1,21 +1,20 @@
 //! Occlusion values of any mesh, blocker lists, and rays for the rest.
 
-use antumbra_geometry::{LightShape, Occluders, Start};
+use antumbra_geometry::{Occluders, Start};
 
-use crate::bvh::Bvh;
 use crate::occlusion::{AdaptiveValues, BLOCK, Found};
 use crate::{Answer, Counters, Decided, QueryError};
 
 /// What queries are answered by.
-pub(crate) struct ByVoxel<'a> {
+pub(crate) struct ByVoxel<'a, F> {
     pub(crate) occluders: &'a Occluders,
-    pub(crate) bvh: &'a Bvh,
     pub(crate) values: &'a AdaptiveValues,
     pub(crate) light_number: usize,
-    pub(crate) light: &'a LightShape,
+    /// Casts a ray, own rule and all.
+    pub(crate) is_blocked: F,
 }
 
-impl ByVoxel<'_> {
+impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
     /// not. `check` says what is no start.
     #[inline]
@@ -42,7 +41,7 @@ impl ByVoxel<'_> {
             for (number, start) in starts.iter().enumerate() {
                 if found[number].is_nothing() {
                     check(start)?;
-                    is_shadowed[number] = self.is_blocked(start, counters);
+                    is_shadowed[number] = (self.is_blocked)(start, counters);
                     shadowed_count += u64::from(is_shadowed[number]);
                     ray_count += 1;
                 }
@@ -63,16 +62,11 @@ impl ByVoxel<'_> {
             self.light_number,
         );
         if found.is_nothing() {
-            Answer::new(self.is_blocked(start, counters), Decided::Ray)
+            Answer::new((self.is_blocked)(start, counters), Decided::Ray)
         } else if found.is_by_list() {
             Answer::new(found.is_shadowed(), Decided::BlockerList)
         } else {
             Answer::new(found.is_shadowed(), Decided::FirstPass)
         }
-    }
-
-    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
-        super::by_bvh(self.occluders, self.bvh, start, self.light, counters).shadow
-            == crate::Shadow::Shadowed
     }
 }
