@@ -83,6 +83,36 @@ pub enum BatchKind<'a, P = [f64; 3]> {
     },
 }
 
+impl<'a, P> Batch<'a, P> {
+    /// Makes a batch of points of space.
+    pub fn free(points: &'a [P]) -> Self {
+        let kind = BatchKind::Free;
+        Self { points, kind }
+    }
+
+    /// Makes a batch of points of space that face somewhere ([`BatchKind::Facing`]).
+    pub fn facing(points: &'a [P], normals: &'a [P]) -> Self {
+        let kind = BatchKind::Facing { normals };
+        Self { points, kind }
+    }
+
+    /// Makes a batch of points on surfaces with these numbers ([`BatchKind::OnSurfaces`]).
+    pub fn on_surfaces(points: &'a [P], surfaces: &'a [u32]) -> Self {
+        let kind = BatchKind::OnSurfaces { surfaces };
+        Self { points, kind }
+    }
+
+    /// Makes a batch of points on the nearest surfaces, within the default tolerance
+    /// ([`BatchKind::OnNearest`]).
+    pub fn on_nearest(points: &'a [P], normals: Option<&'a [P]>) -> Self {
+        let kind = BatchKind::OnNearest {
+            normals,
+            tolerance: None,
+        };
+        Self { points, kind }
+    }
+}
+
 /// How the queries of a batch were decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BatchCounters {
@@ -157,7 +187,7 @@ impl ShadowIndex {
     ///
     /// ```
     /// # use std::sync::Arc;
-    /// # use antumbra::{Batch, BatchKind, ShadowIndex};
+    /// # use antumbra::{Batch, ShadowIndex};
     /// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere};
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
@@ -167,12 +197,9 @@ impl ShadowIndex {
     /// # let lamp = LightShape::Point(DVec3::new(0.0, 0.0, 9.0));
     /// # let index = ShadowIndex::builder(Arc::new(builder.build()), vec![lamp]).build()?;
     /// // A ball over a floor, lit from above.
-    /// let batch = Batch {
-    ///     points: &[[0.0_f32, 0.1, 0.0], [3.0, 0.1, 0.0], [0.0, 0.0, 3.0]],
-    ///     kind: BatchKind::OnNearest { normals: None, tolerance: None },
-    /// };
+    /// let points = [[0.0_f32, 0.1, 0.0], [3.0, 0.1, 0.0], [0.0, 0.0, 3.0]];
     /// let mut is_shadowed = [0; 3];
-    /// index.occluded(&batch, &[0], &mut is_shadowed)?;
+    /// index.occluded(&Batch::on_nearest(&points, None), &[0], &mut is_shadowed)?;
     /// assert_eq!(is_shadowed, [1, 0, 0]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

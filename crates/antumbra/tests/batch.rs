@@ -247,16 +247,15 @@ fn batches_answer_as_single_queries_do() {
         for lights in [&[0, 1, 2][..], &[1], &[2, 0, 2], &[]] {
             for count in [0, 1, 7, 8, 9, 1023, 1025, 2500] {
                 let points = &made.points[..count];
-                let batch = |kind| Batch { points, kind };
                 let always = |_, _| true;
                 assert_eq!(
-                    answers(&index, &batch(BatchKind::Free), lights),
+                    answers(&index, &Batch::free(points), lights),
                     one_by_one(&index, &free[..count], lights, always),
                     "{method:?}, {lights:?}, {count} free"
                 );
                 let surfaces = &made.surfaces[..count];
                 assert_eq!(
-                    answers(&index, &batch(BatchKind::OnSurfaces { surfaces }), lights),
+                    answers(&index, &Batch::on_surfaces(points, surfaces), lights),
                     one_by_one(&index, &on[..count], lights, always),
                     "{method:?}, {lights:?}, {count} on surfaces"
                 );
@@ -265,7 +264,7 @@ fn batches_answer_as_single_queries_do() {
                     let normal = DVec3::from_array(normals[number]);
                     lamps()[light].side_of(free[number].point, normal) > 0
                 };
-                let found = answers(&index, &batch(BatchKind::Facing { normals }), lights);
+                let found = answers(&index, &Batch::facing(points, normals), lights);
                 assert_eq!(
                     found,
                     one_by_one(&index, &free[..count], lights, faces),
@@ -439,6 +438,34 @@ fn points_find_their_surfaces_in_batches() {
             );
         }
     }
+}
+
+/// Rays know where the rule moves a start: only where they do not, every surface is tested.
+#[test]
+fn points_in_f32_walk_the_tree() {
+    let occluders = hall();
+    let made = on_surfaces(&occluders, 2000);
+    let is_flat = |&(_, &surface): &(&[f64; 3], &u32)| surface < occluders.triangle_count() as u32;
+    let flat = made.points.iter().zip(&made.surfaces).filter(is_flat);
+    let (points, surfaces): (Vec<[f64; 3]>, Vec<u32>) = flat.unzip();
+    let (narrow, index) = (narrow(&points), index_of(&occluders, Method::Bvh));
+    let batch = Batch::on_surfaces(&narrow, &surfaces);
+    let (_, counted) = answers(&index, &batch, &[0]);
+    let tests = counted.counters.intersections as usize / points.len();
+    assert!(tests < occluders.surface_count() / 4, "{tests} a query");
+    for (point, &surface) in narrow.iter().zip(&surfaces) {
+        let start = Start {
+            point: point.as_f64(),
+            surface: Some(SurfaceId(surface)),
+        };
+        let expected = index.shadow_by_reference(&start, 0).expect("a fine query");
+        assert_eq!(is_shadowed(&index, &start), expected == Shadow::Shadowed);
+    }
+}
+
+fn is_shadowed(index: &ShadowIndex, start: &Start) -> bool {
+    let answer = index.shadow(start, 0, &mut Counters::default());
+    answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
 #[test]
