@@ -245,9 +245,12 @@ fn failure(typed: &Query, error: &BatchError) -> Failure {
 fn tell(point_count: usize, chosen: &Chosen, counted: &BatchCounters, screen: &Screen) {
     let shadow = counted.counters.shadow;
     let query_count = point_count as u64 * chosen.columns.len() as u64;
+    let lights = match chosen.columns.len() {
+        1 => "1 light".to_owned(),
+        count => format!("{count} lights"),
+    };
     screen.result(format!(
-        "{point_count} points, {} lights: {} of {query_count} queries in shadow",
-        chosen.columns.len(),
+        "{point_count} points, {lights}: {} of {query_count} queries in shadow",
         shadow.shadowed + counted.facing_away
     ));
     screen.detail(format!(
