@@ -48,6 +48,7 @@ fn run(
         Command::Render(typed) => commands::render::run(typed, screen, interrupt),
         Command::Inspect(typed) => commands::inspect::run(typed, screen),
         Command::Verify(typed) => commands::verify::run(typed, screen),
+        Command::Query(typed) => commands::query::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),
         Command::Convert(typed) => commands::convert::run(typed, screen),
         Command::Bench(typed) => commands::bench::run(typed, screen),

@@ -43,12 +43,14 @@ pub(crate) struct Need {
     pub(crate) surfaces: u64,
     /// Film, layers and file.
     pub(crate) picture: u64,
+    /// Arrays of points, normals and answers.
+    pub(crate) arrays: u64,
     /// Grid and occlusion values.
     pub(crate) index: u64,
 }
 
 impl Need {
-    fn parts(&self) -> [(&'static str, u64, &'static str); 4] {
+    fn parts(&self) -> [(&'static str, u64, &'static str); 5] {
         [
             ("scene", self.scene, "raise --memory-limit"),
             ("surfaces", self.surfaces, "raise --memory-limit"),
@@ -56,6 +58,11 @@ impl Need {
                 "picture",
                 self.picture,
                 "give a smaller --size or fewer layers with --aov, or raise --memory-limit",
+            ),
+            (
+                "points and answers",
+                self.arrays,
+                "ask about fewer points at a time, or raise --memory-limit",
             ),
             (
                 "grid and occlusion values",
@@ -109,6 +116,7 @@ mod tests {
             scene: 10,
             surfaces: 0,
             picture: 2048,
+            arrays: 0,
             index: 20,
         };
         assert_eq!(need.check(2078), Ok(()));

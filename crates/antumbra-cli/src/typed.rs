@@ -7,7 +7,7 @@ use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::values::{self, CameraParts, Exposure, PointLight, Sun};
+use crate::values::{self, CameraParts, Exposure, LightChoice, PointLight, Sun};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Render(Box<Render>),
     /// Say what a scene holds and what it would cost
     Inspect(Inspect),
+    /// Answer shadow queries of points in a file
+    Query(Query),
     /// Compare every exact shadow method with the reference
     Verify(Verify),
     /// Write one of the built-in scenes
@@ -268,6 +270,62 @@ pub(crate) struct Verify {
     /// Changes the queries
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Query {
+    /// Scene file; its ending says the format: .nff, .obj, .gltf, .glb, .ply or .stl
+    pub(crate) scene: PathBuf,
+
+    /// Points in world space: float32 or float64, shape (n, 3)
+    #[arg(long, value_name = "P.npy")]
+    pub(crate) points: PathBuf,
+
+    /// Normals of the points: float32 or float64, shape (n, 3), any length. A point whose light is not on
+    /// its normal's side is in shadow. With --on-surface, choose among surfaces that meet at a point instead
+    #[arg(long, value_name = "N.npy")]
+    pub(crate) normals: Option<PathBuf>,
+
+    /// The points lie on surfaces up to rounding: on the nearest. Without, they are points of space
+    #[arg(long)]
+    pub(crate) on_surface: bool,
+
+    /// How far a point may lie from its surface, in the scene's unit [default: 2^-22 of the scene's size,
+    /// for points rounded to float32]
+    #[arg(long, value_name = "DISTANCE", requires = "on_surface", value_parser = values::distance)]
+    pub(crate) tolerance: Option<f64>,
+
+    /// Light to ask about: a name, as the shadow layers of render have it, or point:X,Y,Z, which replaces
+    /// the file's lights; repeatable [default: all, in the file's order]
+    #[arg(long = "light", value_name = "LIGHT", value_parser = values::light_choice)]
+    pub(crate) lights: Vec<LightChoice>,
+
+    /// Sun instead of the file's lights, in degrees: azimuth clockwise from north, elevation
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
+    pub(crate) sun: Option<Sun>,
+
+    /// Which axis is up, for suns [default: the format's]
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<Up>,
+
+    /// Answers to write, 1 where a light is blocked: uint8, shape (n,) for one light, (n, lights) for more
+    #[arg(long, short, value_name = "OUT.npy")]
+    pub(crate) output: PathBuf,
+
+    /// Write bits, eight points a byte, the first lowest (numpy.packbits with bitorder="little"): shape
+    /// (ceil(n / 8),) for one light, (lights, ceil(n / 8)) for more
+    #[arg(long)]
+    pub(crate) packed: bool,
+
+    /// How shadow queries are answered; the answers are the same
+    #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
+    pub(crate) shadows: Shadows,
 
     #[command(flatten)]
     pub(crate) cost: IndexCost,

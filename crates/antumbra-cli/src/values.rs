@@ -30,6 +30,15 @@ pub(crate) struct PointLight {
     pub(crate) color: Color,
 }
 
+/// A light as typed where lights of the scene can be chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LightChoice {
+    /// One of the scene's, by name.
+    Named(String),
+    /// Another.
+    Point(PointLight),
+}
+
 /// A sun as typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
@@ -214,6 +223,22 @@ pub(crate) fn light(text: &str) -> Result<PointLight, String> {
         position: triple(position)?,
         color,
     })
+}
+
+/// Reads a light's name, or `point:X,Y,Z`.
+pub(crate) fn light_choice(text: &str) -> Result<LightChoice, String> {
+    if text.starts_with("point:") {
+        return Ok(LightChoice::Point(light(text)?));
+    }
+    Ok(LightChoice::Named(text.to_owned()))
+}
+
+/// Reads a number that is not negative.
+pub(crate) fn distance(text: &str) -> Result<f64, String> {
+    number(text)
+        .ok()
+        .filter(|&distance| distance >= 0.0)
+        .ok_or_else(|| format!("expected a distance, zero or more, found `{text}`"))
 }
 
 /// Reads `AZIMUTH,ELEVATION` in degrees.
@@ -403,6 +428,25 @@ mod tests {
         ];
         for (text, expected) in errors {
             assert_eq!(light(text).unwrap_err(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn light_choices() {
+        let named = |name: &str| Ok(LightChoice::Named(name.to_owned()));
+        assert_eq!(light_choice("lamp:1"), named("lamp:1"));
+        let typed = light("point:1,2,3").map(LightChoice::Point);
+        assert_eq!(light_choice("point:1,2,3"), typed);
+        assert!(light_choice("point:1,2").is_err());
+    }
+
+    #[test]
+    fn distances() {
+        assert_eq!(distance("0"), Ok(0.0));
+        assert_eq!(distance("1e-3"), Ok(1e-3));
+        for bad in ["-1", "nan", "inf", ""] {
+            let expected = format!("expected a distance, zero or more, found `{bad}`");
+            assert_eq!(distance(bad).unwrap_err(), expected);
         }
     }
 

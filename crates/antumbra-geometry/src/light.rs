@@ -5,6 +5,8 @@
 
 use glam::DVec3;
 
+use crate::number::{Approximate, Exact, Number, Point4, Sign, Vector, decide};
+
 /// The place or the direction that shadow queries are asked about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
@@ -51,5 +53,43 @@ impl LightShape {
             Self::Point(position) => position - point_in_world,
             Self::Direction(direction) => direction,
         }
+    }
+
+    /// Returns on which side of the plane through a point with a normal, of any length, the light is:
+    /// 1 on the normal's side, -1 behind, 0 in the plane and for zero normals. The sign is exact for
+    /// numbers up to 2^100.
+    pub fn side_of(&self, point_in_world: DVec3, normal: DVec3) -> i8 {
+        fn side<N: Number>(light: (DVec3, f64), point: DVec3, normal: DVec3) -> Option<Sign> {
+            let seen = Point4::<N>::from_f64(light).seen_from(&Vector::from_f64(point));
+            Vector::from_f64(normal).dot(&seen).sign()
+        }
+        let light = self.homogeneous();
+        let exactly = || side::<Exact>(light, point_in_world, normal);
+        decide(side::<Approximate>(light, point_in_world, normal), exactly).to_i8()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_exact() {
+        let v = DVec3::new;
+        let lamp = LightShape::Point(v(0.1, 0.2, 0.3));
+        assert_eq!(lamp.side_of(v(0.0, 0.0, 0.0), v(0.0, 0.0, 5.0)), 1);
+        assert_eq!(lamp.side_of(v(0.0, 0.0, 1.0), v(0.0, 0.0, 5.0)), -1);
+        assert_eq!(lamp.side_of(v(7.0, 0.0, 0.3), v(0.0, 0.0, 1.0)), 0);
+        assert_eq!(lamp.side_of(v(7.0, 0.0, 0.0), DVec3::ZERO), 0);
+        let up = v(0.0, 0.0, 0.3_f64.next_up());
+        assert_eq!(lamp.side_of(up, v(0.0, 0.0, 1e-300)), -1);
+        let sum = 0.1_f64 + 0.2;
+        let sun = LightShape::Direction(v(0.1, 0.2, -sum));
+        // In f64 the three add up to zero; the sum was rounded up.
+        assert_eq!(sun.side_of(DVec3::ZERO, DVec3::ONE), -1);
+        assert_eq!(
+            LightShape::Direction(v(1.0, -1.0, 0.0)).side_of(up, DVec3::ONE),
+            0
+        );
     }
 }

@@ -61,7 +61,7 @@ pub fn write_exr(
     let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     let image = Image::from_layers(attributes, parts);
 
-    whole_file::write(path, |file| {
+    whole_file::write(path, ImageFileError::of(path), |file| {
         let written = image.write().non_parallel().to_buffered(file);
         written.map_err(|source| ImageFileError::Encode {
             path: path.to_owned(),

@@ -35,6 +35,16 @@ pub enum ImageFileError {
     },
 }
 
+impl ImageFileError {
+    /// Wraps what the file system says about the file at `path`.
+    pub(crate) fn of(path: &Path) -> impl Fn(io::Error) -> Self {
+        |source| Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
 /// Returns the sRGB byte of a linear value (IEC 61966-2-1); values outside `0..=1` are clipped and
 /// NaN is black.
 pub fn srgb_byte(linear: f64) -> u8 {
@@ -93,7 +103,7 @@ fn encode(
     bytes: &[u8],
     kind: ExtendedColorType,
 ) -> Result<(), ImageFileError> {
-    whole_file::write(path, |file| {
+    whole_file::write(path, ImageFileError::of(path), |file| {
         PngEncoder::new(file)
             .write_image(bytes, width, height, kind)
             .map_err(|source| ImageFileError::Encode {

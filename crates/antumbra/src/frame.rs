@@ -45,6 +45,12 @@ impl Frame {
         }
     }
 
+    /// Returns how far a start may lie from where a ray takes it to be, in world units.
+    #[inline(always)]
+    pub(crate) fn margin_of_starts(&self) -> f64 {
+        0.25 * self.margin
+    }
+
     /// Returns a point in the frame's units.
     pub(crate) fn point_in_frame(&self, point_in_world: DVec3) -> DVec3 {
         (point_in_world - self.center) * self.scale

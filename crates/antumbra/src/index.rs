@@ -8,6 +8,7 @@ use crate::Counters;
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
 use crate::occlusion::{AdaptiveValues, DenseValues, Depth, Making, mark, quick_check};
+use crate::own_rays::{AnyHit, WithRays};
 use crate::shadow::{self, ByVoxel};
 
 /// How shadow queries are answered. Every method gives the same bits.
@@ -231,6 +232,7 @@ pub struct Builder {
     resolution: GridResolution,
     quick_check: QuickCheck,
     refinement: Refinement,
+    has_tree: bool,
     memory_limit: Option<u64>,
 }
 
@@ -270,6 +272,15 @@ impl Builder {
         self
     }
 
+    /// Keeps no tree, for callers that bring rays of their own ([`ShadowIndex::with_rays`]). Whatever would
+    /// have asked the tree walks the grid instead, with the same answers and slower. Values of
+    /// [`Method::Voxel`] are made before the first query, while there is a tree to make them with.
+    #[must_use]
+    pub fn without_tree(mut self) -> Self {
+        self.has_tree = false;
+        self
+    }
+
     /// Limits the memory of grid, tree and values, in bytes; without it there is no limit.
     #[must_use]
     pub fn memory_limit(mut self, bytes: u64) -> Self {
@@ -292,7 +303,7 @@ impl Builder {
                 self.lights.len(),
                 self.resolution,
                 self.method,
-                self.rays,
+                self.has_tree && needs_bvh(self.method, self.rays),
             )?;
             if needed > limit {
                 return Err(BuildError::Memory { needed, limit });
@@ -322,14 +333,18 @@ impl Builder {
         };
         let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
         let adaptive = match &bvh {
-            Some(bvh) if method == Method::Voxel => Some(AdaptiveValues::new(
-                &self.occluders,
-                bvh,
-                &self.lights,
-                &self.refinement.making(),
-            )),
+            Some(bvh) if method == Method::Voxel => {
+                let mut making = self.refinement.making();
+                if !self.has_tree {
+                    // While there is one.
+                    making.refine = Refine::Eager;
+                }
+                let (occluders, lights) = (&self.occluders, &self.lights);
+                Some(AdaptiveValues::new(occluders, bvh, lights, &making))
+            }
             _ => None,
         };
+        let bvh = bvh.filter(|_| self.has_tree);
         Ok(ShadowIndex {
             surface_count: self.occluders.surface_count(),
             occluders: self.occluders,
@@ -346,7 +361,7 @@ impl Builder {
 }
 
 /// 2^100, as for geometry.
-const LARGEST: f64 = 1.2676506002282294e30;
+pub(crate) const LARGEST: f64 = 1.2676506002282294e30;
 
 fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
     let (x, weight) = light.homogeneous();
@@ -364,7 +379,7 @@ fn predict_bytes(
     light_count: usize,
     resolution: GridResolution,
     method: Method,
-    rays: RayMethod,
+    has_tree: bool,
 ) -> Result<u64, BuildError> {
     let layout = layout(occluders, resolution)?;
     let grid = Grid::predict_bytes(occluders, &layout);
@@ -382,7 +397,7 @@ fn predict_bytes(
         }
         Method::Grid | Method::Bvh | Method::Naive => 0,
     };
-    let bvh = if needs_bvh(method, rays) {
+    let bvh = if has_tree {
         Bvh::predict_bytes(occluders.surface_count())
     } else {
         0
@@ -449,11 +464,11 @@ pub struct ShadowIndex {
     lights: Vec<LightShape>,
     method: Method,
     rays: RayMethod,
-    grid: Grid,
+    pub(crate) grid: Grid,
     /// Where the settings ask for it.
-    bvh: Option<Bvh>,
+    pub(crate) bvh: Option<Bvh>,
     /// One store per light, for the methods that keep values.
-    values: Vec<DenseValues>,
+    pub(crate) values: Vec<DenseValues>,
     adaptive: Option<AdaptiveValues>,
     quick_check: Option<QuickCheckVerdict>,
 }
@@ -469,8 +484,14 @@ impl ShadowIndex {
             resolution: GridResolution::default(),
             quick_check: QuickCheck::default(),
             refinement: Refinement::default(),
+            has_tree: true,
             memory_limit: None,
         }
+    }
+
+    /// Returns the same index with a renderer's own rays in place of ours.
+    pub fn with_rays<'a, R: AnyHit>(&'a self, rays: &'a R) -> WithRays<'a, R> {
+        WithRays { index: self, rays }
     }
 
     /// Returns the surfaces.
@@ -529,21 +550,18 @@ impl ShadowIndex {
             counters.shadow.count(answer);
             return Ok(answer);
         }
-        let answer = match (self.method, &self.bvh) {
-            (Method::Bvh, Some(bvh)) => {
-                shadow::by_bvh(occluders, bvh, start, &self.lights[light], counters)
-            }
-            (method, _) => {
+        let answer = match self.method {
+            Method::Voxel1990 => {
                 let segment = occluders.segment(start, &self.lights[light]);
-                match method {
-                    Method::Voxel1990 => {
-                        let values = &self.values[light];
-                        shadow::by_voxel_1990(occluders, grid, values, &segment, counters)
-                    }
-                    Method::Grid => shadow::by_grid(occluders, grid, &segment, counters),
-                    Method::Voxel | Method::Bvh | Method::Naive => {
-                        shadow::by_reference(occluders, &segment, counters)
-                    }
+                let values = &self.values[light];
+                shadow::by_voxel_1990(occluders, grid, values, &segment, counters)
+            }
+            Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
+            Method::Grid | Method::Naive => {
+                let segment = occluders.segment(start, &self.lights[light]);
+                match self.method {
+                    Method::Naive => shadow::by_reference(occluders, &segment, counters),
+                    _ => shadow::by_grid(occluders, grid, &segment, counters),
                 }
             }
         };
@@ -583,17 +601,41 @@ impl ShadowIndex {
         }
     }
 
-    fn by_voxel(&self, light: usize) -> Option<ByVoxel<'_>> {
-        let (Some(values), Some(bvh)) = (&self.adaptive, &self.bvh) else {
-            return None;
-        };
-        Some(ByVoxel {
+    fn by_voxel(
+        &self,
+        light: usize,
+    ) -> Option<ByVoxel<'_, impl Fn(&Start, &mut Counters) -> bool>> {
+        self.by_voxel_or(light, move |start, counters| {
+            self.by_ray(start, light, counters).shadow == Shadow::Shadowed
+        })
+    }
+
+    /// `is_blocked` answers what values and lists do not know.
+    pub(crate) fn by_voxel_or<F: Fn(&Start, &mut Counters) -> bool>(
+        &self,
+        light: usize,
+        is_blocked: F,
+    ) -> Option<ByVoxel<'_, F>> {
+        self.adaptive.as_ref().map(|values| ByVoxel {
             occluders: &self.occluders,
-            bvh,
+            bvh: self.bvh.as_ref(),
             values,
             light_number: light,
-            light: &self.lights[light],
+            is_blocked,
         })
+    }
+
+    /// Answers by a ray through the tree, or through the grid where there is no tree.
+    #[inline]
+    fn by_ray(&self, start: &Start, light: usize, counters: &mut Counters) -> Answer {
+        let (occluders, light) = (&*self.occluders, &self.lights[light]);
+        match &self.bvh {
+            Some(bvh) => shadow::by_bvh(occluders, bvh, start, light, counters),
+            None => {
+                let segment = occluders.segment(start, light);
+                shadow::by_grid(occluders, &self.grid, &segment, counters)
+            }
+        }
     }
 
     /// Answers a shadow query by testing every surface: the reference of EXACTNESS.md.
@@ -607,7 +649,7 @@ impl ShadowIndex {
     }
 
     #[inline]
-    fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
+    pub(crate) fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
         let Start { point, surface } = *start;
         // Not for NaN.
         let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()
@@ -704,7 +746,8 @@ impl ShadowIndex {
         method: Method,
         rays: RayMethod,
     ) -> Result<u64, BuildError> {
-        predict_bytes(occluders, light_count, resolution, method, rays)
+        let has_tree = needs_bvh(method, rays);
+        predict_bytes(occluders, light_count, resolution, method, has_tree)
     }
 
     /// Returns the resolution that a setting means for a scene.

@@ -1,16 +1,21 @@
 //! Exact shadow answers for static scenes, mostly without tracing a ray.
 
+mod batch;
 mod bvh;
 mod clock;
 mod frame;
 mod grid;
 mod index;
+mod locate;
 mod occlusion;
+mod own_rays;
 mod shadow;
 mod stats;
 
+pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
     QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
+pub use own_rays::{AnyHit, WithRays};
 pub use stats::{Counters, ShadowCounters};

@@ -3,6 +3,7 @@
 pub(crate) mod bench;
 pub(crate) mod convert;
 pub(crate) mod inspect;
+pub(crate) mod query;
 pub(crate) mod render;
 pub(crate) mod scene;
 pub(crate) mod verify;

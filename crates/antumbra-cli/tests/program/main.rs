@@ -2,6 +2,7 @@
 
 mod attack;
 mod outputs;
+mod query;
 mod support;
 
 use std::fs;
@@ -18,6 +19,7 @@ fn help_names_every_command_and_the_exit_codes() {
         "render",
         "inspect",
         "verify",
+        "query",
         "scene",
         "convert",
         "bench",
@@ -26,7 +28,9 @@ fn help_names_every_command_and_the_exit_codes() {
     ] {
         assert!(stdout(&output).contains(part), "{part}");
     }
-    for command in ["render", "inspect", "verify", "scene", "convert", "bench"] {
+    for command in [
+        "render", "inspect", "query", "verify", "scene", "convert", "bench",
+    ] {
         assert_code(&antumbra(&[command, "--help"]), 0);
     }
 }

@@ -6,6 +6,7 @@
 //! most 2^100 in magnitude; elements keep the order in which they were added.
 
 mod build;
+mod nearest;
 mod query;
 
 use std::ops::Range;

@@ -15,6 +15,7 @@ mod build;
 mod cull;
 mod data;
 mod filter;
+mod near;
 mod ray;
 mod walk;
 

@@ -145,7 +145,7 @@ impl Bvh {
         let length = direction.abs().max_element();
         // Not for starts that lie far off the plane of a needle-thin triangle, nor for lengths whose
         // reciprocal overflows; a NaN among the components is one in the sum.
-        let is_fit = offset <= 0.25 * frame.margin
+        let is_fit = offset <= frame.margin_of_starts()
             && (1e-290..=1e290).contains(&length)
             && !direction.element_sum().is_nan();
         if !is_fit {

@@ -1,6 +1,6 @@
 //! Any-hit and nearest-hit through the tree.
 
-use antumbra_geometry::{Hit, LightShape, Occluders, Segment, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Segment, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8};
 
@@ -48,11 +48,11 @@ impl Bvh {
             light,
         } = *question;
         // The segment itself is for the exact rule: most queries do without.
-        let mut offset = occluders.start_offset(start);
-        if offset == f64::INFINITY {
-            offset = question.offset();
+        let mut origin = (start.point, occluders.start_offset(start));
+        if origin.1 > self.frame.margin_of_starts() {
+            origin = question.origin();
         }
-        match self.prepare(simd, start.point, offset, light, || question.segment()) {
+        match self.prepare(simd, origin.0, origin.1, light, || question.segment()) {
             Prepared::Miss => false,
             Prepared::Unfit => {
                 counters.intersections += occluders.surface_count() as u64;
@@ -153,10 +153,12 @@ impl Question<'_> {
         self.occluders.segment(self.start, self.light)
     }
 
+    /// The start where its surface is, and how far it may be from there.
     #[cold]
     #[inline(never)]
-    fn offset(&self) -> f64 {
-        offset(&self.segment())
+    fn origin(&self) -> (DVec3, f64) {
+        let segment = self.segment();
+        (segment.origin(), segment.origin_error())
     }
 }
 

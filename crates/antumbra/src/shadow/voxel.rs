@@ -1,6 +1,6 @@
 //! Occlusion values of any mesh, blocker lists, and rays for the rest.
 
-use antumbra_geometry::{LightShape, Occluders, Start};
+use antumbra_geometry::{Occluders, Start};
 
 use super::order::{self, Order, WINDOW};
 
@@ -12,12 +12,14 @@ use crate::occlusion::{
 use crate::{Answer, Counters, Decided, QueryError};
 
 /// What queries are answered by.
-pub(crate) struct ByVoxel<'a> {
+pub(crate) struct ByVoxel<'a, F> {
     pub(crate) occluders: &'a Occluders,
-    pub(crate) bvh: &'a Bvh,
+    /// What values are made with.
+    pub(crate) bvh: Option<&'a Bvh>,
     pub(crate) values: &'a AdaptiveValues,
     pub(crate) light_number: usize,
-    pub(crate) light: &'a LightShape,
+    /// Casts a ray, own rule and all.
+    pub(crate) is_blocked: F,
 }
 
 /// After so many queries of a batch what they cost is noted.
@@ -26,7 +28,7 @@ const NOTED: usize = 64 * BLOCK;
 /// One query or block in so many says what using lists has cost, for all of them.
 const SAMPLED: u64 = 16;
 
-impl ByVoxel<'_> {
+impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
     /// not. `check` says what is no start.
     #[inline]
@@ -134,7 +136,7 @@ impl ByVoxel<'_> {
     ) -> Result<(), QueryError> {
         for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
             check(start)?;
-            *is_shadowed = self.is_blocked(start, counters);
+            *is_shadowed = (self.is_blocked)(start, counters);
             counters.shadow.shadowed += u64::from(*is_shadowed);
             counters.shadow.rays += 1;
         }
@@ -215,7 +217,7 @@ impl ByVoxel<'_> {
         let before = *counters;
         let answer = match store.filter(|_| is_looked_up) {
             Some(store) => self.look_up_one(&store, start, weight, is_sampled, counters),
-            None => Answer::new(self.is_blocked(start, counters), Decided::Ray),
+            None => Answer::new((self.is_blocked)(start, counters), Decided::Ray),
         };
         if is_sampled {
             let is_ray = u64::from(answer.decided == Decided::Ray);
@@ -271,7 +273,7 @@ impl ByVoxel<'_> {
         counters: &mut Counters,
     ) -> (bool, u64) {
         let before = *counters;
-        let is_blocked = self.is_blocked(start, counters);
+        let is_blocked = (self.is_blocked)(start, counters);
         if place != 0 && self.values.is_refining() {
             let cost = cost_of_rays(&before, counters, 1);
             return (is_blocked, self.charge(store, start, place, cost * weight));
@@ -291,17 +293,15 @@ impl ByVoxel<'_> {
 
     /// Returns what the making of values took, in nanoseconds.
     fn charge(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) -> u64 {
+        let Some(bvh) = self.bvh else {
+            return 0;
+        };
         let scene = Scene {
             occluders: self.occluders,
-            bvh: self.bvh,
+            bvh,
         };
         self.values
             .charge(store, &scene, self.light_number, start, place, cost_ns)
-    }
-
-    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
-        super::by_bvh(self.occluders, self.bvh, start, self.light, counters).shadow
-            == crate::Shadow::Shadowed
     }
 }
 

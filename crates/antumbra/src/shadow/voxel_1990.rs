@@ -14,33 +14,11 @@ pub(crate) fn by_voxel_1990(
     segment: &Segment,
     counters: &mut Counters,
 ) -> Answer {
-    // Null-one speaks of the side that faces the light; the other side of a curved shape is dark by
-    // its own rule, which needs no voxel.
-    if occluders.own_rule_blocks(segment) {
-        return Answer::new(true, Decided::FirstPass);
+    if let Some(is_shadowed) = first_pass(occluders, grid, values, segment) {
+        return Answer::new(is_shadowed, Decided::FirstPass);
     }
     if !grid.can_walk(segment) {
         return super::by_grid(occluders, grid, segment, counters);
-    }
-
-    // First pass: the value of the start's voxel.
-    if let Some(voxel) = grid.layout.voxel_holding(segment.origin()) {
-        let voxel = grid.layout.index(voxel);
-        let value = values.get(voxel);
-        let surfaces = grid.surfaces(voxel);
-        let known = match segment.start().surface {
-            None => value.of_any_point(!surfaces.is_empty()),
-            Some(own) => value.of_surface_point().filter(|_| {
-                // A start that is not on its surface is not what the values speak of.
-                let own = occluders.element_of(own);
-                surfaces
-                    .iter()
-                    .any(|&surface| occluders.element_of(surface) == own)
-            }),
-        };
-        if let Some(is_shadowed) = known {
-            return Answer::new(is_shadowed, Decided::FirstPass);
-        }
     }
 
     // The walk, with an intermediate test in every voxel but the first.
@@ -58,4 +36,35 @@ pub(crate) fn by_voxel_1990(
         }
     }
     Answer::new(false, Decided::Ray)
+}
+
+/// Returns what the own rule and the value of the start's voxel know.
+pub(crate) fn first_pass(
+    occluders: &Occluders,
+    grid: &Grid,
+    values: &DenseValues,
+    segment: &Segment,
+) -> Option<bool> {
+    // Null-one speaks of the side that faces the light; the other side of a curved shape is dark by
+    // its own rule, which needs no voxel.
+    if occluders.own_rule_blocks(segment) {
+        return Some(true);
+    }
+    if !grid.can_walk(segment) {
+        return None;
+    }
+    let voxel = grid.layout.voxel_holding(segment.origin())?;
+    let voxel = grid.layout.index(voxel);
+    let value = values.get(voxel);
+    let surfaces = grid.surfaces(voxel);
+    match segment.start().surface {
+        None => value.of_any_point(!surfaces.is_empty()),
+        Some(own) => value.of_surface_point().filter(|_| {
+            // A start that is not on its surface is not what the values speak of.
+            let own = occluders.element_of(own);
+            surfaces
+                .iter()
+                .any(|&surface| occluders.element_of(surface) == own)
+        }),
+    }
 }

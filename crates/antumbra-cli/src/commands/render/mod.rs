@@ -122,7 +122,7 @@ fn prepared(
         scene: prepare::scene_bytes(&scene),
         surfaces: prepare::surface_bytes(&scene),
         picture: meant.picture_bytes,
-        index: 0,
+        ..Need::default()
     };
     need.check(meant.memory_limit)?;
     let gathered = Gathered::of(&scene)?;
