@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra::{
     AnyHit, Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Decided,
-    GridResolution, Method, RayMethod, Refinement, Shadow, ShadowIndex,
+    GridResolution, Method, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
@@ -108,6 +108,7 @@ fn builder_of(occluders: &Arc<Occluders>, method: Method) -> antumbra::Builder {
         short_list: 2,
         space_list: 4,
         long_list: 8,
+        refine: Refine::Eager,
         ..Refinement::default()
     };
     ShadowIndex::builder(Arc::clone(occluders), lamps())
@@ -660,6 +661,7 @@ fn own_rays_answer_what_values_do_not_know() {
             short_list: 0,
             space_list: 0,
             long_list: 0,
+            refine: Refine::Eager,
             ..Refinement::default()
         };
         let bare = builder_of(&occluders, method).refinement(refinement);
