@@ -349,7 +349,7 @@ impl AdaptiveValues {
             Refine::Asked => LOOK_PRICE + 1,
             Refine::Lazy | Refine::Eager => price_of(cost(QUICK_NS, candidates.triangles.len())),
         };
-        store.write_one(&decision, price)
+        store.write_one(&decision, price, |list| refiner.casters.side_by_side(list))
     }
 
     /// Makes a brick in place of a cell; `None` if there is no room.
@@ -380,7 +380,11 @@ impl AdaptiveValues {
                 price_below(&decisions, costs, candidates.count())
             }
         };
-        store.write(&decisions, price)
+        store.write(&decisions, price, |list| {
+            (care == Care::Quick)
+                .then(|| casters.side_by_side(list))
+                .flatten()
+        })
     }
 
     /// Adds what some queries of a light came to; makes the light's tables when they pay.
@@ -402,9 +406,11 @@ impl AdaptiveValues {
 
     /// Returns what a query of the list at a cell costs more than a value.
     pub(crate) fn cost_of_list(&self, store: &Store, place: u32) -> u64 {
-        const ENTRY_NS: u64 = 2;
+        const ENTRY_NS: u64 = 1;
         let list = read(store.word(place)).list();
-        list.map_or(0, |list| 4 + ENTRY_NS * store.list(list).len() as u64)
+        list.map_or(0, |list| {
+            4 + ENTRY_NS * store.list(list).surfaces.len() as u64
+        })
     }
 
     /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price

@@ -7,6 +7,7 @@
 use std::sync::atomic::AtomicU64;
 
 use super::arena::Arena;
+use super::forms::EightForms;
 use super::lattice::{Cell, Code, Lattice};
 use super::links::{Link, read};
 use super::sync::{AtomicU32, Ordering};
@@ -38,8 +39,10 @@ pub(crate) type Decisions = [Decision; 64];
 
 /// Words of a brick before its links.
 const PLANES: usize = 4;
-/// Words of a list before its entries: their number, and what its use has cost.
-const LIST_HEAD: usize = 2;
+/// Words of a list before its entries: their number, what its use has cost, and where their forms are.
+const LIST_HEAD: usize = 3;
+/// In place of a number of forms.
+const NO_FORMS: u32 = u32::MAX;
 
 /// The values and lists of all lights, as far as they are made.
 #[derive(Debug)]
@@ -47,7 +50,18 @@ pub(crate) struct Store {
     arena: Arena,
     /// Where the root tables lie, for each light and audience.
     roots: Vec<[u32; 3]>,
+    /// The forms of lists that want them side by side.
+    forms: boxcar::Vec<Box<[EightForms]>>,
     list_words: AtomicU64,
+}
+
+/// A list at hand.
+#[derive(Clone, Copy)]
+pub(crate) struct List<'a> {
+    /// The surfaces that may block.
+    pub(crate) surfaces: &'a [AtomicU32],
+    /// Their forms, eight at a time, if they are kept with the list.
+    pub(crate) forms: Option<&'a [EightForms]>,
 }
 
 impl Store {
@@ -79,6 +93,7 @@ impl Store {
         Some(Self {
             arena,
             roots,
+            forms: boxcar::Vec::new(),
             list_words: AtomicU64::new(0),
         })
     }
@@ -99,12 +114,19 @@ impl Store {
         &self.arena.words()[place as usize]
     }
 
-    /// Returns the words of a list's entries.
+    /// Returns a list.
     #[inline(always)]
-    pub(crate) fn list(&self, place: usize) -> &[AtomicU32] {
+    pub(crate) fn list(&self, place: usize) -> List<'_> {
         let words = &self.arena.words()[place..];
-        let length = words[0].load(Ordering::Relaxed) as usize;
-        &words[LIST_HEAD..LIST_HEAD + length]
+        let word = |at: usize| words[at].load(Ordering::Relaxed);
+        let length = word(0) as usize;
+        List {
+            surfaces: &words[LIST_HEAD..LIST_HEAD + length],
+            forms: match word(2) {
+                NO_FORMS => None,
+                number => self.forms.get(number as usize).map(|forms| &**forms),
+            },
+        }
     }
 
     /// Returns the place of the word that counts what using a list has cost.
@@ -112,9 +134,14 @@ impl Store {
         place as u32 + 1
     }
 
-    /// Writes the cells of a brick; finer cells of each have a price. Returns the link to it, `None` if
-    /// there is no more room.
-    pub(crate) fn write(&self, cells: &Decisions, price: u32) -> Option<Link> {
+    /// Writes the cells of a brick; finer cells of each have a price, and `forms_of` may want the forms of a
+    /// list's surfaces beside it. Returns the link to it, `None` if there is no more room.
+    pub(crate) fn write(
+        &self,
+        cells: &Decisions,
+        price: u32,
+        forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
+    ) -> Option<Link> {
         if let Some(link) = agreed(cells) {
             return Some(link);
         }
@@ -133,7 +160,7 @@ impl Store {
                     let at = match lists.iter().find(is_same) {
                         Some(&(_, _, at)) => at,
                         None => {
-                            let at = self.write_list(entries, *finer, price)?;
+                            let at = self.write_list(entries, *finer, price, &forms_of)?;
                             lists.push((entries, *finer, at));
                             at
                         }
@@ -155,29 +182,50 @@ impl Store {
     }
 
     /// Writes what was decided for one cell; finer cells have a price. `None` if there is no more room.
-    pub(crate) fn write_one(&self, decision: &Decision, price: u32) -> Option<Link> {
+    pub(crate) fn write_one(
+        &self,
+        decision: &Decision,
+        price: u32,
+        forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
+    ) -> Option<Link> {
         Some(match decision {
             Decision::Nobody => Link::LIT,
             Decision::Known(is_shadowed) => Link::known(*is_shadowed),
             Decision::Ray => Link::RAY,
             Decision::Pending => Link::pending(price),
             Decision::List(entries, finer) => {
-                Link::to_list(self.write_list(entries, *finer, price)?)
+                Link::to_list(self.write_list(entries, *finer, price, forms_of)?)
             }
         })
     }
 
-    fn write_list(&self, entries: &[u32], finer: Finer, price: u32) -> Option<u32> {
+    fn write_list(
+        &self,
+        entries: &[u32],
+        finer: Finer,
+        price: u32,
+        forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
+    ) -> Option<u32> {
         let count = LIST_HEAD + entries.len();
         let place = self.arena.take(count)?;
+        let mut taken = count.next_multiple_of(4);
+        let number = match forms_of(entries) {
+            Some(forms) => {
+                // They lie elsewhere, and count here.
+                let words = size_of_val(&*forms) / 4;
+                self.arena.take(words)?;
+                taken += words;
+                self.forms.push(forms) as u32
+            }
+            None => NO_FORMS,
+        };
         let counter = match finer {
             Finer::Perhaps => Link::pending(price),
             Finer::Never => Link::RAY,
         };
-        let head = [entries.len() as u32, counter.0];
+        let head = [entries.len() as u32, counter.0, number];
         self.arena
             .write(place, head.into_iter().chain(entries.iter().copied()));
-        let taken = count.next_multiple_of(4);
         self.list_words.fetch_add(taken as u64, Ordering::Relaxed);
         Some(place)
     }

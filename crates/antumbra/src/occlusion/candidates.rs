@@ -6,7 +6,7 @@
 
 use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Relation, Shaft, SurfaceId};
 
-use super::forms::{BOUND, Forms, Verdict};
+use super::forms::{BOUND, EightForms, Forms, Verdict};
 use super::tables::{Contour, CurvedCaster, NONE, Tables};
 use super::value::Audience;
 use crate::bvh::{Bvh, Region};
@@ -216,6 +216,17 @@ impl<'a> Casters<'a> {
                 Relation::Covers => kept.covering.push(number),
             }
         }
+    }
+
+    /// Returns the umbrae of some triangles side by side; not of few, nor where there are others among them.
+    pub(crate) fn side_by_side(&self, surfaces: &[u32]) -> Option<Box<[EightForms]>> {
+        const FEW: usize = 3;
+        let forms: Vec<Forms> = surfaces
+            .iter()
+            .map_while(|&surface| self.tables.umbra_forms(surface as usize).copied())
+            .collect();
+        let is_worth_it = forms.len() > FEW && forms.len() == surfaces.len();
+        is_worth_it.then(|| forms.chunks(8).map(EightForms::new).collect())
     }
 
     /// Returns the middle of a box in the frame, and half its size, a little larger.

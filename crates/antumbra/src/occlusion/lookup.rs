@@ -9,7 +9,7 @@ use fearless_simd::{Simd, dispatch};
 use super::adaptive::AdaptiveValues;
 use super::balls::OnBall;
 use super::bricks::{Finder, Leaf, Store};
-use super::forms::Verdict;
+use super::forms::{EightForms, Verdict};
 use super::lattice::{Code, Lattice};
 use super::links::Link;
 use super::sync::{AtomicU32, Ordering};
@@ -343,7 +343,11 @@ impl<S: Simd> Lookup<'_, S> {
         let Some(list) = link.list() else {
             return Found::NOTHING;
         };
-        let entries = self.store.list(list);
+        let list = self.store.list(list);
+        let entries = list.surfaces;
+        if let Some(forms) = list.forms {
+            return self.find_side_by_side(entries, forms, start, point, x);
+        }
         let mut is_in_doubt = false;
         for entry in entries {
             let surface = SurfaceId(entry.load(Ordering::Relaxed));
@@ -369,6 +373,36 @@ impl<S: Simd> Lookup<'_, S> {
                 return Found::by_list(true);
             }
             is_in_doubt = true;
+        }
+        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
+    }
+
+    /// The same for triangles whose forms lie side by side.
+    #[inline(always)]
+    fn find_side_by_side(
+        &self,
+        entries: &[AtomicU32],
+        forms: &[EightForms],
+        start: &Start,
+        point: DVec3,
+        x: [f32; 3],
+    ) -> Found {
+        let mut is_in_doubt = false;
+        for (entries, forms) in entries.chunks(8).zip(forms) {
+            let (mut possible, sure) = forms.verdicts(self.simd, x);
+            while possible != 0 {
+                let lane = possible.trailing_zeros();
+                possible &= possible - 1;
+                let surface = SurfaceId(entries[lane as usize].load(Ordering::Relaxed));
+                let is_flat_with = |own| self.tables.are_in_one_plane(own, surface);
+                if start.surface.is_some_and(is_flat_with) {
+                    continue;
+                }
+                if sure >> lane & 1 != 0 && self.occluders.is_opaque_everywhere(surface) {
+                    return Found::by_list(true);
+                }
+                is_in_doubt = true;
+            }
         }
         Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
     }
