@@ -590,7 +590,7 @@ mod tests {
             let [s, t] = [random.real(-0.1, 1.1), random.real(-0.1, 1.1)];
             let [a, b, c] = corners;
             let mut point = a + s * (b - a) + t * (c - a);
-            let nudge = random.pick(&[0.0, 0.2, 0.45, 0.55, 1.0, 2.0, 5.0]);
+            let nudge = random.pick(&[0.0, 0.1, 0.2, 0.3, 0.55, 1.0, 2.0, 5.0]);
             point[axis] += nudge * START_ROOM / frame.scale;
             let x = frame.point_in_frame(point);
             if x.abs().max_element() > 1.0 {
