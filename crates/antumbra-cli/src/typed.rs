@@ -383,11 +383,11 @@ pub(crate) enum Up {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shadows {
     /// Voxel occlusion testing as published in 1990
-    #[default]
     #[value(name = "voxel-1990")]
     Voxel1990,
-    /// Exact values on any mesh, in voxels refined where surfaces are; lists of the few possible
-    /// blockers; rays for the rest
+    /// Exact values on any mesh, in voxels refined where it pays; lists of the few possible blockers;
+    /// rays for the rest
+    #[default]
     Voxel,
     /// A walk through the uniform grid for each query
     Grid,

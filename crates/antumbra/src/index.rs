@@ -15,10 +15,10 @@ use crate::shadow::{self, ByVoxel};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// Voxel occlusion testing as published in 1990.
-    #[default]
     Voxel1990,
     /// Values that are exact on meshes, in voxels refined where surfaces are; blocker lists; rays for
     /// the rest.
+    #[default]
     Voxel,
     /// A walk through the uniform grid for each query.
     Grid,
@@ -697,13 +697,6 @@ impl ShadowIndex {
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }
-    }
-
-    #[doc(hidden)]
-    pub fn lazy_report(&self) -> String {
-        self.adaptive
-            .as_ref()
-            .map_or_else(String::new, AdaptiveValues::report)
     }
 
     /// Returns how often the values of [`Method::Voxel`] were thrown away because they took all memory that they

@@ -572,10 +572,6 @@ impl AdaptiveValues {
             + self.tables.get().map_or(0, SceneTables::bytes)
     }
 
-    pub(crate) fn report(&self) -> String {
-        format!("{:?}", self.lights[0].budget)
-    }
-
     /// Returns how often a full store was dropped.
     pub(crate) fn evictions(&self) -> u64 {
         self.evictions.load(Ordering::Relaxed)

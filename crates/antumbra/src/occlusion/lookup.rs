@@ -101,6 +101,24 @@ impl AdaptiveValues {
         })
     }
 
+    /// Finds what is known of one start, and where the link of its cell stands; 0 where that does not
+    /// matter.
+    #[inline]
+    pub(crate) fn find_one(
+        &self,
+        store: &Store,
+        occluders: &Occluders,
+        start: &Start,
+        light: usize,
+    ) -> (Found, u32) {
+        let Some(tables) = self.tables(occluders, light) else {
+            return (Found::NOTHING, 0);
+        };
+        dispatch!(self.level, simd => {
+            Lookup { simd, values: self, number: light, tables, store, occluders }.find_one(start)
+        })
+    }
+
     /// How many keys there are.
     pub(crate) const KEYS: usize = 1 << KEY_BITS;
 
@@ -203,14 +221,37 @@ impl<S: Simd> Lookup<'_, S> {
         for (number, start) in starts.iter().enumerate() {
             let leaf = leaves[number];
             looked.places[number] = leaf.place;
-            looked.found[number] = match leaf.link.answer() {
-                Some(is_shadowed) => Found::by_value(is_shadowed),
-                None if audiences[number] == Asks::Doubt => self.find_off_surface(start),
-                None if leaf.link == Link::OUTSIDE => self.find_from_outside(start),
-                None => self.find_in_list(leaf.link, start, start.point, place(number)),
-            };
+            looked.found[number] = self.found(leaf, audiences[number], start, place(number));
         }
         looked
+    }
+
+    /// Finds what is known of one start, and where the link of its cell stands; 0 where that does not
+    /// matter.
+    #[inline(always)]
+    fn find_one(&self, start: &Start) -> (Found, u32) {
+        let x = self.values.narrow(start.point);
+        let asks = self.audience(start, x);
+        let leaf = match asks {
+            Asks::In(audience) => {
+                let lattice = &self.values.lattices[audience as usize];
+                self.finder(audience).find(lattice.code_of(self.simd, x))
+            }
+            Asks::OwnShadow => Leaf::of(true),
+            Asks::Doubt => Leaf::OUTSIDE,
+        };
+        (self.found(leaf, asks, start, x), leaf.place)
+    }
+
+    /// Returns what a leaf tells of a start.
+    #[inline(always)]
+    fn found(&self, leaf: Leaf, asks: Asks, start: &Start, x: [f32; 3]) -> Found {
+        match leaf.link.answer() {
+            Some(is_shadowed) => Found::by_value(is_shadowed),
+            None if asks == Asks::Doubt => self.find_off_surface(start),
+            None if leaf.link == Link::OUTSIDE => self.find_from_outside(start),
+            None => self.find_in_list(leaf.link, start, start.point, x),
+        }
     }
 
     #[inline(always)]

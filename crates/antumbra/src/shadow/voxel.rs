@@ -242,13 +242,9 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
         is_sampled: bool,
         counters: &mut Counters,
     ) -> Answer {
-        let looked = self.values.find(
-            store,
-            self.occluders,
-            std::slice::from_ref(start),
-            self.light_number,
-        );
-        let (found, place) = (looked.found[0], looked.places[0]);
+        let (found, place) = self
+            .values
+            .find_one(store, self.occluders, start, self.light_number);
         if found.is_nothing() {
             let (is_blocked, _) = self.is_blocked_at(store, start, place, weight, counters);
             Answer::new(is_blocked, Decided::Ray)
