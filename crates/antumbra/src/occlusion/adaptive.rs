@@ -151,6 +151,11 @@ impl AdaptiveValues {
         self.refine != Refine::Eager && self.is_refining.load(Ordering::Relaxed)
     }
 
+    /// Returns whether nothing waits until it pays.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.refine == Refine::Asked
+    }
+
     /// Drops all that queries have made.
     pub(crate) fn forget(&mut self) {
         if self.refine == Refine::Eager {
@@ -563,11 +568,15 @@ impl AdaptiveValues {
         self.store().map_or(0, |store| store.bytes().0)
     }
 
+    /// Returns the bytes of lists.
+    pub(crate) fn list_bytes(&self) -> u64 {
+        self.store().map_or(0, |store| store.bytes().1)
+    }
+
     /// Returns the bytes of lists and tables.
     pub(crate) fn table_bytes(&self) -> u64 {
-        let lists = self.store().map_or(0, |store| store.bytes().1);
         let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
-        lists
+        self.list_bytes()
             + of_lights.map(LightTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)
     }

@@ -236,12 +236,11 @@ impl Store {
 
     /// Returns the places and numbers of a brick's links whose cells may have finer ones.
     pub(crate) fn unfinished(&self, brick: usize) -> Vec<(u32, u32)> {
-        let values = values_of(&self.arena.words()[brick..]);
         let mut links = Vec::new();
         for number in 0..64 {
-            if values.get(number) == Occlusion::Complicated {
-                let at = brick + PLANES + values.undecided_before(number);
-                links.push((at as u32, number));
+            let (value, before) = value_of(&self.arena.words()[brick..], number);
+            if value == Occlusion::Complicated {
+                links.push(((brick + PLANES + before) as u32, number));
             }
         }
         links
@@ -317,11 +316,11 @@ impl Finder<'_> {
         let mut shift = self.brick_shift;
         while let Some(brick) = link.brick() {
             let number = code.place_in_brick(shift);
-            let values = values_of(&self.words[brick..]);
-            if let Some(is_shadowed) = values.get(number).of_surface_point() {
+            let (value, before) = value_of(&self.words[brick..], number);
+            if let Some(is_shadowed) = value.of_surface_point() {
                 return Leaf::of(is_shadowed);
             }
-            place = brick + PLANES + values.undecided_before(number);
+            place = brick + PLANES + before;
             link = read(&self.words[place]);
             shift = shift.wrapping_sub(6);
         }
@@ -345,22 +344,22 @@ impl Finder<'_> {
         while let Some(brick) = link.brick() {
             level += 2;
             let number = code.place_in_brick(shift);
-            let values = values_of(&self.words[brick..]);
-            if values.get(number).of_surface_point().is_some() {
+            let (value, before) = value_of(&self.words[brick..], number);
+            if value.of_surface_point().is_some() {
                 break;
             }
-            link = read(&self.words[brick + PLANES + values.undecided_before(number)]);
+            link = read(&self.words[brick + PLANES + before]);
             shift = shift.wrapping_sub(6);
         }
         level
     }
 }
 
-/// Returns the values of the brick whose words these are.
+/// Returns the value of a cell of the brick whose words these are, and how many links there are before its.
 #[inline(always)]
-fn values_of(brick: &[AtomicU32]) -> Values64 {
+fn value_of(brick: &[AtomicU32], number: u32) -> (Occlusion, usize) {
     let planes = &brick[..PLANES];
-    Values64::from_words([0, 1, 2, 3].map(|at| planes[at].load(Ordering::Relaxed)))
+    Values64::read(number, |word| planes[word].load(Ordering::Relaxed))
 }
 
 /// Returns a cell of a brick's from its number.

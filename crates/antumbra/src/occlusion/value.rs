@@ -87,28 +87,11 @@ pub(crate) struct Values64 {
 }
 
 impl Values64 {
-    #[inline(always)]
-    pub(crate) fn get(&self, place: u32) -> Occlusion {
-        let (low, high) = (self.low >> place & 1 != 0, self.high >> place & 1 != 0);
-        match (high, low) {
-            (false, false) => Occlusion::Null,
-            (false, true) => Occlusion::Full,
-            (true, false) => Occlusion::Complicated,
-            (true, true) => Occlusion::Listed,
-        }
-    }
-
     pub(crate) fn set(&mut self, place: u32, value: Occlusion) {
         let bits = value.bits();
         let put = |plane: u64, bit: u8| plane & !(1 << place) | u64::from(bit & 1) << place;
         self.low = put(self.low, bits);
         self.high = put(self.high, bits >> 1);
-    }
-
-    /// Returns how many of the values before `place` are complicated or listed.
-    #[inline(always)]
-    pub(crate) fn undecided_before(&self, place: u32) -> usize {
-        (self.high & ((1 << place) - 1)).count_ones() as usize
     }
 
     /// Returns the planes in words, the lower values first.
@@ -122,14 +105,16 @@ impl Values64 {
         ]
     }
 
-    /// Takes the planes from words.
+    /// Reads one value from the planes' words, and how many before it are complicated or listed.
     #[inline(always)]
-    pub(crate) fn from_words(words: [u32; 4]) -> Self {
-        let wide = |at: usize| u64::from(words[at]) | u64::from(words[at + 1]) << 32;
-        Self {
-            low: wide(0),
-            high: wide(2),
-        }
+    pub(crate) fn read(place: u32, word: impl Fn(usize) -> u32) -> (Occlusion, usize) {
+        let (half, bit) = ((place >> 5) as usize, place & 31);
+        let (low, high) = (word(half), word(2 + half));
+        let bits = low >> bit & 1 | (high >> bit & 1) << 1;
+        // All of the lower half, if the value is in the upper.
+        let lower = word(2) & 0_u32.wrapping_sub(half as u32);
+        let before = (high & ((1 << bit) - 1)).count_ones() + lower.count_ones();
+        (Occlusion::from_bits(bits as u8), before as usize)
     }
 }
 
@@ -160,12 +145,12 @@ mod tests {
             values.set(place, Occlusion::Listed);
             values.set(place, value(place));
         }
-        assert_eq!(Values64::from_words(values.words()), values);
+        let words = values.words();
         let mut undecided = 0;
         for place in 0..64 {
-            assert_eq!(values.get(place), value(place));
-            assert_eq!(values.undecided_before(place), undecided);
-            undecided += usize::from(value(place).of_surface_point().is_none());
+            let (read, before) = Values64::read(place, |word| words[word]);
+            assert_eq!((read, before), (value(place), undecided));
+            undecided += usize::from(read.of_surface_point().is_none());
         }
     }
 }

@@ -16,11 +16,19 @@ const FEWEST: usize = 1 << 12;
 /// Pairs of neighbours that are looked at.
 const PAIRS: usize = 64;
 
+/// Smaller stores are in the caches anyway.
+const SMALLEST_STORE: u64 = 32 << 20;
+
 /// Returns whether so many neighbours in a batch lie apart that it is worth putting in order.
 pub(super) fn is_scattered(values: &AdaptiveValues, starts: &[Start]) -> bool {
-    if starts.len() < FEWEST {
-        return false;
-    }
+    let is_large = || values.value_bytes() + values.list_bytes() >= SMALLEST_STORE;
+    // Tests want it at once.
+    starts.len() >= FEWEST
+        && (values.is_asked() || is_large())
+        && are_neighbours_apart(values, starts)
+}
+
+fn are_neighbours_apart(values: &AdaptiveValues, starts: &[Start]) -> bool {
     let step = starts.len() / PAIRS;
     let mut keys = [0; 2];
     let are_apart = |pair: &usize| {
