@@ -98,16 +98,23 @@ fn in_all_orders(preemptions: Option<usize>, run: impl Fn() + Sync + Send + 'sta
 
 #[test]
 fn who_reads_a_link_sees_what_was_written_before() {
-    in_all_orders(None, || {
+    let found_count = std::sync::Arc::new(Outside::new(0));
+    let found = std::sync::Arc::clone(&found_count);
+    in_all_orders(None, move || {
         let memory = Memory::new(Link::pending(PRICE));
         let other = Arc::clone(&memory);
-        let maker = thread::spawn(move || other.query(PLACES[0], 4));
-        if let Some(place) = read(memory.link()).brick() {
-            memory.check(place);
-        }
-        maker.join().unwrap();
+        let reader = thread::spawn(move || {
+            let link = read(other.link());
+            if let Some(place) = link.brick() {
+                other.check(place);
+            }
+            link.brick().is_some()
+        });
+        memory.query(PLACES[0], 4);
+        found.fetch_add(reader.join().unwrap().into(), RELAXED);
         assert_eq!(read(memory.link()), Link::to_brick(PLACES[0] as u32));
     });
+    assert!(found_count.load(RELAXED) > 0, "nobody read in time");
 }
 
 #[test]
