@@ -347,7 +347,7 @@ mod tests {
             let cell_count = 10;
             let worth = market.cell * cell_count + market.tables;
             // Rays that cost many times what values do.
-            let count = 50 * worth / market.ray;
+            let count = 50 * worth / market.ray + 40 * NOTED as u64;
             let outcome = trade(market, (0..count).map(|number| number % cell_count));
             assert_eq!(outcome.bought, cell_count, "{market:?} {outcome:?}");
             assert!(
