@@ -1,6 +1,7 @@
 //! Drives the real `antumbra` program.
 
 mod attack;
+mod lazy;
 mod outputs;
 mod query;
 mod support;

@@ -134,3 +134,181 @@ fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
     }
     (is_met, is_near)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use antumbra_geometry::{Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start};
+
+    use super::*;
+    use crate::occlusion::testing::Random;
+
+    /// Triangles of all sizes, balls, cones and disks in a box, some of them flat along an axis.
+    fn scene(random: &mut Random) -> Occluders {
+        let within = random.scene();
+        let size = within.size().max_element();
+        let mut builder = Occluders::builder();
+        for _ in 0..1 + random.below(120) {
+            let middle = random.in_box(&within);
+            let reach = size * random.pick(&[1e-6, 0.01, 0.05, 0.3]);
+            let flat = random.below(6);
+            let corners = [(); 3].map(|()| {
+                let mut corner = middle + reach * random.of_cube();
+                if flat < 3 {
+                    corner[flat] = middle[flat];
+                }
+                corner
+            });
+            let opacity = random.pick(&[Opacity::Opaque, Opacity::Opaque, Opacity::Transparent]);
+            // Some have no area.
+            let added = match random.below(8) {
+                0 => builder.add_sphere(
+                    Sphere {
+                        center: middle,
+                        radius: reach,
+                    },
+                    opacity,
+                ),
+                1 => builder.add_cone(
+                    Cone {
+                        base: middle,
+                        base_radius: 0.3 * reach,
+                        apex: corners[0],
+                        apex_radius: 0.1 * reach,
+                        is_closed: flat == 0,
+                    },
+                    opacity,
+                ),
+                2 => builder.add_disk(
+                    Disk {
+                        center: middle,
+                        normal: random.in_cube(),
+                        radius: reach,
+                    },
+                    opacity,
+                ),
+                _ => builder.add_face(&corners, opacity),
+            };
+            drop(added);
+        }
+        builder.build()
+    }
+
+    /// A part of a scene's box, as cells are.
+    fn part(bounds: &Bounds, random: &mut Random) -> Bounds {
+        let center = random.in_box(bounds);
+        let half = bounds.size().max_element() * random.pick(&[0.3, 0.05, 0.01, 0.001]);
+        Bounds {
+            min: center,
+            max: center,
+        }
+        .inflated(DVec3::splat(half))
+    }
+
+    #[test]
+    fn nothing_that_meets_a_shaft_is_left_out() {
+        let random = &mut Random(1);
+        let (mut visited_count, mut all_count) = (0, 0);
+        let (mut in_shaft_count, mut near_count, mut blocked_count) = (0, 0, 0);
+        for _ in 0..150 {
+            let occluders = scene(random);
+            if occluders.surface_count() == 0 {
+                continue;
+            }
+            let bvh = Bvh::build(&occluders);
+            let scene = occluders.bounds();
+            for _ in 0..12 {
+                let bounds = part(&scene, random);
+                // Around the box, far away, at infinity, and in the box.
+                let light = match random.below(5) {
+                    0 => LightShape::Point(random.in_box(&bounds)),
+                    _ => random.light(&scene),
+                };
+                let shaft = Shaft::new(bounds, light);
+                let region = Region::new(&bvh.frame, &shaft, &bounds);
+                let mut visited = HashMap::new();
+                bvh.cull(&region, |surface, is_near| {
+                    let before = visited.insert(surface, is_near);
+                    assert_eq!(before, None, "{surface:?} is visited twice");
+                });
+                let label = || format!("{bounds:?} {light:?}");
+                for surface in occluders.surfaces() {
+                    let corners = occluders.triangle_positions(surface);
+                    if corners.is_some_and(|corners| !shaft.misses_triangle(&corners)) {
+                        in_shaft_count += 1;
+                        assert!(visited.contains_key(&surface), "{} {surface:?}", label());
+                    }
+                    if occluders.surface_bounds(surface).overlaps(&bounds) {
+                        near_count += 1;
+                        assert_eq!(visited.get(&surface), Some(&true), "{}", label());
+                    }
+                }
+                for _ in 0..8 {
+                    let start = Start {
+                        point: bounds.center() + 0.5 * bounds.size() * random.of_cube(),
+                        surface: None,
+                    };
+                    let segment = occluders.segment(&start, &light);
+                    for surface in occluders.surfaces() {
+                        if occluders.blocks(surface, &segment) {
+                            blocked_count += 1;
+                            let is_visited = visited.contains_key(&surface);
+                            assert!(is_visited, "{} {start:?} {surface:?}", label());
+                        }
+                    }
+                }
+                visited_count += visited.len();
+                all_count += occluders.surface_count();
+            }
+        }
+        assert!(
+            in_shaft_count > 5_000 && near_count > 2_000 && blocked_count > 2_000,
+            "{in_shaft_count} {near_count} {blocked_count}"
+        );
+        assert!(2 * visited_count < all_count, "{visited_count} {all_count}");
+    }
+
+    /// What `Region::misses` says of a hull must hold for all that it holds.
+    #[test]
+    fn hulls_that_are_said_to_miss_a_shaft_block_nothing_there() {
+        let random = &mut Random(2);
+        let (mut missed_count, mut met_count) = (0, 0);
+        for _ in 0..150 {
+            let occluders = scene(random);
+            if occluders.surface_count() == 0 {
+                continue;
+            }
+            let frame = Frame::new(occluders.bounds());
+            for _ in 0..6 {
+                let bounds = part(&occluders.bounds(), random);
+                let light = random.light(&occluders.bounds());
+                let region = Region::new(&frame, &Shaft::new(bounds, light), &bounds);
+                let starts = [(); 8].map(|()| Start {
+                    point: bounds.center() + 0.5 * bounds.size() * random.of_cube(),
+                    surface: None,
+                });
+                let segments = starts.map(|start| occluders.segment(&start, &light));
+                for surface in occluders.surfaces() {
+                    let Some(corners) = occluders.triangle_positions(surface) else {
+                        continue;
+                    };
+                    let corners = corners
+                        .map(|corner| frame.point_in_frame(corner).to_array().map(|x| x as f32));
+                    if region.misses(corners.into_iter()) {
+                        missed_count += 1;
+                        for segment in &segments {
+                            assert!(!occluders.blocks(surface, segment), "{bounds:?} {light:?}");
+                        }
+                    } else {
+                        met_count += 1;
+                    }
+                }
+            }
+        }
+        assert!(
+            missed_count > 10_000 && met_count > 2_000,
+            "{missed_count} {met_count}"
+        );
+    }
+}

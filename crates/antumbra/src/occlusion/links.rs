@@ -141,3 +141,53 @@ pub(crate) fn claim(link: &AtomicU32) -> Option<Link> {
 pub(crate) fn publish(link: &AtomicU32, known: Link) {
     link.store(known.0, Ordering::Release);
 }
+
+// `tests/publication.rs` runs these, too, with atomics that are no use outside its models.
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_say_one_thing() {
+        for place in [1, 4, 1 << 20, Link::LARGEST_PLACE] {
+            let (brick, list) = (Link::to_brick(place), Link::to_list(place));
+            assert_eq!(brick.brick(), Some(place as usize));
+            assert_eq!(list.list(), Some(place as usize));
+            assert_eq!((brick.list(), list.brick()), (None, None));
+            for link in [brick, list] {
+                assert!(!link.is_pending() && link.answer().is_none(), "{link:?}");
+            }
+        }
+        let answers = [
+            (Link::LIT, Some(false)),
+            (Link::SHADOWED, Some(true)),
+            (Link::RAY, None),
+            (Link::OUTSIDE, None),
+        ];
+        for (link, answer) in answers {
+            assert_eq!(link.answer(), answer, "{link:?}");
+            assert!(!link.is_pending(), "{link:?}");
+            assert_eq!((link.brick(), link.list()), (None, None), "{link:?}");
+            let same = answers.iter().filter(|(other, _)| *other == link);
+            assert_eq!(same.count(), 1, "{link:?}");
+        }
+        assert_eq!([true, false].map(Link::known), [Link::SHADOWED, Link::LIT]);
+    }
+
+    #[test]
+    fn pending_links_keep_their_price_whatever_was_paid() {
+        for price in 0..40 {
+            let link = Link::pending(price);
+            for cost in [0, 1, COST] {
+                for busy in [0, BUSY] {
+                    let link = Link(link.0 | cost | busy);
+                    assert_eq!(link.price(), price.min(LARGEST_PRICE), "{link:?}");
+                    assert!(link.is_pending(), "{link:?}");
+                    assert_eq!(link.is_free(), busy == 0, "{link:?}");
+                    assert_eq!((link.brick(), link.list()), (None, None), "{link:?}");
+                    assert_eq!(link.answer(), None, "{link:?}");
+                }
+            }
+        }
+    }
+}

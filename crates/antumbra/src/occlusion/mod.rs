@@ -23,7 +23,7 @@ mod store;
 mod sync;
 mod tables;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod value;
 
 pub(crate) use adaptive::{AdaptiveValues, Making, Scene};

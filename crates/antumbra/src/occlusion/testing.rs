@@ -1,12 +1,12 @@
-//! What the tests of this folder draw from.
+//! What tests draw from.
 
 use antumbra_geometry::{Bounds, DVec3, LightShape};
 
 /// SplitMix64: enough for tests, the same everywhere.
-pub(super) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub(super) fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -14,25 +14,25 @@ impl Random {
     }
 
     /// A number of `low..high`.
-    pub(super) fn real(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn real(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
     }
 
-    pub(super) fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.bits() % count as u64) as usize
     }
 
-    pub(super) fn pick<T: Copy>(&mut self, items: &[T]) -> T {
+    pub(crate) fn pick<T: Copy>(&mut self, items: &[T]) -> T {
         items[self.below(items.len())]
     }
 
     /// A point of `[-1, 1]^3`.
-    pub(super) fn in_cube(&mut self) -> DVec3 {
+    pub(crate) fn in_cube(&mut self) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| self.real(-1.0, 1.0)))
     }
 
     /// A corner of `[-1, 1]^3`, or any point of it.
-    pub(super) fn of_cube(&mut self) -> DVec3 {
+    pub(crate) fn of_cube(&mut self) -> DVec3 {
         let inside = self.in_cube();
         if self.below(2) == 0 {
             inside.signum()
@@ -42,12 +42,12 @@ impl Random {
     }
 
     /// A point of a box.
-    pub(super) fn in_box(&mut self, bounds: &Bounds) -> DVec3 {
+    pub(crate) fn in_box(&mut self, bounds: &Bounds) -> DVec3 {
         bounds.center() + 0.5 * bounds.size() * self.in_cube()
     }
 
     /// A light around a box, in it, far away or at infinity.
-    pub(super) fn light(&mut self, bounds: &Bounds) -> LightShape {
+    pub(crate) fn light(&mut self, bounds: &Bounds) -> LightShape {
         let size = bounds.size().max_element();
         match self.below(4) {
             0 => LightShape::Direction(self.in_cube()),
@@ -58,7 +58,7 @@ impl Random {
     }
 
     /// The box of a scene: of any size, somewhere, often much longer than wide.
-    pub(super) fn scene(&mut self) -> Bounds {
+    pub(crate) fn scene(&mut self) -> Bounds {
         let size = 2f64.powf(self.real(-9.0, 9.0));
         let center = size * self.pick(&[0.0, 1.0, 100.0]) * self.in_cube();
         let half = DVec3::from_array(std::array::from_fn(|_| size * self.pick(&[1.0, 0.7, 0.01])));

@@ -78,3 +78,138 @@ impl Order {
         &self.numbers
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere};
+
+    use super::*;
+    use crate::Refine;
+    use crate::bvh::Bvh;
+    use crate::occlusion::testing::Random;
+    use crate::occlusion::{Depth, Making};
+
+    fn values() -> AdaptiveValues {
+        let mut builder = Occluders::builder();
+        let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+        let floor = floor.map(|(x, y)| DVec3::new(x, y, 0.0));
+        builder.add_face(&floor, Opacity::Opaque).expect("a face");
+        let ball = Sphere {
+            center: DVec3::new(0.0, 0.0, 3.0),
+            radius: 1.0,
+        };
+        builder.add_sphere(ball, Opacity::Opaque).expect("a sphere");
+        let occluders = builder.build();
+        let making = Making {
+            depth: Depth {
+                surfaces: 6,
+                space: 5,
+                short_list: 1,
+                space_list: 8,
+                early_list: 12,
+                long_list: 32,
+            },
+            refine: Refine::Lazy,
+            most_bytes: 1 << 20,
+        };
+        let lights = [LightShape::Direction(DVec3::Z)];
+        AdaptiveValues::new(&occluders, &Bvh::build(&occluders), &lights, &making)
+    }
+
+    /// Starts row by row over the floor, as a picture asks them.
+    fn rows(count: usize) -> Vec<Start> {
+        let width = (count as f64).sqrt().ceil() as usize;
+        let place = |number: usize| 8.0 * (number as f64 + 0.5) / width as f64 - 4.0;
+        (0..count)
+            .map(|number| Start {
+                point: DVec3::new(place(number % width), place(number / width), 0.0),
+                surface: None,
+            })
+            .collect()
+    }
+
+    fn shuffle(starts: &mut [Start], random: &mut Random) {
+        for number in (1..starts.len()).rev() {
+            starts.swap(number, random.below(number + 1));
+        }
+    }
+
+    #[test]
+    fn starts_are_put_in_order_of_their_keys() {
+        let values = values();
+        let random = &mut Random(1);
+        // One order for windows of all lengths: what is left of one must not touch the next.
+        let mut order = Order::new();
+        for count in [1, 0, 31, 5_000, 33, WINDOW, 1_000] {
+            let mut starts = rows(count);
+            shuffle(&mut starts, random);
+            // Outside all cells, on one point, and no starts at all.
+            for start in &mut starts {
+                match random.below(20) {
+                    0 => start.point = 100.0 * random.in_cube(),
+                    1 => start.point = DVec3::ONE,
+                    2 => start.point.x = random.pick(&[f64::NAN, f64::INFINITY, -1e300]),
+                    _ => {}
+                }
+            }
+            let mut keys = vec![0; count];
+            values.keys(&starts, &mut keys);
+            let numbers = order.of(&values, &starts);
+            // A stable sort gives one permutation.
+            let mut expected: Vec<u32> = (0..count as u32).collect();
+            expected.sort_by_key(|&number| keys[number as usize]);
+            assert_eq!(numbers, expected);
+            if count >= 1_000 {
+                keys.sort_unstable();
+                keys.dedup();
+                assert!(keys.len() > 50, "{} keys", keys.len());
+            }
+        }
+    }
+
+    #[test]
+    fn neighbours_share_a_key_alone_and_in_company() {
+        let values = values();
+        let random = &mut Random(2);
+        let mut starts = rows(2_000);
+        shuffle(&mut starts, random);
+        let mut together = vec![0; starts.len()];
+        values.keys(&starts, &mut together);
+        for (start, expected) in starts.iter().zip(together) {
+            let mut alone = [0];
+            values.keys(std::slice::from_ref(start), &mut alone);
+            assert_eq!(alone, [expected]);
+            assert!(usize::from(expected) < AdaptiveValues::KEYS);
+            // Keys change at planes alone, sixteen along an axis.
+            let beside = Start {
+                point: start.point + 1e-4 * random.in_cube(),
+                ..*start
+            };
+            values.keys(&[beside], &mut alone);
+            if alone != [expected] {
+                let cell = 8.0 / 16.0;
+                let to_plane = (start.point + 4.0) / cell;
+                let off = (to_plane - to_plane.round()).abs().min_element();
+                assert!(off < 0.01, "{start:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn shuffled_starts_are_told_from_rows() {
+        let values = values();
+        let random = &mut Random(3);
+        for count in [FEWEST, FEWEST + 63, 20_000, 300_000] {
+            let mut starts = rows(count);
+            assert!(!is_scattered(&values, &starts), "{count} in rows");
+            shuffle(&mut starts, random);
+            assert!(is_scattered(&values, &starts), "{count} shuffled");
+            let few = &starts[..FEWEST - 1];
+            assert!(!is_scattered(&values, few), "few are taken as they come");
+            let first = starts[0];
+            starts.fill(first);
+            assert!(!is_scattered(&values, &starts), "{count} times the same");
+        }
+        assert!(!is_scattered(&values, &[]));
+    }
+}
