@@ -98,10 +98,9 @@ pub(crate) struct IndexCost {
     #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
     pub(crate) lists: Option<[usize; 2]>,
 
-    /// When method voxel makes its values: while queries are answered, where it pays, or all before the first
-    /// query
-    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
-    pub(crate) refine: RefineWhen,
+    /// When method voxel makes its values [default: lazy; for verify and inspect eager]
+    #[arg(long, value_name = "WHEN", value_enum)]
+    pub(crate) refine: Option<RefineWhen>,
 
     /// Most memory for the values of method voxel, such as 64MiB, up to 4GiB; values that find no room are made
     /// again, and answers do not change [default: 256MiB]
@@ -110,18 +109,19 @@ pub(crate) struct IndexCost {
 }
 
 /// When method `voxel` makes its values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RefineWhen {
     /// While queries are answered, where it pays
-    #[default]
     Lazy,
+    /// While queries are answered, wherever they are, whether it pays or not
+    Asked,
     /// All before the first query
     Eager,
 }
 
 impl IndexCost {
     /// Returns how far method `voxel` refines its values.
-    pub(crate) fn refinement(&self) -> Refinement {
+    pub(crate) fn refinement(&self, usual: Refine) -> Refinement {
         let mut refinement = Refinement::default();
         if let Some(resolution) = self.resolution {
             refinement.resolution = resolution;
@@ -133,8 +133,10 @@ impl IndexCost {
             refinement.long_list = long;
         }
         refinement.refine = match self.refine {
-            RefineWhen::Lazy => Refine::Lazy,
-            RefineWhen::Eager => Refine::Eager,
+            None => usual,
+            Some(RefineWhen::Lazy) => Refine::Lazy,
+            Some(RefineWhen::Asked) => Refine::Asked,
+            Some(RefineWhen::Eager) => Refine::Eager,
         };
         if let Some(memory) = self.occlusion_memory {
             refinement.memory = memory;

@@ -1,6 +1,6 @@
 //! `antumbra inspect`: what a scene holds and what its index would cost.
 
-use antumbra::Method;
+use antumbra::{Method, Refine};
 use antumbra_geometry::{DVec3, Element, ElementKind, Opacity};
 use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
 use antumbra_scene::model::{LightKind, Scene};
@@ -27,7 +27,7 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     let options = |method| PrepareOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
-        refinement: typed.cost.refinement(),
+        refinement: typed.cost.refinement(Refine::Eager),
         memory_limit: limit,
         ..PrepareOptions::default()
     };

@@ -5,7 +5,7 @@
 
 mod arrays;
 
-use antumbra::{Batch, BatchCounters, BatchError, BatchKind, ShadowIndex};
+use antumbra::{Batch, BatchCounters, BatchError, BatchKind, Refine, ShadowIndex};
 use antumbra_render::aov::light_names;
 use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
@@ -214,7 +214,7 @@ fn index(
     let mut options = PrepareOptions {
         method: typed.shadows.method(),
         grid: typed.cost.grid.unwrap_or_default(),
-        refinement: typed.cost.refinement(),
+        refinement: typed.cost.refinement(Refine::Lazy),
         ..PrepareOptions::default()
     };
     need.index = gathered.predict_bytes(chosen.lights.len(), &options)?;

@@ -12,7 +12,7 @@ mod starts;
 mod surfaces;
 mod tally;
 
-use antumbra::{Counters, Method, Shadow, ShadowIndex};
+use antumbra::{Counters, Method, Refine, Shadow, ShadowIndex};
 use antumbra_geometry::Start;
 use antumbra_render::prepare::{Gathered, PrepareOptions};
 use antumbra_scene::model::Scene;
@@ -107,7 +107,7 @@ fn options(typed: &Verify, method: Method, memory_limit: u64) -> PrepareOptions 
     PrepareOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
-        refinement: typed.cost.refinement(),
+        refinement: typed.cost.refinement(Refine::Eager),
         memory_limit,
         ..PrepareOptions::default()
     }

@@ -166,6 +166,7 @@ impl AdaptiveValues {
             *light = LightValues::new(light.light, light.is_ordinary);
         }
         self.store.store(self.empty_store());
+        self.evictions = AtomicU64::new(0);
     }
 
     fn empty_store(&self) -> Option<Arc<Store>> {
@@ -496,12 +497,15 @@ impl AdaptiveValues {
             return 0;
         };
         let took = begin.elapsed_ns();
+        // First the cell, then the list's counter: who claims that again must see what came of it.
+        if let Some(made) = made {
+            store.publish(leaf.place, made);
+        }
         if counter != leaf.place || made.is_none() {
             publish(store.word(counter), Link::pending(claimed.price()));
         }
-        match made {
-            Some(made) => store.publish(leaf.place, made),
-            None => self.evict(store),
+        if made.is_none() {
+            self.evict(store);
         }
         took
     }
@@ -559,7 +563,7 @@ fn price_below(decisions: &[Decision; 64], costs: [u64; 2], candidate_count: usi
 
 /// Returns what a cell must have cost before so much is spent on it, as a power of two of units.
 fn price_of(ns: u64) -> u32 {
-    (ns / HASTE >> UNIT).max(1).ilog2() + 1
+    ((ns / HASTE) >> UNIT).max(1).ilog2() + 1
 }
 
 impl AdaptiveValues {

@@ -438,7 +438,7 @@ mod tests {
         written: &mut Written,
     ) {
         let decisions = decisions(random);
-        let link = store.write(&decisions, PRICE).expect("room");
+        let link = store.write(&decisions, PRICE, |_| None).expect("room");
         store.publish(place, link);
         if let Some(brick) = link.brick() {
             let unfinished = store.unfinished(brick);
@@ -485,7 +485,7 @@ mod tests {
             Decision::Pending => assert_eq!(link, Link::pending(price)),
             Decision::List(entries, finer) => {
                 let place = link.list().expect("a list");
-                let words = store.list(place).iter();
+                let words = store.list(place).surfaces.iter();
                 let found: Vec<u32> = words.map(|word| word.load(Ordering::Relaxed)).collect();
                 assert_eq!(found[..], entries[..]);
                 let counter = read(store.word(Store::list_counter(place)));
@@ -627,7 +627,7 @@ mod tests {
         let (store, _) = small_store(ROOM);
         let before = store.bytes();
         let brick = |store: &Store| {
-            let link = store.write(&cells, PRICE).expect("room");
+            let link = store.write(&cells, PRICE, |_| None).expect("room");
             link.brick().expect("a brick")
         };
         let first = brick(&store);
@@ -691,7 +691,7 @@ mod tests {
             0 => Decision::Known(true),
             _ => Decision::Pending,
         }));
-        let link = store.write(&pending, PRICE).expect("room");
+        let link = store.write(&pending, PRICE, |_| None).expect("room");
         store.publish(place, link);
         let links = store.unfinished(link.brick().expect("a brick"));
         // Until there is no room for the least brick, list or link.
@@ -699,17 +699,20 @@ mod tests {
         let mut kept = Vec::new();
         for _ in 0..2_000 {
             let decisions = decisions(random);
-            match store.write(&decisions, PRICE) {
+            match store.write(&decisions, PRICE, |_| None) {
                 Some(link) => kept.push((link, decisions)),
                 None => refused_count += 1,
             }
         }
         assert!(refused_count > 100 && kept.len() > 100);
         let long = Decision::List((0..10_000).collect(), Finer::Never);
-        assert_eq!(store.write_one(&long, PRICE), None);
-        assert_eq!(store.write(&pending, PRICE), None);
+        assert_eq!(store.write_one(&long, PRICE, |_| None), None);
+        assert_eq!(store.write(&pending, PRICE, |_| None), None);
         // Answers need no room.
-        assert_eq!(store.write_one(&Decision::Ray, PRICE), Some(Link::RAY));
+        assert_eq!(
+            store.write_one(&Decision::Ray, PRICE, |_| None),
+            Some(Link::RAY)
+        );
         assert_eq!(store.unfinished(link.brick().expect("a brick")), links);
         for (link, decisions) in kept {
             let Some(brick) = link.brick() else {
@@ -717,14 +720,13 @@ mod tests {
                 continue;
             };
             store.publish(place, link);
-            let values = values_of(&store.arena.words()[brick..]);
             for (number, decision) in decisions.iter().enumerate() {
                 let number = number as u32;
-                let known = values.get(number).of_surface_point();
-                let leaf = match known {
+                let (value, before) = value_of(&store.arena.words()[brick..], number);
+                let leaf = match value.of_surface_point() {
                     Some(is_shadowed) => Leaf::of(is_shadowed),
                     None => {
-                        let place = brick + PLANES + values.undecided_before(number);
+                        let place = brick + PLANES + before;
                         Leaf {
                             link: read(store.word(place as u32)),
                             place: place as u32,
@@ -749,7 +751,7 @@ mod tests {
         ];
         all.extend((0..20).map(|_| list(random)));
         for decision in all {
-            let link = store.write_one(&decision, PRICE).expect("room");
+            let link = store.write_one(&decision, PRICE, |_| None).expect("room");
             assert_says(&store, link, &decision, PRICE);
         }
     }

@@ -3,7 +3,9 @@
 //! In: what queries took, what rays alone would have taken, what making values took. Out: whether to look values
 //! up, and whether to make more. Invariant: all together takes little longer than rays alone would,
 //! whatever is asked in whatever order: the gain so far, less what values have cost, stays above minus a share
-//! of the time of rays. Times are measured, so what is known differs from run to run; answers do not.
+//! of the time of rays. That holds as far as a query that is answered would have cost what rays cost lately,
+//! or in the mean if that is less. Times are measured, so what is known differs from run to run; answers
+//! do not.
 
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
@@ -56,6 +58,8 @@ pub(crate) struct Budget {
     spent: AtomicU64,
     /// The share of looks that found an answer lately, the bits of an `f32`.
     found_share: AtomicU32,
+    /// What a ray cost lately, the bits of an `f32`.
+    recent_ray: AtomicU32,
 }
 
 /// Which queries to look up.
@@ -90,7 +94,18 @@ impl Budget {
             add(&self.alone_ns, account.rays_ns);
         }
         // A query that is answered would have cost about as much as those that were not.
-        let usual = rays_ns as f64 / ray_count.max(1) as f64;
+        let mean = rays_ns as f64 / ray_count.max(1) as f64;
+        let mut recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
+        if account.ray_count > 0 {
+            let now = account.rays_ns as f32 / account.ray_count as f32;
+            recent = if recent > 0.0 {
+                recent + RECENT * (now - recent)
+            } else {
+                now
+            };
+            self.recent_ray.store(recent.to_bits(), Ordering::Relaxed);
+        }
+        let usual = mean.min(recent.into());
         let answered = account.query_count - account.ray_count;
         let by_rays = account.rays_ns as f64 + usual * answered as f64;
         let took = match account.took {

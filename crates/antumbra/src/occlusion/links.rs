@@ -118,7 +118,8 @@ pub(crate) fn charge(link: &AtomicU32, cost: u32) -> bool {
     }
 }
 
-/// Takes a pending link for this thread to work on; returns what it said.
+/// Takes a pending link for this thread to work on; returns what it said. What the thread before has
+/// published may be read then.
 pub(crate) fn claim(link: &AtomicU32) -> Option<Link> {
     let mut seen = Link(link.load(Ordering::Relaxed));
     loop {
@@ -128,7 +129,7 @@ pub(crate) fn claim(link: &AtomicU32) -> Option<Link> {
         match link.compare_exchange_weak(
             seen.0,
             seen.0 | BUSY,
-            Ordering::Relaxed,
+            Ordering::Acquire,
             Ordering::Relaxed,
         ) {
             Ok(_) => return Some(seen),

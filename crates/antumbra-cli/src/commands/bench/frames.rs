@@ -136,7 +136,7 @@ fn scene(
     screen.detail(format!("{}: samples done", path.display()));
 
     let mut notes = geometry.notes().to_vec();
-    if cost.refinement().refine == Refine::Eager {
+    if cost.refinement(Refine::Lazy).refine == Refine::Eager {
         notes.push("values were made before the first query, which no time counts".into());
     }
     let occluders = subject.recorder.gathered().occluders();

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use antumbra::RayMethod;
+use antumbra::{RayMethod, Refine};
 use antumbra_baselines::IndexMethod;
 use antumbra_render::prepare::{Gathered, PrepareOptions};
 use antumbra_scene::model::Light;
@@ -80,7 +80,7 @@ pub(super) fn build(
             // Nobody asks for nearest hits: only `bvh` and `voxel` get the tree.
             rays: RayMethod::Grid,
             grid: cost.grid.unwrap_or_default(),
-            refinement: cost.refinement(),
+            refinement: cost.refinement(Refine::Lazy),
             memory_limit: memory_left,
             ..PrepareOptions::default()
         };

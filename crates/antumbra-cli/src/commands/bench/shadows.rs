@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use antumbra::Refine;
 use antumbra_baselines::embree::{Embree, EmbreeScene};
 use antumbra_baselines::{Batch, LoadedBatch, ShadowMethod};
 use antumbra_render::prepare::Prepared;
@@ -99,7 +100,7 @@ fn scene(
     let still = view(0)?;
     let cold = cold::measure(
         &mut ours,
-        cost.refinement().refine,
+        cost.refinement(Refine::Lazy).refine,
         &coherent,
         |frame| record::frame(recorder, &still, 0, typed.subjects.jitter(frame)),
         typed.rounds,

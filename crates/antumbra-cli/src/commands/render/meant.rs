@@ -90,7 +90,7 @@ impl Meant {
                 method: typed.shadows.method(),
                 rays: typed.rays.method(),
                 grid: typed.cost.grid.unwrap_or_default(),
-                refinement: typed.cost.refinement(),
+                refinement: typed.cost.refinement(antumbra::Refine::Lazy),
                 quick_check: QuickCheckAction::quick_check(typed.quick_check),
                 ..PrepareOptions::default()
             },
