@@ -100,6 +100,8 @@ fn gallery() -> Result<()> {
                 "400x400x22",
                 "--show",
                 "occlusion",
+                "--shadows",
+                "voxel-1990",
                 "--spp",
                 "4",
             ],
@@ -107,11 +109,27 @@ fn gallery() -> Result<()> {
         ("tetra.png", &["scenes/tetra.nff", "--spp", "16"]),
         (
             "tetra-occlusion.png",
-            &["scenes/tetra.nff", "--show", "occlusion", "--spp", "4"],
+            &[
+                "scenes/tetra.nff",
+                "--show",
+                "occlusion",
+                "--shadows",
+                "voxel-1990",
+                "--spp",
+                "4",
+            ],
         ),
         (
             "tetra-3-occlusion.png",
-            &["scenes/tetra-3.nff", "--show", "occlusion", "--spp", "4"],
+            &[
+                "scenes/tetra-3.nff",
+                "--show",
+                "occlusion",
+                "--shadows",
+                "voxel-1990",
+                "--spp",
+                "4",
+            ],
         ),
     ];
     for (name, arguments) in pictures {

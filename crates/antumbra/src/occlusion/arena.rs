@@ -1,7 +1,7 @@
 //! Memory for bricks and lists that grows while it is read.
 //!
-//! Words of 32 bits, zero at first, handed out in order and never taken back: a whole [`Store`] is dropped at
-//! once. The system gives memory where words are written.
+//! Words of 32 bits, zero at first, handed out in order and never taken back: a whole
+//! [`Store`](super::bricks::Store) is dropped at once. The system gives memory where words are written.
 
 use std::sync::atomic::AtomicUsize;
 

@@ -3,7 +3,6 @@
 use antumbra_geometry::{Occluders, Start};
 
 use super::order::{self, Order, WINDOW};
-
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
