@@ -632,8 +632,8 @@ mod tests {
         };
         let first = brick(&store);
         let after = store.bytes();
-        // Two lists of two entries, and one of three that takes words for four more.
-        assert_eq!(after.1 - before.1, 4 * (4 + 4 + 8));
+        // Two lists of two entries and one of three, in words by fours.
+        assert_eq!(after.1 - before.1, 4 * (8 + 8 + 8));
         assert_eq!(after.0 - before.0, 4 * (PLANES as u64 + 64));
         let lists = |brick: usize| -> Vec<Option<usize>> {
             let word = |number| store.word((brick + PLANES + number) as u32);

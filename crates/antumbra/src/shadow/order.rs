@@ -109,7 +109,7 @@ mod tests {
                 early_list: 12,
                 long_list: 32,
             },
-            refine: Refine::Lazy,
+            refine: Refine::Asked,
             most_bytes: 1 << 20,
         };
         let lights = [LightShape::Direction(DVec3::Z)];
