@@ -241,6 +241,7 @@ fn quick_check_reports_or_is_obeyed() {
     for (occluders, is_advised) in [(tetra_like(), false), (big, true), (ball, true)] {
         let build = |check: QuickCheck| {
             ShadowIndex::builder(occluders.clone(), lights.to_vec())
+                .method(Method::Voxel1990)
                 .grid(GridResolution::Fixed([40; 3]))
                 .quick_check(check)
                 .build()
@@ -288,6 +289,7 @@ fn quick_check_reports_or_is_obeyed() {
     // One element in one voxel fills all of it.
     let one = Arc::new(floor().build());
     let index = ShadowIndex::builder(one, lights.to_vec())
+        .method(Method::Voxel1990)
         .grid(GridResolution::Fixed([1; 3]))
         .quick_check(QuickCheck::Report)
         .build()
@@ -400,6 +402,7 @@ fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
     let grid = GridResolution::Fixed([1600; 3]);
     let limit = 1 << 30;
     let refused = ShadowIndex::builder(occluders.clone(), lights.clone())
+        .method(Method::Voxel1990)
         .grid(grid)
         .memory_limit(limit)
         .build()
@@ -419,6 +422,7 @@ fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
         ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990, RayMethod::Bvh).unwrap();
     let build = |limit| {
         ShadowIndex::builder(occluders.clone(), lights.clone())
+            .method(Method::Voxel1990)
             .grid(grid)
             .memory_limit(limit)
             .build()
