@@ -334,7 +334,7 @@ impl Forms {
     }
 
     /// Returns whether a point given for a start on this triangle surely is where the start is, up to
-    /// [`START_ROOM`].
+    /// [`START_ROOM`] and an eighth of it along one axis.
     #[inline(always)]
     pub(crate) fn is_start<S: Simd>(&self, simd: S, x: [f32; 3]) -> bool {
         // With `u = 2^-24` the height is right up to `10 u`, so the start lies within `18 u`, and along one axis
