@@ -127,6 +127,12 @@ impl Forms {
         row(0) * x[0] + row(1) * x[1] + (row(2) * x[2] + row(3))
     }
 
+    /// Returns whether one form is surely negative.
+    #[inline(always)]
+    pub(crate) fn is_outside<S: Simd>(&self, simd: S, x: [f32; 3]) -> bool {
+        self.wide_at(simd, x).simd_lt(-BOUND).any_true()
+    }
+
     /// Returns what the forms say of the start at a point.
     #[inline(always)]
     pub(crate) fn wide_verdict<S: Simd>(&self, simd: S, x: [f32; 3]) -> Verdict {
