@@ -1,13 +1,15 @@
 //! Many starts looked up together in values that are packed.
 //!
-//! In: starts. Out: their answers. One step for all starts before the next, and no step branches on what
-//! it reads: which starts go on is written down by moving the end of a list of their numbers. So the memory that
-//! they need is fetched together. Invariant: an answer is the reference's; see `lookup`, which answers
-//! single starts, and those that are not where their points are.
+//! In: starts. Out: their answers, a bit each. One step for all starts before the next, and no step branches
+//! on what it reads: which starts go on is a word of bits. So the memory that they need is fetched together.
+//! Invariant: an answer is the reference's; see `lookup`, which answers single starts, and those that are not
+//! where their points are.
 
-use antumbra_geometry::{DVec3, Start, SurfaceId};
+use std::hint::black_box;
+
+use antumbra_geometry::{Start, SurfaceId};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f64x4, u32x8};
+use fearless_simd::{Simd, f32x8, f32x16, f64x4, u32x8};
 
 use super::forms::Verdict;
 use super::lattice::Codes;
@@ -19,107 +21,79 @@ use super::value::Audience;
 /// Starts that are looked up together; a bit each.
 pub(crate) const MANY: usize = 64;
 
+/// So few starts are answered one after the other.
+const FEW: usize = 16;
+
+/// So many planes are not in the near caches: all that a block needs are fetched at once.
+const FAR_PLANES: usize = 1 << 13;
+
 /// Pairs of a start and a possible blocker that are told together.
 const PAIRS: usize = 256;
 /// A list may be so much longer than there is room for.
 const SPARE: usize = 64 + STRIDE;
 
-/// How many starts were told, and by what.
-#[derive(Clone, Copy, Debug)]
+/// What is known of some starts, a bit for each.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Told {
-    pub(crate) list_count: u64,
-    /// A bit for each start of which nothing is known.
+    pub(crate) shadowed: u64,
+    /// What a list said.
+    pub(crate) listed: u64,
+    /// Of which nothing is known.
     pub(crate) unknown: u64,
 }
 
 impl Told {
-    /// Nothing is known of so many.
     pub(super) fn nothing(count: usize) -> Self {
         Self {
-            list_count: 0,
-            unknown: u64::MAX.checked_shr(MANY as u32 - count as u32).unwrap_or(0),
+            unknown: first_bits(count),
+            ..Self::default()
         }
     }
 
-    fn add(&mut self, number: usize, found: Found, is_shadowed: &mut bool) {
-        *is_shadowed = found.is_shadowed();
-        self.list_count += u64::from(found.is_by_list());
+    fn add(&mut self, number: usize, found: Found) {
+        self.shadowed |= u64::from(found.is_shadowed() & !found.is_nothing()) << number;
+        self.listed |= u64::from(found.is_by_list() & !found.is_nothing()) << number;
         self.unknown |= u64::from(found.is_nothing()) << number;
+    }
+}
+
+/// As many bits as there are starts, at most [`MANY`].
+fn first_bits(count: usize) -> u64 {
+    let spare = MANY.saturating_sub(count) as u32;
+    u64::MAX.checked_shr(spare).unwrap_or(0)
+}
+
+/// The numbers of the bits that are set.
+#[derive(Clone, Copy)]
+struct Numbers(u64);
+
+impl Iterator for Numbers {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let number = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(number % MANY)
     }
 }
 
 /// Where starts are, coordinate by coordinate.
 type Places = [[f32; MANY]; 3];
 
-/// Where in the root tables starts are looked up, and in which cell of the brick there.
-struct Roots {
-    places: [u32; MANY],
-    cells: [u32; MANY],
-    brick_shift: u32,
-}
+/// Where in the root tables starts are looked up.
+type Roots = [u32; MANY];
 
 /// Free starts, those outside all cells where their segments come in.
 struct Entered {
     starts: [Start; MANY],
-    count: usize,
     /// Those whose segments never come in, a bit each.
     lit: u64,
     /// Those too far away to tell well.
     unknown: u64,
-}
-
-impl Entered {
-    fn new(starts: &[Start]) -> Self {
-        let nowhere = Start {
-            point: DVec3::ZERO,
-            surface: None,
-        };
-        let mut all = [nowhere; MANY];
-        all[..starts.len()].copy_from_slice(starts);
-        Self {
-            starts: all,
-            count: starts.len(),
-            lit: 0,
-            unknown: 0,
-        }
-    }
-
-    fn tell(&self, packed: &Packed, roots: &mut Roots) {
-        for (number, place) in roots.places.iter_mut().enumerate() {
-            if self.lit >> number & 1 != 0 {
-                *place = packed.beyond() + Packed::LIT;
-            }
-            if self.unknown >> number & 1 != 0 {
-                *place = packed.beyond() + Packed::UNKNOWN;
-            }
-        }
-    }
-}
-
-/// Numbers of starts that go on.
-struct Numbers {
-    all: [u8; MANY],
-    count: usize,
-}
-
-impl Numbers {
-    const NONE: Self = Self {
-        all: [0; MANY],
-        count: 0,
-    };
-
-    /// Adds a number if it goes on.
-    #[inline(always)]
-    fn add(&mut self, number: usize, goes_on: bool) {
-        // Never more than there are starts.
-        self.all[self.count % MANY] = number as u8;
-        self.count += usize::from(goes_on);
-    }
-
-    #[inline(always)]
-    fn get(&self, place: usize) -> usize {
-        usize::from(self.all[place % MANY]) % MANY
-    }
 }
 
 /// Starts and possible blockers.
@@ -138,99 +112,124 @@ impl<S: Simd> Lookup<'_, S> {
         starts: &[Start],
         is_shadowed: &mut [bool],
     ) -> Told {
-        let count = starts.len().min(MANY);
-        let (starts, is_shadowed) = (&starts[..count], &mut is_shadowed[..count]);
-        let mut surfaces = [0; MANY];
-        let mut on_surface_count = 0;
-        for (surface, start) in surfaces.iter_mut().zip(starts) {
-            on_surface_count += usize::from(start.surface.is_some());
-            *surface = start.surface.map_or(0, |SurfaceId(surface)| surface);
+        let mut told = Told::default();
+        match <&[Start; MANY]>::try_from(starts) {
+            Ok(starts) => self.find_block(packed, starts, u64::MAX, &mut told),
+            Err(_) => self.find_fewer(packed, starts, &mut told),
         }
-        let audience = match on_surface_count {
-            0 => Audience::Free,
-            all if all == count => Audience::Front,
-            _ => return self.find_each(packed, starts, is_shadowed),
-        };
-        let mut places = self.narrow_many(starts);
-        let lattice = &self.values.lattices[audience as usize];
-        let mut codes = lattice.codes(self.simd, &places);
-        let entered;
-        let mut near = starts;
-        let roots = match audience {
-            Audience::Free if codes.high()[..count].contains(&u32::MAX) => {
-                let mut all = Entered::new(starts);
-                self.enter_many(&mut all, &mut places, &codes);
-                entered = all;
-                near = &entered.starts[..count];
-                codes = lattice.codes(self.simd, &places);
-                let mut roots = self.roots_of_space(packed, &codes);
-                entered.tell(packed, &mut roots);
-                roots
-            }
-            Audience::Free => self.roots_of_space(packed, &codes),
-            _ => self.roots_on_surfaces(packed, starts, &surfaces, &places, &codes),
-        };
-        let mut next = [0; MANY];
-        let (mut deeper, mut listed) = (Numbers::NONE, Numbers::NONE);
-        for (number, is_shadowed) in is_shadowed.iter_mut().enumerate() {
-            let cell = packed.cell(packed.root(roots.places[number]), roots.cells[number]);
-            *is_shadowed = cell.low;
-            next[number] = cell.next;
-            deeper.add(number, cell.is_undecided & !cell.low);
-            listed.add(number, cell.is_undecided & cell.low);
-        }
-        let mut shift = roots.brick_shift;
-        while deeper.count > 0 {
-            shift = shift.wrapping_sub(6);
-            let count = std::mem::take(&mut deeper.count);
-            for place in 0..count {
-                let number = deeper.get(place);
-                let in_brick = codes.get(number).place_in_brick(shift);
-                let cell = packed.cell(next[number], in_brick);
-                is_shadowed[number] = cell.low;
-                next[number] = cell.next;
-                deeper.add(number, cell.is_undecided & !cell.low);
-                listed.add(number, cell.is_undecided & cell.low);
-            }
-        }
-        let mut told = Told {
-            list_count: 0,
-            unknown: 0,
-        };
-        if listed.count > 0 {
-            self.find_in_lists(
-                packed,
-                [starts, near],
-                &places,
-                &next,
-                &listed,
-                is_shadowed,
-                &mut told,
-            );
+        for (number, is_shadowed) in is_shadowed.iter_mut().take(MANY).enumerate() {
+            *is_shadowed = told.shadowed >> number & 1 != 0;
         }
         told
     }
 
-    /// Answers starts one after the other.
-    #[cold]
     #[inline(never)]
-    fn find_each(&self, packed: &Packed, starts: &[Start], is_shadowed: &mut [bool]) -> Told {
-        let mut told = Told {
-            list_count: 0,
-            unknown: 0,
-        };
-        for (number, (start, is_shadowed)) in starts.iter().zip(is_shadowed).enumerate() {
-            told.add(number, self.find_packed(packed, start), is_shadowed);
+    fn find_fewer(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
+        let count = starts.len().min(MANY);
+        if count <= FEW {
+            return self.find_each(packed, &starts[..count], told);
         }
-        told
+        let mut block = [starts[0]; MANY];
+        block[..count].copy_from_slice(&starts[..count]);
+        self.find_block(packed, &block, first_bits(count), told);
+    }
+
+    /// Answers starts one after the other.
+    #[inline(never)]
+    fn find_each(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
+        for (number, start) in starts.iter().enumerate() {
+            told.add(number, self.find_packed(packed, start));
+        }
+    }
+
+    /// Answers those starts of a block that are asked.
+    #[inline(always)]
+    fn find_block(&self, packed: &Packed, starts: &[Start; MANY], asked: u64, told: &mut Told) {
+        let mut surfaces = [0; MANY];
+        let mut on_surface_count = 0;
+        for (surface, start) in surfaces.iter_mut().zip(starts) {
+            on_surface_count += u32::from(start.surface.is_some());
+            *surface = start.surface.map_or(0, |SurfaceId(surface)| surface);
+        }
+        if on_surface_count != 0 && on_surface_count != MANY as u32 {
+            let count = asked.count_ones() as usize;
+            return self.find_each(packed, &starts[..count], told);
+        }
+        let is_free = on_surface_count == 0;
+        let audience = if is_free {
+            Audience::Free
+        } else {
+            Audience::Front
+        };
+        let area = packed.area(audience);
+        let lattice = &self.values.lattices[audience as usize];
+        let mut places = [[0.0; MANY]; 3];
+        self.narrow_many(starts, &mut places);
+        let mut codes = lattice.codes(self.simd, &places);
+        let mut roots = [0; MANY];
+        let entered;
+        let mut near = starts;
+        if !is_free {
+            self.roots_on_surfaces(packed, starts, &surfaces, &places, &codes, &mut roots);
+        } else if codes.high().contains(&u32::MAX) {
+            entered = self.enter_many(starts, &mut places, &codes);
+            near = &entered.starts;
+            codes = lattice.codes(self.simd, &places);
+            self.roots_of_space(packed, &codes, &mut roots);
+            for number in Numbers(entered.lit) {
+                roots[number] = packed.beyond() + Packed::LIT;
+            }
+            for number in Numbers(entered.unknown) {
+                roots[number] = packed.beyond() + Packed::UNKNOWN;
+            }
+        } else {
+            self.roots_of_space(packed, &codes, &mut roots);
+        }
+
+        // The coarsest bricks, whose cells the upper halves of the codes tell.
+        let reader = packed.reader();
+        let mut shift = area.brick_shift;
+        let mut next = [0; MANY];
+        for (next, root) in next.iter_mut().zip(roots) {
+            *next = reader.root(root);
+        }
+        let (mut undecided, mut low) = (0, 0);
+        for number in 0..MANY {
+            let cell = reader.cell(next[number], codes.high()[number] >> (shift - 24));
+            low |= cell.low << number;
+            undecided |= cell.high << number;
+        }
+        undecided &= asked;
+        told.shadowed = low & !undecided & asked;
+        told.listed = low & undecided;
+        for number in Numbers(undecided) {
+            next[number] = reader.next(next[number], codes.high()[number] >> (shift - 24));
+        }
+        let mut deeper = undecided & !low;
+        while deeper != 0 {
+            shift = shift.wrapping_sub(6);
+            (undecided, low) = (0, 0);
+            for number in Numbers(deeper) {
+                let (brick, in_brick) = (next[number], codes.get(number).place_in_brick(shift));
+                let cell = reader.cell(brick, in_brick);
+                low |= cell.low << number;
+                undecided |= cell.high << number;
+                next[number] = reader.next(brick, in_brick);
+            }
+            told.shadowed |= low & !undecided;
+            told.listed |= low & undecided;
+            deeper = undecided & !low;
+        }
+        if told.listed != 0 {
+            self.find_in_lists(packed, [starts, near], &places, &next, told);
+        }
     }
 
     /// Brings points into the frame.
     #[inline(always)]
-    fn narrow_many(&self, starts: &[Start]) -> Places {
+    fn narrow_many(&self, starts: &[Start; MANY], places: &mut Places) {
         let frame = &self.values.frame;
-        let mut places = [[0.0; MANY]; 3];
-        for (first, starts) in (0..MANY).step_by(8).zip(starts.chunks(8)) {
+        for (group, starts) in starts.as_chunks::<8>().0.iter().enumerate() {
             let mut wide = [[0.0; 8]; 3];
             for (lane, start) in starts.iter().enumerate() {
                 wide[0][lane] = start.point.x;
@@ -243,45 +242,46 @@ impl<S: Simd> Lookup<'_, S> {
                 let low = (low - frame.center[axis]) * frame.scale;
                 let high = (high - frame.center[axis]) * frame.scale;
                 let narrow: f32x8<S> = low.narrow(high);
-                places[axis][first..first + 8].copy_from_slice(narrow.as_slice());
+                places[axis][8 * group..8 * group + 8].copy_from_slice(narrow.as_slice());
             }
         }
-        places
     }
 
     #[inline(always)]
-    fn roots_of_space(&self, packed: &Packed, codes: &Codes<MANY>) -> Roots {
+    fn roots_of_space(&self, packed: &Packed, codes: &Codes<MANY>, roots: &mut Roots) {
         let area = packed.area(Audience::Free);
-        let mut roots = Roots::new(area.brick_shift);
         for first in (0..MANY).step_by(8) {
             let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
             let place = (high >> (area.root_shift - 24)).min(area.place_count);
-            roots.set(first, place + area.first, high);
+            roots[first..first + 8].copy_from_slice((place + area.first).as_slice());
         }
-        roots
     }
 
     #[inline(always)]
     fn roots_on_surfaces(
         &self,
         packed: &Packed,
-        starts: &[Start],
+        starts: &[Start; MANY],
         surfaces: &[u32; MANY],
         places: &Places,
         codes: &Codes<MANY>,
-    ) -> Roots {
+        roots: &mut Roots,
+    ) {
         let (front, back) = (packed.area(Audience::Front), packed.area(Audience::Back));
         let doubt = packed.beyond() + Packed::DOUBT;
         let planes = packed.planes();
-        let mut roots = Roots::new(front.brick_shift);
-        let mut others = Numbers::NONE;
         let front_first = u32x8::splat(self.simd, front.first);
         let back_first = u32x8::splat(self.simd, back.first);
         let doubt_place = u32x8::splat(self.simd, doubt);
-        for first in (0..MANY).step_by(8) {
-            if first >= starts.len() {
-                break;
+        if planes.len() >= FAR_PLANES {
+            let mut read = 0;
+            for &surface in surfaces {
+                read |= planes.get(surface as usize).map_or(0, StartPlane::any_word);
             }
+            black_box(read);
+        }
+        let mut others = 0;
+        for first in (0..MANY).step_by(8) {
             let mut rows = [&StartPlane::NOWHERE; 8];
             for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
                 *row = planes.get(surface as usize).unwrap_or(row);
@@ -296,15 +296,14 @@ impl<S: Simd> Lookup<'_, S> {
             let place = (high >> (front.root_shift - 24)).min(front.place_count);
             let table = are_behind.select(back_first, front_first);
             let place = are_starts.select(place + table, doubt_place);
-            roots.set(first, place, high);
+            roots[first..first + 8].copy_from_slice(place.as_slice());
+            let surface = u32x8::from_slice(self.simd, &surfaces[first..first + 8]);
+            let are_others = surface.simd_ge(planes.len() as u32);
+            others |= are_others.to_bitmask() << first;
         }
-        for (number, &surface) in surfaces.iter().enumerate().take(starts.len()) {
-            others.add(number, surface as usize >= planes.len());
-        }
-        for place in 0..others.count {
-            let number = others.get(place);
+        for number in Numbers(others) {
             let surface = surfaces[number] as usize;
-            roots.places[number] = match self.audience_on_ball(surface, starts[number].point) {
+            roots[number] = match self.audience_on_ball(surface, starts[number].point) {
                 Asks::In(_) => {
                     let place = codes.get(number).place_in_root(front.root_shift);
                     front.first + place.min(front.place_count as usize) as u32
@@ -313,43 +312,49 @@ impl<S: Simd> Lookup<'_, S> {
                 Asks::Doubt => doubt,
             };
         }
-        roots
     }
 
     /// Takes free starts outside all cells to where their segments come in.
     #[inline(never)]
-    fn enter_many(&self, entered: &mut Entered, places: &mut Places, codes: &Codes<MANY>) {
-        for number in 0..entered.count {
+    fn enter_many(
+        &self,
+        starts: &[Start; MANY],
+        places: &mut Places,
+        codes: &Codes<MANY>,
+    ) -> Entered {
+        let mut entered = Entered {
+            starts: *starts,
+            lit: 0,
+            unknown: 0,
+        };
+        for (number, start) in entered.starts.iter_mut().enumerate() {
             if codes.high()[number] != u32::MAX {
                 continue;
             }
-            let start = &mut entered.starts[number];
             match self.entry(start.point) {
                 Entry::Never => entered.lit |= 1 << number,
                 Entry::Unknown => entered.unknown |= 1 << number,
                 Entry::At(point) => {
                     start.point = point;
-                    let x = self.values.narrow(point);
-                    for (places, x) in places.iter_mut().zip(x) {
-                        places[number] = x;
-                    }
+                    let [x, y, z] = self.values.narrow(point);
+                    places[0][number] = x;
+                    places[1][number] = y;
+                    places[2][number] = z;
                 }
             }
         }
+        entered
     }
 
     /// Asks the blockers of lists, or says why there are none. Starts are given as they are asked, and as they
     /// are where they answer the same.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one step of several, on their state")]
     fn find_in_lists(
         &self,
         packed: &Packed,
-        [starts, near]: [&[Start]; 2],
+        starts: [&[Start; MANY]; 2],
         places: &Places,
-        next: &[u32; MANY],
-        listed: &Numbers,
-        is_shadowed: &mut [bool],
+        leaves: &[u32; MANY],
         told: &mut Told,
     ) {
         let mut pairs = Pairs {
@@ -357,21 +362,17 @@ impl<S: Simd> Lookup<'_, S> {
             numbers: [0; PAIRS + SPARE],
             count: 0,
         };
-        for place in 0..listed.count {
-            let number = listed.get(place);
-            let leaf = packed.leaf(next[number]);
+        let mut wide = [[0.0; 16]; MANY];
+        for number in Numbers(told.listed) {
+            let leaf = packed.leaf(leaves[number]);
             let count = leaf.count();
             if count == 0 {
-                let found = match leaf {
-                    Leaf::DOUBT => self.find_off_surface(&starts[number]),
-                    Leaf::OUTSIDE => self.find_from_outside(&starts[number]),
-                    _ => Found::NOTHING,
-                };
-                told.add(number, found, &mut is_shadowed[number]);
+                told.listed &= !(1 << number);
+                self.find_elsewhere(leaf, number, &starts[0][number], told);
                 continue;
             }
-            told.list_count += 1;
-            is_shadowed[number] = false;
+            let [x, y, z] = [places[0][number], places[1][number], places[2][number]];
+            wide[number] = [x, x, x, x, y, y, y, y, z, z, z, z, 1.0, 1.0, 1.0, 1.0];
             let entries = packed.entries_from(leaf);
             for first in (0..count).step_by(STRIDE) {
                 // What is beyond the list is written over by the next.
@@ -381,11 +382,23 @@ impl<S: Simd> Lookup<'_, S> {
             }
             pairs.count += count;
             if pairs.count > PAIRS {
-                self.tell_pairs(&pairs, [starts, near], places, is_shadowed);
+                self.tell_pairs(&pairs, starts, &wide, told);
                 pairs.count = 0;
             }
         }
-        self.tell_pairs(&pairs, [starts, near], places, is_shadowed);
+        self.tell_pairs(&pairs, starts, &wide, told);
+    }
+
+    /// Answers a start whose cell has no list, or that has no cell.
+    #[cold]
+    #[inline(never)]
+    fn find_elsewhere(&self, leaf: Leaf, number: usize, start: &Start, told: &mut Told) {
+        let found = match leaf {
+            Leaf::DOUBT => self.find_off_surface(start),
+            Leaf::OUTSIDE => self.find_from_outside(start),
+            _ => Found::NOTHING,
+        };
+        told.add(number, found);
     }
 
     /// Finds which starts are blocked by the surfaces that they are paired with.
@@ -393,9 +406,9 @@ impl<S: Simd> Lookup<'_, S> {
     fn tell_pairs(
         &self,
         pairs: &Pairs,
-        [starts, near]: [&[Start]; 2],
-        places: &Places,
-        is_shadowed: &mut [bool],
+        [starts, near]: [&[Start; MANY]; 2],
+        wide: &[[f32; 16]; MANY],
+        told: &mut Told,
     ) {
         let forms = self.tables.all_umbra_forms();
         let mut left = [0_u16; PAIRS + SPARE];
@@ -404,22 +417,24 @@ impl<S: Simd> Lookup<'_, S> {
         for (pair, (&surface, &number)) in all.enumerate() {
             let number = usize::from(number) % MANY;
             let may_block = match forms.get(surface as usize) {
-                Some(forms) => !forms.is_outside(self.simd, place_of(places, number)),
+                Some(forms) => {
+                    !forms.is_outside(self.simd, f32x16::from_slice(self.simd, &wide[number]))
+                }
                 None => {
                     let start = &near[number];
                     let verdict = self.curved_verdict(SurfaceId(surface), start, start.point);
                     verdict != Verdict::Outside
                 }
             };
-            left[left_count] = pair as u16;
+            left[left_count % (PAIRS + SPARE)] = pair as u16;
             left_count += usize::from(may_block);
         }
         let mut doubt_count = 0;
-        for place_left in 0..left_count {
-            let pair = usize::from(left[place_left]);
-            let number = usize::from(pairs.numbers[pair]);
+        for place in 0..left_count {
+            let pair = usize::from(left[place]);
+            let number = usize::from(pairs.numbers[pair]) % MANY;
             let (start, surface) = (&near[number], SurfaceId(pairs.surfaces[pair]));
-            if is_shadowed[number] {
+            if told.shadowed >> number & 1 != 0 {
                 continue;
             }
             let (verdict, may_hide) = match forms.get(surface.0 as usize) {
@@ -428,17 +443,19 @@ impl<S: Simd> Lookup<'_, S> {
                     if start.surface.is_some_and(is_flat_with) {
                         continue;
                     }
-                    let verdict = forms.wide_verdict(self.simd, place_of(places, number));
+                    let [x, y, z] = [wide[number][0], wide[number][4], wide[number][8]];
+                    let verdict = forms.wide_verdict(self.simd, [x, y, z]);
                     (verdict, self.occluders.is_opaque_everywhere(surface))
                 }
                 None => (self.curved_verdict(surface, start, start.point), true),
             };
-            is_shadowed[number] = verdict == Verdict::Inside && may_hide;
+            let is_shadowed = verdict == Verdict::Inside && may_hide;
+            told.shadowed |= u64::from(is_shadowed) << number;
             left[doubt_count] = pair as u16;
-            doubt_count += usize::from(!is_shadowed[number]);
+            doubt_count += usize::from(!is_shadowed);
         }
         if doubt_count > 0 {
-            self.ask_exactly(pairs, &left[..doubt_count], starts, is_shadowed);
+            self.ask_exactly(pairs, &left[..doubt_count], starts, told);
         }
     }
 
@@ -448,13 +465,13 @@ impl<S: Simd> Lookup<'_, S> {
         &self,
         pairs: &Pairs,
         in_doubt: &[u16],
-        starts: &[Start],
-        is_shadowed: &mut [bool],
+        starts: &[Start; MANY],
+        told: &mut Told,
     ) {
         let mut last = None;
         for &pair in in_doubt {
-            let number = usize::from(pairs.numbers[usize::from(pair)]);
-            if is_shadowed[number] {
+            let number = usize::from(pairs.numbers[usize::from(pair)]) % MANY;
+            if told.shadowed >> number & 1 != 0 {
                 continue;
             }
             let segment = match last {
@@ -462,32 +479,33 @@ impl<S: Simd> Lookup<'_, S> {
                 _ => self.occluders.segment(&starts[number], self.light()),
             };
             let surface = SurfaceId(pairs.surfaces[usize::from(pair)]);
-            is_shadowed[number] = self.occluders.blocks(surface, &segment);
+            let is_blocked = self.occluders.blocks(surface, &segment);
+            told.shadowed |= u64::from(is_blocked) << number;
             last = Some((number, segment));
         }
     }
 }
 
-#[inline(always)]
-fn place_of([x, y, z]: &Places, number: usize) -> [f32; 3] {
-    [x[number], y[number], z[number]]
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Roots {
-    #[inline(always)]
-    fn new(brick_shift: u32) -> Self {
-        Self {
-            places: [0; MANY],
-            cells: [0; MANY],
-            brick_shift,
+    #[test]
+    fn bits_stand_for_starts() {
+        assert_eq!([0, 1, 63, 64, 65].map(first_bits), [0, 1, u64::MAX >> 1, u64::MAX, u64::MAX]);
+        for bits in [0, 1, 1 << 63, 0x8000_0000_0001_0010, u64::MAX] {
+            let numbers: Vec<usize> = Numbers(bits).collect();
+            assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
+            let back = numbers.iter().fold(0, |bits, number| bits | 1 << number);
+            assert_eq!(back, bits);
         }
     }
 
-    /// Says where eight starts are looked up; the coarsest bricks' places are in the upper half of a code.
-    #[inline(always)]
-    fn set<S: Simd>(&mut self, first: usize, places: u32x8<S>, high: u32x8<S>) {
-        let cells = high >> (self.brick_shift - 24) & 63;
-        self.places[first..first + 8].copy_from_slice(places.as_slice());
-        self.cells[first..first + 8].copy_from_slice(cells.as_slice());
+    #[test]
+    fn what_is_found_is_told() {
+        let mut told = Told::default();
+        told.add(3, Found::NOTHING);
+        let Told { shadowed, listed, unknown } = told;
+        assert_eq!((shadowed, listed, unknown), (0, 0, 8));
     }
 }

@@ -1,7 +1,7 @@
 //! Values and lists that are all made, packed for reading.
 //!
-//! In: a [`Store`] that nothing is added to any more. Out: what is known at a cell of one light. A brick is half
-//! a cache line: the two planes of its 64 values, where its finer bricks start, and where the leaves of its
+//! In: a [`Store`] that nothing is added to any more. Out: what is known at a cell of one light. A brick is 24
+//! bytes: the two planes of its 64 values, where its finer bricks start, and where the leaves of its
 //! listed cells do; both lie in the order of the cells. Bricks under one brick lie together, followed by what
 //! is below them; a list is kept once. All places are numbers within this light's own tables.
 
@@ -41,7 +41,7 @@ pub(super) struct Area {
 
 /// Sixty-four cells.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(32))]
+#[repr(C)]
 struct Brick {
     low: u64,
     high: u64,
@@ -49,14 +49,20 @@ struct Brick {
     next: [u32; 2],
 }
 
-/// What is read of a cell.
+/// What is read of a cell: the bits of its value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     /// The answer, if it is decided; else whether there is a leaf and not a brick.
-    pub(super) low: bool,
-    pub(super) is_undecided: bool,
-    /// The number of the finer brick or of the leaf.
-    pub(super) next: u32,
+    pub(super) low: u64,
+    /// Whether it is not decided.
+    pub(super) high: u64,
+}
+
+/// Tables at hand.
+#[derive(Clone, Copy)]
+pub(super) struct Reader<'a> {
+    roots: &'a [u32],
+    bricks: &'a [Brick],
 }
 
 /// The list of a cell: where it starts and how long it is, six bits; or why there is none.
@@ -159,25 +165,11 @@ impl Packed {
         &self.planes
     }
 
-    /// Returns the brick at a place in the root tables.
     #[inline(always)]
-    pub(super) fn root(&self, place: u32) -> u32 {
-        self.roots[place as usize]
-    }
-
-    /// Reads a cell of a brick.
-    #[inline(always)]
-    pub(super) fn cell(&self, brick: u32, number: u32) -> Cell {
-        let Brick { low, high, next } = &self.bricks[brick as usize];
-        let number = number & 63;
-        let is_low = low >> number & 1;
-        let is_undecided = high >> number & 1 != 0;
-        // Those of its kind before it.
-        let same = high & (low ^ is_low.wrapping_sub(1)) & ((1 << number) - 1);
-        Cell {
-            low: is_low != 0,
-            is_undecided,
-            next: next[is_low as usize].wrapping_add(same.count_ones()),
+    pub(super) fn reader(&self) -> Reader<'_> {
+        Reader {
+            roots: &self.roots,
+            bricks: &self.bricks,
         }
     }
 
@@ -203,14 +195,16 @@ impl Packed {
         let place = code
             .place_in_root(area.root_shift)
             .min(area.place_count as usize);
-        let mut brick = self.root(area.first + place as u32);
+        let reader = self.reader();
+        let mut brick = reader.root(area.first + place as u32);
         let mut shift = area.brick_shift;
         loop {
-            let cell = self.cell(brick, code.place_in_brick(shift));
-            match (cell.is_undecided, cell.low) {
-                (false, is_shadowed) => return Ok(is_shadowed),
-                (true, true) => return Err(self.leaf(cell.next)),
-                (true, false) => brick = cell.next,
+            let number = code.place_in_brick(shift);
+            let Cell { low, high } = reader.cell(brick, number);
+            match (high, low) {
+                (0, is_shadowed) => return Ok(is_shadowed != 0),
+                (_, 0) => brick = reader.next(brick, number),
+                _ => return Err(self.leaf(reader.next(brick, number))),
             }
             shift = shift.wrapping_sub(6);
         }
@@ -229,6 +223,34 @@ impl Packed {
     /// Returns the bytes of the planes of starts.
     pub(crate) fn plane_bytes(&self) -> u64 {
         size_of_val(&*self.planes) as u64
+    }
+}
+
+impl Reader<'_> {
+    /// Returns the brick at a place in the root tables.
+    #[inline(always)]
+    pub(super) fn root(self, place: u32) -> u32 {
+        self.roots[place as usize]
+    }
+
+    /// Reads a cell of a brick, of whose number six bits are taken.
+    #[inline(always)]
+    pub(super) fn cell(self, brick: u32, number: u32) -> Cell {
+        let Brick { low, high, .. } = &self.bricks[brick as usize];
+        Cell {
+            low: low >> (number & 63) & 1,
+            high: high >> (number & 63) & 1,
+        }
+    }
+
+    /// Returns the finer brick of a complicated cell, or the leaf of a listed one.
+    #[inline(always)]
+    pub(super) fn next(self, brick: u32, number: u32) -> u32 {
+        let Brick { low, high, next } = &self.bricks[brick as usize];
+        let is_listed = low >> (number & 63) & 1;
+        // Those of its kind before it.
+        let same = high & (low ^ is_listed.wrapping_sub(1)) & !(u64::MAX << (number & 63));
+        next[is_listed as usize].wrapping_add(same.count_ones())
     }
 }
 

@@ -47,6 +47,12 @@ impl StartPlane {
     /// Tells of no start where it is.
     pub(super) const NOWHERE: Self = Self { words: [0; 8] };
 
+    /// Fetches a plane into the caches.
+    #[inline(always)]
+    pub(super) fn any_word(&self) -> u32 {
+        self.words[0]
+    }
+
     pub(super) fn new(frame: &Frame, corners: [DVec3; 3], axis: usize, is_behind: bool) -> Self {
         let (w, u, v) = (axis, (axis + 1) % 3, (axis + 2) % 3);
         // Differences are taken in world space: rounding to the frame would turn short ones.

@@ -139,23 +139,24 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
-        let (mut list_count, mut ray_count) = (0, 0);
+        let (mut shadowed_count, mut list_count, mut ray_count) = (0_u64, 0_u64, 0_u64);
         for (starts, is_shadowed) in starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY)) {
             let (occluders, light) = (self.occluders, self.light_number);
             let told = self
                 .values
                 .find_many(packed, occluders, starts, light, is_shadowed);
-            list_count += told.list_count;
+            shadowed_count += u64::from(told.shadowed.count_ones());
+            list_count += u64::from(told.listed.count_ones());
+            ray_count += u64::from(told.unknown.count_ones());
             let mut unknown = told.unknown;
             while unknown != 0 {
                 let number = unknown.trailing_zeros() as usize;
                 unknown &= unknown - 1;
                 check(&starts[number])?;
                 is_shadowed[number] = (self.is_blocked)(&starts[number], counters);
-                ray_count += 1;
+                shadowed_count += u64::from(is_shadowed[number]);
             }
         }
-        let shadowed_count: u64 = is_shadowed.iter().copied().map(u64::from).sum();
         counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
         counters.shadow.blocker_list += list_count;
         counters.shadow.rays += ray_count;
