@@ -28,7 +28,7 @@ const FEW: usize = 16;
 const FAR_PLANES: usize = 1 << 13;
 
 /// Pairs of a start and a possible blocker that are told together.
-const PAIRS: usize = 256;
+const PAIRS: usize = 192;
 /// A list may be so much longer than there is room for.
 const SPARE: usize = 64 + STRIDE;
 
@@ -492,7 +492,10 @@ mod tests {
 
     #[test]
     fn bits_stand_for_starts() {
-        assert_eq!([0, 1, 63, 64, 65].map(first_bits), [0, 1, u64::MAX >> 1, u64::MAX, u64::MAX]);
+        assert_eq!(
+            [0, 1, 63, 64, 65].map(first_bits),
+            [0, 1, u64::MAX >> 1, u64::MAX, u64::MAX]
+        );
         for bits in [0, 1, 1 << 63, 0x8000_0000_0001_0010, u64::MAX] {
             let numbers: Vec<usize> = Numbers(bits).collect();
             assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
@@ -505,7 +508,11 @@ mod tests {
     fn what_is_found_is_told() {
         let mut told = Told::default();
         told.add(3, Found::NOTHING);
-        let Told { shadowed, listed, unknown } = told;
+        let Told {
+            shadowed,
+            listed,
+            unknown,
+        } = told;
         assert_eq!((shadowed, listed, unknown), (0, 0, 8));
     }
 }
