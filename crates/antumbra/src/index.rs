@@ -1,5 +1,6 @@
 //! The product's front door: a scene's surfaces and lights, ready for queries.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
@@ -7,6 +8,7 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId
 use crate::Counters;
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
+use crate::kept::{self, KeptLight, LoadError, Refusal};
 use crate::occlusion::{AdaptiveValues, DenseValues, Depth, Making, mark, quick_check};
 use crate::own_rays::{AnyHit, WithRays};
 use crate::shadow::{self, ByVoxel};
@@ -206,6 +208,9 @@ pub enum BuildError {
         /// Allowed bytes.
         limit: u64,
     },
+    /// A file of occlusion values is refused.
+    #[error(transparent)]
+    Occlusion(#[from] LoadError),
 }
 
 /// Why a query has no answer.
@@ -234,6 +239,7 @@ pub struct Builder {
     refinement: Refinement,
     has_tree: bool,
     memory_limit: Option<u64>,
+    occlusion_file: Option<PathBuf>,
 }
 
 impl Builder {
@@ -288,10 +294,22 @@ impl Builder {
         self
     }
 
+    /// Takes the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to a file, instead of
+    /// making them: those of all lights whose kind and pose are in it, in any order
+    /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. The file is only
+    /// read, and not needed any more once the index is built; values that are made later go on from it.
+    #[must_use]
+    pub fn occlusion_file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.occlusion_file = Some(path.into());
+        self
+    }
+
     /// Builds grid, tree and occlusion values, on all threads of the current rayon pool.
     ///
     /// # Errors
-    /// A light or a setting is out of range, or the memory limit is too small.
+    /// A light or a setting is out of range, the memory limit is too small, or the file of
+    /// [`Builder::occlusion_file`] is refused: it was cut off or damaged, is something else, or is about another
+    /// scene or other settings.
     pub fn build(self) -> Result<ShadowIndex, BuildError> {
         // What was asked for must be possible before anything is taken.
         for (index, light) in self.lights.iter().enumerate() {
@@ -332,6 +350,7 @@ impl Builder {
             Method::Voxel | Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
         };
         let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
+        let mut kept_lights = Vec::new();
         let adaptive = match &bvh {
             Some(bvh) if method == Method::Voxel => {
                 let mut making = self.refinement.making();
@@ -340,10 +359,18 @@ impl Builder {
                     making.refine = Refine::Eager;
                 }
                 let (occluders, lights) = (&self.occluders, &self.lights);
-                Some(AdaptiveValues::new(occluders, bvh, lights, &making))
+                let values = AdaptiveValues::new(occluders, lights, &making);
+                if let Some(path) = &self.occlusion_file {
+                    kept_lights = kept::load(path, &values, occluders, lights)?;
+                }
+                values.make_first(occluders, || bvh);
+                Some(values)
             }
             _ => None,
         };
+        if let (Some(path), None) = (&self.occlusion_file, &adaptive) {
+            return Err(kept::refused(path, Refusal::NoValues).into());
+        }
         let bvh = bvh.filter(|_| self.has_tree);
         Ok(ShadowIndex {
             surface_count: self.occluders.surface_count(),
@@ -355,6 +382,7 @@ impl Builder {
             bvh,
             values,
             adaptive,
+            kept_lights,
             quick_check: verdict,
         })
     }
@@ -470,6 +498,7 @@ pub struct ShadowIndex {
     /// One store per light, for the methods that keep values.
     pub(crate) values: Vec<DenseValues>,
     adaptive: Option<AdaptiveValues>,
+    kept_lights: Vec<KeptLight>,
     quick_check: Option<QuickCheckVerdict>,
 }
 
@@ -486,6 +515,7 @@ impl ShadowIndex {
             refinement: Refinement::default(),
             has_tree: true,
             memory_limit: None,
+            occlusion_file: None,
         }
     }
 
@@ -697,6 +727,16 @@ impl ShadowIndex {
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }
+    }
+
+    /// Returns for each light what became of its values in the file of [`Builder::occlusion_file`]; nothing
+    /// without a file.
+    pub fn kept_lights(&self) -> &[KeptLight] {
+        &self.kept_lights
+    }
+
+    pub(crate) fn adaptive(&self) -> Option<&AdaptiveValues> {
+        self.adaptive.as_ref()
     }
 
     /// Returns how often the values of [`Method::Voxel`] were thrown away because they took all memory that they

@@ -20,6 +20,7 @@ mod mark;
 mod quick_check;
 mod refine;
 mod store;
+mod stream;
 mod sync;
 mod tables;
 #[cfg(test)]
@@ -34,4 +35,5 @@ pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;
 pub(crate) use refine::Depth;
 pub(crate) use store::DenseValues;
+pub(crate) use stream::{Misfit, Section};
 pub(crate) use value::Occlusion;
