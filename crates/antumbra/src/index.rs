@@ -8,7 +8,7 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId
 use crate::Counters;
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
-use crate::kept::{self, KeptLight, LoadError, Refusal};
+use crate::kept::{Kept, KeptLight, LoadError};
 use crate::occlusion::{AdaptiveValues, DenseValues, Depth, Making, mark, quick_check};
 use crate::own_rays::{AnyHit, WithRays};
 use crate::shadow::{self, ByVoxel};
@@ -304,7 +304,8 @@ impl Builder {
         self
     }
 
-    /// Builds grid, tree and occlusion values, on all threads of the current rayon pool.
+    /// Builds what the settings need of grid, tree and occlusion values, on all threads of the current rayon
+    /// pool.
     ///
     /// # Errors
     /// A light or a setting is out of range, the memory limit is too small, or the file of
@@ -328,12 +329,16 @@ impl Builder {
             }
         }
         let layout = layout(&self.occluders, self.resolution)?;
-        let grid = Grid::build(&self.occluders, layout);
+        let grid = self
+            .needs_grid()
+            .then(|| Grid::build(&self.occluders, layout));
 
         // Paper 7.3: perhaps the values are not worth it.
-        let verdict = match self.quick_check {
-            QuickCheck::Off => None,
-            QuickCheck::Report | QuickCheck::Obey => Some(quick_check(&self.occluders, &grid)),
+        let verdict = match (self.quick_check, &grid) {
+            (QuickCheck::Off, _) | (_, None) => None,
+            (QuickCheck::Report | QuickCheck::Obey, Some(grid)) => {
+                Some(quick_check(&self.occluders, grid))
+            }
         };
         let is_advised_against = self.quick_check == QuickCheck::Obey
             && verdict.is_some_and(|verdict| !verdict.is_advised);
@@ -341,35 +346,41 @@ impl Builder {
             Method::Voxel1990 if is_advised_against => Method::Grid,
             method => method,
         };
-        let values = match method {
-            Method::Voxel1990 => self
+        let values = match (method, &grid) {
+            (Method::Voxel1990, Some(grid)) => self
                 .lights
                 .iter()
-                .map(|light| mark(&self.occluders, &grid, light))
+                .map(|light| mark(&self.occluders, grid, light))
                 .collect(),
-            Method::Voxel | Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
+            _ => Vec::new(),
         };
-        let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
-        let mut kept_lights = Vec::new();
-        let adaptive = match &bvh {
-            Some(bvh) if method == Method::Voxel => {
-                let mut making = self.refinement.making();
-                if !self.has_tree {
-                    // While there is one.
-                    making.refine = Refine::Eager;
-                }
-                let (occluders, lights) = (&self.occluders, &self.lights);
-                let values = AdaptiveValues::new(occluders, lights, &making);
-                if let Some(path) = &self.occlusion_file {
-                    kept_lights = kept::load(path, &values, occluders, lights)?;
-                }
-                values.make_first(occluders, || bvh);
-                Some(values)
+        let (occluders, lights) = (&*self.occluders, &self.lights);
+        let adaptive = (method == Method::Voxel).then(|| {
+            let mut making = self.refinement.making();
+            if !self.has_tree {
+                // While there is one.
+                making.refine = Refine::Eager;
             }
-            _ => None,
+            AdaptiveValues::new(occluders, lights, &making)
+        });
+        let kept = match (&self.occlusion_file, &adaptive) {
+            (None, _) => None,
+            (Some(path), Some(values)) => Some(Kept::open(path, values, occluders)?),
+            (Some(path), None) => return Err(LoadError::no_values(path).into()),
         };
-        if let (Some(path), None) = (&self.occlusion_file, &adaptive) {
-            return Err(kept::refused(path, Refusal::NoValues).into());
+        let bvh = if needs_bvh(self.method, self.rays) {
+            let tree = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
+            let tree = tree.flatten();
+            Some(tree.unwrap_or_else(|| Bvh::build(occluders)))
+        } else {
+            None
+        };
+        let mut kept_lights = Vec::new();
+        if let (Some(values), Some(bvh)) = (&adaptive, &bvh) {
+            if let Some(kept) = &kept {
+                kept_lights = kept.take(values, occluders, lights)?;
+            }
+            values.make_first(occluders, bvh);
         }
         let bvh = bvh.filter(|_| self.has_tree);
         Ok(ShadowIndex {
@@ -378,6 +389,7 @@ impl Builder {
             lights: self.lights,
             method,
             rays: self.rays,
+            layout,
             grid,
             bvh,
             values,
@@ -385,6 +397,17 @@ impl Builder {
             kept_lights,
             quick_check: verdict,
         })
+    }
+}
+
+impl Builder {
+    /// Returns whether anything will walk the grid or look at it.
+    fn needs_grid(&self) -> bool {
+        matches!(self.method, Method::Voxel1990 | Method::Grid)
+            || self.rays == RayMethod::Grid
+            || self.quick_check != QuickCheck::Off
+            || !self.has_tree
+            || !needs_bvh(self.method, self.rays)
     }
 }
 
@@ -492,7 +515,10 @@ pub struct ShadowIndex {
     lights: Vec<LightShape>,
     method: Method,
     rays: RayMethod,
-    pub(crate) grid: Grid,
+    /// Of the grid, whether it is there or not.
+    pub(crate) layout: Layout,
+    /// Where the settings ask for it.
+    grid: Option<Grid>,
     /// Where the settings ask for it.
     pub(crate) bvh: Option<Bvh>,
     /// One store per light, for the methods that keep values.
@@ -545,7 +571,7 @@ impl ShadowIndex {
         let segment = self.occluders.ray_segment(ray);
         match (self.rays, &self.bvh) {
             (RayMethod::Bvh, Some(bvh)) => bvh.nearest(&self.occluders, &segment, counters),
-            _ => self.grid.nearest(&self.occluders, &segment, counters),
+            _ => self.grid().nearest(&self.occluders, &segment, counters),
         }
     }
 
@@ -574,7 +600,7 @@ impl ShadowIndex {
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.check_query(start, light)?;
-        let (occluders, grid) = (&*self.occluders, &self.grid);
+        let occluders = &*self.occluders;
         if let Some(by_voxel) = self.by_voxel(light) {
             let answer = by_voxel.answer_one(start, counters);
             counters.shadow.count(answer);
@@ -584,14 +610,14 @@ impl ShadowIndex {
             Method::Voxel1990 => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 let values = &self.values[light];
-                shadow::by_voxel_1990(occluders, grid, values, &segment, counters)
+                shadow::by_voxel_1990(occluders, self.grid(), values, &segment, counters)
             }
             Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
             Method::Grid | Method::Naive => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 match self.method {
                     Method::Naive => shadow::by_reference(occluders, &segment, counters),
-                    _ => shadow::by_grid(occluders, grid, &segment, counters),
+                    _ => shadow::by_grid(occluders, self.grid(), &segment, counters),
                 }
             }
         };
@@ -663,7 +689,7 @@ impl ShadowIndex {
             Some(bvh) => shadow::by_bvh(occluders, bvh, start, light, counters),
             None => {
                 let segment = occluders.segment(start, light);
-                shadow::by_grid(occluders, &self.grid, &segment, counters)
+                shadow::by_grid(occluders, self.grid(), &segment, counters)
             }
         }
     }
@@ -708,7 +734,12 @@ impl ShadowIndex {
 
     /// Returns the grid's voxels along x, y and z.
     pub fn grid_resolution(&self) -> [u32; 3] {
-        self.grid.layout.resolution
+        self.layout.resolution
+    }
+
+    /// Returns the grid; whatever walks it was among the settings.
+    pub(crate) fn grid(&self) -> &Grid {
+        self.grid.as_ref().expect("settings that walk it build it")
     }
 
     /// Stops or resumes making values while queries are answered. Answers do not change.

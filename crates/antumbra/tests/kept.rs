@@ -521,9 +521,9 @@ fn no_byte_can_be_changed_unnoticed() {
         fs::write(&path, &bytes).expect("a file");
         let refusal = world.refusal(&path);
         *refusals.entry(format!("{refusal:?}")).or_insert(0) += 1;
-        let is_head = at < 108 + 80 + 32;
+        let is_head = at < HEAD;
         match refusal {
-            Refusal::Damaged(Part::Light(0)) => assert!(!is_head, "{at}"),
+            Refusal::Damaged(Part::Light(0) | Part::Tree) => assert!(!is_head, "{at}"),
             Refusal::Foreign => assert!(at < 8, "{at}"),
             Refusal::Version { .. } => assert!((8..12).contains(&at), "{at}"),
             Refusal::Length { .. } => assert!((12..16).contains(&at), "{at}"),
@@ -531,7 +531,7 @@ fn no_byte_can_be_changed_unnoticed() {
             other => panic!("{at}: {other}"),
         }
     }
-    assert!(refusals.len() >= 5, "{refusals:?}");
+    assert!(refusals.len() >= 6, "{refusals:?}");
     for length in 0..whole.len() {
         fs::write(&path, &whole[..length]).expect("a file");
         match world.refusal(&path) {
@@ -551,13 +551,26 @@ fn no_byte_can_be_changed_unnoticed() {
     assert!(world.load(&path).is_ok());
 }
 
+/// Bytes before the entries of lights, of an entry, and of all that with a checksum, for one light.
+const FIXED: usize = 148;
+const ENTRY: usize = 80;
+const HEAD: usize = FIXED + ENTRY + 32;
+
+/// Where the words of the tree end.
+fn tree_end(bytes: &[u8]) -> usize {
+    let count = bytes[FIXED - 8..FIXED].try_into().expect("a number");
+    HEAD + 4 * u64::from_le_bytes(count) as usize
+}
+
 /// Writes a file's checksums anew, so that what it says is looked at.
 fn with_checksums(mut bytes: Vec<u8>) -> Vec<u8> {
-    let head = 108 + 80 + 32;
-    let checksum = *blake3::hash(&bytes[head..]).as_bytes();
-    bytes[108 + 32..108 + 64].copy_from_slice(&checksum);
-    let checksum = *blake3::hash(&bytes[..108 + 80]).as_bytes();
-    bytes[108 + 80..head].copy_from_slice(&checksum);
+    let values = tree_end(&bytes).min(bytes.len());
+    let hash = |bytes: &[u8]| *blake3::hash(bytes).as_bytes();
+    let (of_tree, of_values) = (hash(&bytes[HEAD..values]), hash(&bytes[values..]));
+    bytes[FIXED - 40..FIXED - 8].copy_from_slice(&of_tree);
+    bytes[FIXED + 32..FIXED + 64].copy_from_slice(&of_values);
+    let of_head = hash(&bytes[..HEAD - 32]);
+    bytes[HEAD - 32..HEAD].copy_from_slice(&of_head);
     bytes
 }
 
@@ -580,13 +593,17 @@ fn right_checksums_over_nonsense_do_no_harm() {
     .expect("a file");
     let whole = fs::read(&path).expect("a file");
     assert_eq!(with_checksums(whole.clone()), whole);
-    let head = 108 + 80 + 32;
     let random = &mut Random(13);
     let (mut taken, mut refused) = (0, std::collections::HashMap::new());
-    for _ in 0..3_000 {
+    for round in 0..3_000 {
         let mut bytes = whole.clone();
+        let first = if round % 8 == 0 {
+            HEAD
+        } else {
+            tree_end(&whole)
+        };
         for _ in 0..1 + random.below(4) {
-            let word = head + 4 * random.below((whole.len() - head) / 4);
+            let word = first + 4 * random.below((whole.len() - first) / 4);
             let new = match random.below(4) {
                 0 => random.bits() as u32,
                 1 => (random.below(4) as u32) << 30 | random.below(70) as u32,
@@ -620,19 +637,25 @@ fn right_checksums_over_nonsense_do_no_harm() {
             }
         }
     }
-    assert!(taken > 100 && refused.len() >= 5, "{taken} {refused:?}");
+    assert!(taken > 100 && refused.len() >= 6, "{taken} {refused:?}");
     // Parts that are longer than the file, in words that overflow.
     for count in [u64::MAX, u64::MAX / 4, 1 << 62, 1 << 40] {
-        let mut bytes = whole.clone();
-        bytes[108 + 64..108 + 72].copy_from_slice(&count.to_le_bytes());
-        fs::write(&path, with_checksums(bytes)).expect("a file");
-        assert!(matches!(
-            world.refusal(&path),
-            Refusal::Malformed {
-                part: Part::Head,
-                ..
-            }
-        ));
+        for at in [FIXED - 8, FIXED + 64] {
+            let mut bytes = whole.clone();
+            bytes[at..at + 8].copy_from_slice(&count.to_le_bytes());
+            let checksum = *blake3::hash(&bytes[..HEAD - 32]).as_bytes();
+            bytes[HEAD - 32..HEAD].copy_from_slice(&checksum);
+            fs::write(&path, bytes).expect("a file");
+            let refusal = world.refusal(&path);
+            let is_in_head = matches!(
+                refusal,
+                Refusal::Malformed {
+                    part: Part::Head,
+                    ..
+                }
+            );
+            assert!(is_in_head, "{refusal}");
+        }
     }
 }
 

@@ -16,7 +16,7 @@ const MAGIC: [u8; 8] = *b"\x89ANT\r\n\x1a\n";
 const VERSION: u32 = 1;
 
 /// Bytes before the entries of lights, of an entry, and of the checksum behind them.
-const FIXED: usize = 108;
+const FIXED: usize = 148;
 const ENTRY: usize = 80;
 const CHECKSUM: usize = 32;
 /// Bytes that say how long the head is: magic, version, number of lights.
@@ -28,8 +28,17 @@ pub(super) struct Head {
     pub(super) settings: Settings,
     pub(super) scene: Hash,
     pub(super) cells: Hash,
+    /// The first part: the tree over the surfaces.
+    pub(super) tree: TreeEntry,
     /// In the order of their parts.
     pub(super) lights: Vec<LightEntry>,
+}
+
+/// The tree over the surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TreeEntry {
+    pub(super) checksum: Hash,
+    pub(super) word_count: u64,
 }
 
 /// Where the values of a light are.
@@ -91,12 +100,17 @@ impl Head {
     /// Returns how long the file is.
     pub(super) fn file_bytes(&self) -> u64 {
         let words: u64 = self.lights.iter().map(|light| light.word_count).sum();
-        Self::bytes_for(self.lights.len()) + 4 * words
+        Self::bytes_for(self.lights.len()) + 4 * (self.tree.word_count + words)
+    }
+
+    /// Returns where the tree begins.
+    pub(super) fn tree_at(&self) -> u64 {
+        Self::bytes_for(self.lights.len())
     }
 
     /// Returns the first entry of a light, and where its part begins.
     pub(super) fn find(&self, key: &Hash) -> Option<(&LightEntry, u64)> {
-        let mut at = Self::bytes_for(self.lights.len());
+        let mut at = self.tree_at() + 4 * self.tree.word_count;
         for entry in &self.lights {
             if entry.key == *key {
                 return Some((entry, at));
@@ -111,6 +125,7 @@ impl Head {
             settings,
             scene,
             cells,
+            tree,
             lights,
         } = self;
         let mut bytes = Vec::with_capacity(FIXED + ENTRY * lights.len() + CHECKSUM);
@@ -123,6 +138,8 @@ impl Head {
         }
         bytes.extend(scene);
         bytes.extend(cells);
+        bytes.extend(tree.checksum);
+        bytes.extend(tree.word_count.to_le_bytes());
         debug_assert_eq!(bytes.len(), FIXED);
         for entry in lights {
             let LightEntry {
@@ -201,9 +218,14 @@ impl Head {
             settings,
             scene: fields.take()?,
             cells: fields.take()?,
+            tree: TreeEntry {
+                checksum: fields.take()?,
+                word_count: u64::from_le_bytes(fields.take()?),
+            },
             lights: Vec::new(),
         };
-        let mut sum = Self::bytes_for(light_count as usize);
+        let tree_bytes = head.tree.word_count.checked_mul(4)?;
+        let mut sum = Self::bytes_for(light_count as usize).checked_add(tree_bytes)?;
         for _ in 0..light_count {
             let entry = LightEntry {
                 key: fields.take()?,

@@ -23,9 +23,10 @@ use std::path::{Path, PathBuf};
 use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
 
 use crate::ShadowIndex;
+use crate::bvh::Bvh;
 use crate::occlusion::{AdaptiveValues, Misfit, Section};
 use identity::hash_of_words;
-use layout::{Head, LightEntry, Settings};
+use layout::{Head, LightEntry, Settings, TreeEntry};
 use map::Map;
 
 /// What became of the values of a light in a file.
@@ -114,6 +115,8 @@ pub enum Refusal {
 pub enum Part {
     /// What it is about, and where what is.
     Head,
+    /// The tree over the surfaces.
+    Tree,
     /// The values of the light of this index.
     Light(usize),
 }
@@ -122,6 +125,7 @@ impl std::fmt::Display for Part {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Head => write!(f, "the head"),
+            Self::Tree => write!(f, "the tree"),
             Self::Light(light) => write!(f, "light {light}"),
         }
     }
@@ -184,7 +188,8 @@ impl ShadowIndex {
     /// was there is replaced at once, when all is written and on the disk; a crash before leaves it whole.
     /// Queries may be answered meanwhile.
     ///
-    /// Takes as much memory as the values of the largest light.
+    /// Takes as much memory as the values of the largest light, and as long as building the tree besides: how
+    /// the tree is made is saved, too.
     ///
     /// # Errors
     /// The index keeps no values, a coverage does not say what it is
@@ -192,10 +197,16 @@ impl ShadowIndex {
     pub fn save(&self, path: impl AsRef<Path>) -> Result<Saved, SaveError> {
         let path = path.as_ref();
         let values = self.adaptive().ok_or(SaveError::NoValues)?;
+        let scene = identity::of_scene(self.occluders())?;
+        let tree = Bvh::topology(self.occluders());
         let mut head = Head {
             settings: Settings::of(values),
-            scene: identity::of_scene(self.occluders())?,
+            scene,
             cells: identity::of_cells(values),
+            tree: TreeEntry {
+                checksum: hash_of_words(&tree),
+                word_count: tree.len() as u64,
+            },
             lights: Vec::with_capacity(self.lights().len()),
         };
         let mut saved = Saved {
@@ -206,6 +217,7 @@ impl ShadowIndex {
         let written = whole::write(path, |file| {
             // The head comes last, when all checksums are known.
             file.skip(head_bytes)?;
+            file.words(tree)?;
             for (number, light) in self.lights().iter().enumerate() {
                 let Section {
                     words,
@@ -231,61 +243,110 @@ impl ShadowIndex {
     }
 }
 
-/// Takes what a file knows of some lights.
-pub(crate) fn load(
-    path: &Path,
-    values: &AdaptiveValues,
-    occluders: &Occluders,
-    lights: &[LightShape],
-) -> Result<Vec<KeptLight>, LoadError> {
-    load_from(path, values, occluders, lights).map_err(|reason| refused(path, reason))
-}
-
-/// Returns the refusal of a file.
-pub(crate) fn refused(path: &Path, reason: Refusal) -> LoadError {
-    LoadError {
-        path: path.to_owned(),
-        reason,
-    }
-}
-
-fn load_from(
-    path: &Path,
-    values: &AdaptiveValues,
-    occluders: &Occluders,
-    lights: &[LightShape],
-) -> Result<Vec<KeptLight>, Refusal> {
-    let unreadable = |error: std::io::Error| Refusal::Unreadable(error.to_string());
-    let map = Map::open(path).map_err(unreadable)?;
-    let head = Head::read(&map)?;
-    // Cheap ones first.
-    head.settings.check(&Settings::of(values))?;
-    if head.cells != identity::of_cells(values) {
-        return Err(Refusal::Stale(Change::Cells));
-    }
-    if head.scene != identity::of_scene(occluders)? {
-        return Err(Refusal::Stale(Change::Scene));
-    }
-    let mut kept = Vec::with_capacity(lights.len());
-    for (number, light) in lights.iter().enumerate() {
-        let key = identity::of_light(light);
-        let part = Part::Light(number);
-        let Some((entry, at)) = head.find(&key) else {
-            kept.push(KeptLight::Absent);
-            continue;
-        };
-        // What is checked and taken is this copy: nobody can change it any more.
-        let words = map.words(at, entry.word_count).map_err(unreadable)?;
-        if hash_of_words(&words) != entry.checksum {
-            return Err(Refusal::Damaged(part));
+impl LoadError {
+    fn new(path: &Path, reason: Refusal) -> Self {
+        Self {
+            path: path.to_owned(),
+            reason,
         }
-        match values.take(occluders, number, &words) {
-            Ok(()) => kept.push(KeptLight::Taken),
-            Err(Misfit::NoRoom) => kept.push(KeptLight::NoRoom),
-            Err(Misfit::At(word, what)) => {
-                return Err(Refusal::Malformed { part, word, what });
+    }
+
+    /// Returns the refusal of a file by a method without values.
+    pub(crate) fn no_values(path: &Path) -> Self {
+        Self::new(path, Refusal::NoValues)
+    }
+}
+
+/// A file that is about a scene and its settings.
+pub(crate) struct Kept<'a> {
+    path: &'a Path,
+    map: Map,
+    head: Head,
+}
+
+impl<'a> Kept<'a> {
+    /// Opens a file, unless it is about something else.
+    pub(crate) fn open(
+        path: &'a Path,
+        values: &AdaptiveValues,
+        occluders: &Occluders,
+    ) -> Result<Self, LoadError> {
+        let open = || {
+            let map = Map::open(path).map_err(unreadable)?;
+            let head = Head::read(&map)?;
+            // Cheap ones first.
+            head.settings.check(&Settings::of(values))?;
+            if head.scene != identity::of_scene(occluders)? {
+                return Err(Refusal::Stale(Change::Scene));
             }
+            if head.cells != identity::of_cells(values) {
+                return Err(Refusal::Stale(Change::Cells));
+            }
+            Ok(Self { path, map, head })
+        };
+        open().map_err(|reason| LoadError::new(path, reason))
+    }
+
+    /// Builds the tree as the file has it; none if it has none.
+    pub(crate) fn tree(&self, occluders: &Occluders) -> Result<Option<Bvh>, LoadError> {
+        let TreeEntry {
+            checksum,
+            word_count,
+        } = self.head.tree;
+        let words = self.words(Part::Tree, self.head.tree_at(), word_count, &checksum)?;
+        if words.is_empty() {
+            return Ok(None);
+        }
+        let tree = Bvh::of_topology(occluders, &words);
+        let what = "no tree over the surfaces";
+        tree.map(Some)
+            .ok_or_else(|| self.malformed(Part::Tree, 0, what))
+    }
+
+    /// Takes what the file knows of some lights.
+    pub(crate) fn take(
+        &self,
+        values: &AdaptiveValues,
+        occluders: &Occluders,
+        lights: &[LightShape],
+    ) -> Result<Vec<KeptLight>, LoadError> {
+        let take = |(number, light)| {
+            let Some((entry, at)) = self.head.find(&identity::of_light(light)) else {
+                return Ok(KeptLight::Absent);
+            };
+            let part = Part::Light(number);
+            let words = self.words(part, at, entry.word_count, &entry.checksum)?;
+            match values.take(occluders, number, &words) {
+                Ok(()) => Ok(KeptLight::Taken),
+                Err(Misfit::NoRoom) => Ok(KeptLight::NoRoom),
+                Err(Misfit::At(word, what)) => Err(self.malformed(part, word, what)),
+            }
+        };
+        lights.iter().enumerate().map(take).collect()
+    }
+
+    /// Returns a copy of a part, which is checked and which nobody can change any more.
+    fn words(
+        &self,
+        part: Part,
+        at: u64,
+        count: u64,
+        checksum: &identity::Hash,
+    ) -> Result<Vec<u32>, LoadError> {
+        let words = self.map.words(at, count);
+        let words = words.map_err(|error| LoadError::new(self.path, unreadable(error)))?;
+        if hash_of_words(&words) == *checksum {
+            Ok(words)
+        } else {
+            Err(LoadError::new(self.path, Refusal::Damaged(part)))
         }
     }
-    Ok(kept)
+
+    fn malformed(&self, part: Part, word: usize, what: &'static str) -> LoadError {
+        LoadError::new(self.path, Refusal::Malformed { part, word, what })
+    }
+}
+
+fn unreadable(error: std::io::Error) -> Refusal {
+    Refusal::Unreadable(error.to_string())
 }

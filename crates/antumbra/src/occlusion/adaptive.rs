@@ -130,11 +130,11 @@ impl AdaptiveValues {
         values
     }
 
-    /// Makes what is wanted before the first query, on all threads. The tree is asked for if it is needed.
-    pub(crate) fn make_first<'a>(&self, occluders: &Occluders, bvh: impl Fn() -> &'a Bvh) {
+    /// Makes what is wanted before the first query, on all threads.
+    pub(crate) fn make_first(&self, occluders: &Occluders, bvh: &Bvh) {
         let is_due = |light: &LightValues| light.is_ordinary && !light.is_complete();
         match self.refine {
-            Refine::Eager if self.lights.iter().any(is_due) => self.make_all(occluders, bvh()),
+            Refine::Eager if self.lights.iter().any(is_due) => self.make_all(occluders, bvh),
             Refine::Lazy | Refine::Eager => {}
             Refine::Asked => (0..self.lights.len()).for_each(|light| {
                 if self.lights[light].is_ordinary {
