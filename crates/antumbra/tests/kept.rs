@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use antumbra::{
     BuildError, Change, Counters, KeptLight, Method, Part, Refine, Refinement, Refusal, SaveError,
-    ShadowIndex,
+    ShadowIndex, Volume,
 };
 use antumbra_geometry::{
     Coverage, DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
@@ -681,6 +681,83 @@ fn values_without_room_are_left_out() {
     assert!(seen.contains(&KeptLight::Taken) && seen.contains(&KeptLight::NoRoom));
     assert_eq!(seen[..2], [KeptLight::NoRoom; 2]);
     assert_eq!(seen[8..], [KeptLight::Taken; 2]);
+}
+
+#[test]
+fn a_volume_says_what_holds_in_all_of_a_cell() {
+    let world = World::new(64, Refine::Eager);
+    let index = world.index();
+    let by_rays = world
+        .builder()
+        .method(Method::Bvh)
+        .build()
+        .expect("an index");
+    let random = &mut Random(21);
+    let scene = world.occluders.bounds();
+    for resolution in [1, 2, 5, 8, 16, 32, 64] {
+        let volume = index.volume(resolution).expect("values");
+        let Volume {
+            cells,
+            min,
+            edge,
+            light_count,
+            ref values,
+        } = volume;
+        assert_eq!(light_count, 2);
+        assert_eq!(
+            values.len() as u64,
+            index.volume_bytes(resolution).expect("values")
+        );
+        let count: u32 = cells.iter().product();
+        assert_eq!(values.len(), 2 * count as usize);
+        assert_eq!(
+            *cells.iter().max().expect("axes"),
+            resolution.next_power_of_two()
+        );
+        // The cells hold the scene, and no layer of them is empty.
+        let sizes = DVec3::from_array(cells.map(f64::from)) * edge;
+        assert!((min.cmple(scene.min) & (min + sizes).cmpge(scene.max)).all());
+        assert!((min + sizes - edge).cmple(scene.max).all());
+
+        let mut asked = [0; 3];
+        let mut mixed = [[false; 2]; 2];
+        for _ in 0..4_000 {
+            let at = cells.map(|count| random.below(count as usize));
+            let inside = 0.5 * (random.in_cube() + 1.0);
+            let corner = DVec3::from_array(at.map(|at| at as f64));
+            let start = Start {
+                point: min + edge * (corner + inside),
+                surface: None,
+            };
+            for light in 0..2 {
+                let place = (at[0] * cells[1] as usize + at[1]) * cells[2] as usize + at[2];
+                let value = values[2 * place + light];
+                let is_shadowed = ask(&by_rays, &[start], light).0[0];
+                match value {
+                    Volume::LIT => assert!(!is_shadowed, "{start:?}"),
+                    Volume::SHADOWED => assert!(is_shadowed, "{start:?}"),
+                    Volume::MIXED => mixed[light][usize::from(is_shadowed)] = true,
+                    other => panic!("{other}"),
+                }
+                asked[usize::from(value)] += 1;
+            }
+        }
+        if resolution >= 32 {
+            assert!(asked.iter().all(|&count| count > 20), "{asked:?}");
+        }
+        assert_eq!(mixed, [[true; 2]; 2]);
+    }
+    // Values that were kept say the same.
+    let folder = Folder::new();
+    let path = folder.file("file");
+    index.save(&path).expect("a file");
+    let taken = world.load(&path).expect("it is taken");
+    assert_eq!(taken.volume(32), index.volume(32));
+    // Nothing is known, and nothing is made.
+    let lazy = World::new(64, Refine::Lazy).index();
+    let values = lazy.volume(8).expect("values").values;
+    assert!(values.iter().all(|&value| value == Volume::MIXED));
+    assert_eq!(by_rays.volume(8), None);
 }
 
 #[derive(Debug)]

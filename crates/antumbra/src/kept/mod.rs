@@ -11,11 +11,13 @@
 //! | `identity` | whose values they are, as hashes |
 //! | `layout` | the head of a file: where what is, and checksums |
 //! | `map` | a file in memory, and copies of its parts: the only `unsafe` code |
+//! | `volume` | values for other programs, in memory |
 //! | `whole` | writing so that a crash leaves the file before |
 
 mod identity;
 mod layout;
 mod map;
+mod volume;
 mod whole;
 
 use std::path::{Path, PathBuf};
@@ -28,6 +30,8 @@ use crate::occlusion::{AdaptiveValues, Misfit, Section};
 use identity::hash_of_words;
 use layout::{Head, LightEntry, Settings, TreeEntry};
 use map::Map;
+
+pub use volume::Volume;
 
 /// What became of the values of a light in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

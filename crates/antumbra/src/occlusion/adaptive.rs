@@ -7,7 +7,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start};
 use arc_swap::ArcSwapOption;
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -22,6 +22,7 @@ use super::refine::{Care, Depth, Refiner};
 use super::stream::{self, Misfit, Section};
 use super::tables::{LightTables, SceneTables, Tables};
 use super::value::Audience;
+use super::volume::Cells;
 use crate::Refine;
 use crate::bvh::Bvh;
 use crate::clock::Reading;
@@ -377,6 +378,19 @@ impl AdaptiveValues {
             .store(pending_count == 0, Ordering::Relaxed);
         values.budget.expect_answers();
         Ok(())
+    }
+
+    /// Returns cells for points of space that hold the scene, its longest side halved so many times.
+    pub(crate) fn cells(&self, scene: &Bounds, level: u32) -> Cells {
+        Cells::new(&self.lattices[Audience::Free as usize], scene, level)
+    }
+
+    /// Says of all cells what is known about a light, every `step`th value from the first on.
+    pub(crate) fn fill_cells(&self, light: usize, cells: &Cells, values: &mut [u8], step: usize) {
+        if let (Some(store), true) = (self.store(), self.lights[light].is_ordinary) {
+            let lattice = &self.lattices[Audience::Free as usize];
+            cells.fill(&store, light, lattice, values, step);
+        }
     }
 
     /// Makes tables of the scene and a light, in which triangles are entered when they are asked for.

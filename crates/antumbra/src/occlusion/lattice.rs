@@ -175,6 +175,11 @@ impl Lattice {
         level > self.root_level && (level - self.root_level).is_multiple_of(2)
     }
 
+    /// Returns the lowest corner of the octree's root cell and its edge, in world units.
+    pub(crate) fn corner_and_edge(&self) -> (DVec3, f64) {
+        (self.min, self.edge)
+    }
+
     /// Returns how many bricks may lie one in the other so that codes tell the cells of one more. Bricks for
     /// lack of time to look closer may be finer than the finest that are wanted.
     pub(crate) fn most_bricks(&self) -> u32 {

@@ -26,6 +26,7 @@ mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 mod value;
+mod volume;
 
 pub(crate) use adaptive::{AdaptiveValues, Making, Scene};
 pub(crate) use bricks::Store;
@@ -37,3 +38,4 @@ pub(crate) use refine::Depth;
 pub(crate) use store::DenseValues;
 pub(crate) use stream::{Misfit, Section};
 pub(crate) use value::Occlusion;
+pub(crate) use volume::{Cells, LIT, MIXED, SHADOWED};
