@@ -20,6 +20,7 @@ use crate::intersect::{
 use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
 
 pub use build::{OccludersBuilder, OccludersError};
+pub use query::StartTriangle;
 
 /// Names one surface: a triangle of a face, a sphere, a tube (cone wall) or a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
