@@ -69,7 +69,9 @@ pub(super) struct MethodFigures {
     /// Queries that needed no shadow ray, by the start's voxel or a blocker list, 0..1; for `voxel` in the
     /// second picture.
     pub(super) known_share: f64,
-    /// The same in the first picture.
+    /// Of those, the queries for which no surface was tested either, 0..1 of all.
+    pub(super) value_share: f64,
+    /// `known_share` in the first picture.
     pub(super) first_known_share: f64,
     /// Queries decided by the value of a voxel on the way.
     pub(super) intermediate: u64,

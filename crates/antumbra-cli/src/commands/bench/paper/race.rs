@@ -125,6 +125,8 @@ impl Runner {
             spread: spread.spread(),
             speedup: median(ratios.map(|(grid, here)| grid / here)),
             known_share: known_share(&last.tally),
+            value_share: last.tally.counters.shadow.first_pass as f64
+                / asked(&last.tally).max(1) as f64,
             first_known_share: known_share(&first.tally),
             intermediate: counters.shadow.intermediate,
             steps: counters.steps,

@@ -68,13 +68,13 @@ fn times(scenes: &[SceneFigures]) -> Table {
 fn savings(scenes: &[SceneFigures]) -> Table {
     let mut table = Table {
         title: "Table 2: savings",
-        caption: "%Known: queries that needed no shadow ray, by the start's voxel or a blocker list; for voxel in \
-                  the second picture, in brackets in the first. #Trav and #Int: voxels entered and surfaces \
+        caption: "%Known: queries that needed no shadow ray; for voxel in the second picture, in brackets in the \
+                  first. By value: those of them for which no surface was tested either. #Trav and #Int: voxels entered and surfaces \
                   tested that plain traversal took more of. #Intermed: queries decided on the way. The paper's \
                   rows are as printed; in the last three #Trav and #Int look exchanged. Work of voxel counts \
                   nodes of its tree as traversals; what it does to make its values shows in Table 1 only."
             .into(),
-        columns: columns(["image", "method", "%Known", "#Trav", "#Int", "#Intermed"]),
+        columns: columns(["image", "method", "%Known", "by value", "#Trav", "#Int", "#Intermed"]),
         rows: Vec::new(),
     };
     for scene in scenes {
@@ -83,6 +83,7 @@ fn savings(scenes: &[SceneFigures]) -> Table {
             scene.name.clone().into(),
             Cell::quoted("paper"),
             Cell::quoted(format!("{}%", paper.known_percent)),
+            "".into(),
             Cell::quoted(grouped(paper.traversals as i64)),
             Cell::quoted(grouped(paper.intersections as i64)),
             Cell::quoted(grouped(paper.intermediate as i64)),
@@ -103,6 +104,7 @@ fn savings(scenes: &[SceneFigures]) -> Table {
                 "".into(),
                 method.name().into(),
                 known.into(),
+                percent(found.value_share).into(),
                 saved(found.steps_saved),
                 saved(found.intersections_saved),
                 grouped(found.intermediate as i64).into(),
@@ -222,14 +224,18 @@ fn aims(scenes: &[SceneFigures]) -> Table {
         columns: columns(["aim", "scene", "wanted", "is", ""]),
         rows: Vec::new(),
     };
+    let mut last = String::new();
     let mut aim = |aim: &str, scene: &SceneFigures, wanted: String, is: String, is_met: bool| {
+        // Each aim is named once.
+        let name = if aim == last { "" } else { aim };
         table.rows.push(vec![
-            aim.into(),
+            name.into(),
             scene.name.clone().into(),
             wanted.into(),
             is.into(),
             Cell::toned(if is_met { "met" } else { "missed" }, better(is_met)),
         ]);
+        last = aim.to_owned();
     };
     let find = |scene: &SceneFigures, name: &str| scene.methods.get(name).cloned();
     for scene in scenes

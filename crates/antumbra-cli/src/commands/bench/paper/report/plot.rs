@@ -18,9 +18,9 @@ pub(super) struct Group {
 }
 
 const WIDTH: f64 = 640.0;
-const LABEL: f64 = 118.0;
-const NOTE: f64 = 92.0;
-const ROW: f64 = 20.0;
+const LABEL: f64 = 138.0;
+const NOTE: f64 = 112.0;
+const ROW: f64 = 23.0;
 
 /// Returns groups of horizontal bars; the longest of each group fills the width, or all share one scale, `full`.
 pub(super) fn bars(groups: &[Group], full: Option<f64>, title: &str) -> Markup {
@@ -38,14 +38,14 @@ pub(super) fn bars(groups: &[Group], full: Option<f64>, title: &str) -> Markup {
                 text.head x="0" y=(number(top + 19.0)) { (group.title) }
                 @for (i, bar) in group.bars.iter().enumerate() {
                     @let y = top + 26.0 + ROW * i as f64;
-                    text.label x=(number(LABEL - 8.0)) y=(number(y + 12.5)) { (bar.label) }
+                    text.label x=(number(LABEL - 8.0)) y=(number(y + 14.5)) { (bar.label) }
                     @let ends = ends(&bar.parts, scale);
                     @for (from, to, class) in &ends {
                         rect class=(class) x=(number(LABEL + from)) y=(number(y + 1.5))
-                            width=(number(to - from)) height="15" {}
+                            width=(number(to - from)) height="17" {}
                     }
                     @let end = ends.last().map_or(0.0, |end| end.1);
-                    text.note x=(number(LABEL + end + 6.0)) y=(number(y + 12.5)) { (bar.note) }
+                    text.note x=(number(LABEL + end + 6.0)) y=(number(y + 14.5)) { (bar.note) }
                 }
                 ({ top += 30.0 + ROW * group.bars.len() as f64; "" })
             }
