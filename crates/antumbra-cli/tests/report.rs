@@ -6,7 +6,14 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-const METHODS: [&str; 3] = ["grid", "voxel-1990", "voxel"];
+const METHODS: [&str; 6] = [
+    "grid",
+    "voxel-1990",
+    "voxel",
+    "light-buffer",
+    "hybrid",
+    "shadow-volumes",
+];
 
 fn bench(folder: &Path, more: &[&str]) -> Output {
     let common = ["bench", "paper", "--size", "48x48", "--rounds", "1"];

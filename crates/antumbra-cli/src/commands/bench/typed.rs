@@ -118,7 +118,7 @@ pub(crate) struct Shadows {
     #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
     pub(crate) size: [u32; 2],
 
-    /// Time this method of ours only; repeatable [default: all but naive]
+    /// Time this method only; repeatable [default: all of ours but naive]
     #[arg(long = "shadows", value_enum, value_name = "METHOD")]
     pub(crate) methods: Vec<Method>,
 

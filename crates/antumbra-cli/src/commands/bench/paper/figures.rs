@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use antumbra_baselines::rival::formulas::PaperMemory;
 use serde::Serialize;
 
 use super::scenes::PaperRow;
@@ -84,6 +85,8 @@ pub(super) struct MethodFigures {
     pub(super) intersections_saved: i64,
     /// What is kept for shadow queries.
     pub(super) bytes_per_light: f64,
+    /// What the paper expects, where it says.
+    pub(super) paper_memory: Option<PaperMemory>,
     /// Rendering the same picture again with what the first one left; only `voxel` learns.
     pub(super) second_render_s: Option<f64>,
 }

@@ -38,7 +38,14 @@ const VOXEL_1990: Shadows = Shadows::Voxel1990;
 const VOXEL: Shadows = Shadows::Voxel;
 
 /// The methods that are compared.
-const METHODS: [Shadows; 3] = [GRID, VOXEL_1990, VOXEL];
+const METHODS: [Shadows; 6] = [
+    GRID,
+    VOXEL_1990,
+    VOXEL,
+    Shadows::LightBuffer,
+    Shadows::Hybrid,
+    Shadows::ShadowVolumes,
+];
 
 /// The scenes' names.
 pub(super) const NAMES: [&str; 6] = scenes::NAMES;

@@ -134,6 +134,7 @@ impl Runner {
             steps_saved: saved(by_grid.steps, counters.steps),
             intersections_saved: saved(by_grid.intersections, counters.intersections),
             bytes_per_light: last.bytes_per_light,
+            paper_memory: last.paper_memory,
             second_render_s: (!self.second_s.is_empty()).then(|| middle(&self.second_s)),
         })
     }

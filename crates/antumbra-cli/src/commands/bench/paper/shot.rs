@@ -7,12 +7,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use antumbra::{GridResolution, QuickCheck, QuickCheckVerdict, RayMethod};
+use antumbra_baselines::rival::formulas::{self, PaperMemory};
 use antumbra_render::camera::View;
 use antumbra_render::film::{self, Picture, RenderSettings, Show, Watch};
 use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::{PrepareOptions, Prepared};
 use antumbra_scene::model::Scene;
 
+use super::VOXEL_1990;
 use crate::commands::bench::measure::Stopwatch;
 use crate::failure::Failure;
 use crate::typed::Shadows;
@@ -33,6 +35,8 @@ pub(super) struct Shot {
     pub(super) picture: Picture,
     /// What is kept for shadow queries, mean over the lights.
     pub(super) bytes_per_light: f64,
+    /// What the paper expects it to keep for one light, where it says.
+    pub(super) paper_memory: Option<PaperMemory>,
 }
 
 impl Shot {
@@ -61,6 +65,9 @@ impl Subject {
     fn options(&self, method: Shadows) -> PrepareOptions {
         PrepareOptions {
             method: method.method(),
+            rival: method.rival(),
+            // `hybrid` counts from the eye.
+            viewpoint: self.scene.camera.map(|camera| camera.eye),
             rays: RayMethod::Grid,
             grid: GridResolution::Fixed([self.grid; 3]),
             ..PrepareOptions::default()
@@ -80,13 +87,20 @@ impl Subject {
         let shoot = |prepare| {
             let (rendered, render) = stopwatch.time(|| self.render(&prepared, Show::Scene));
             let index = prepared.index();
-            let bytes = index.occlusion_bytes() + index.table_bytes();
+            let paper_memory = match prepared.rival() {
+                Some(rival) => rival.paper_memory(index),
+                None if method == VOXEL_1990 => {
+                    Some(formulas::voxel_occlusion(index.grid_resolution()))
+                }
+                None => None,
+            };
             Shot {
                 prepare,
                 render,
                 tally: rendered.tally,
                 picture: rendered.picture,
-                bytes_per_light: bytes as f64 / index.lights().len().max(1) as f64,
+                bytes_per_light: prepared.bytes_per_light(),
+                paper_memory,
             }
         };
         let first = shoot(prepare);

@@ -1,5 +1,7 @@
 //! Figures become tables: the paper's two, what the quick check said, memory, and what was to be shown.
 
+use antumbra_baselines::rival::formulas::PaperMemory;
+
 use super::figures::{Figures, MethodFigures, SceneFigures, Sweep};
 use super::scenes::PaperRow;
 use super::table::{Cell, Table, Tone};
@@ -69,7 +71,8 @@ fn savings(scenes: &[SceneFigures]) -> Table {
     let mut table = Table {
         title: "Table 2: savings",
         caption: "%Known: queries that needed no shadow ray; for voxel in the second picture, in brackets in the \
-                  first. By value: those of them for which no surface was tested either. #Trav and #Int: voxels entered and surfaces \
+                  first. By value: those of them for which no surface was tested either; the candidates of a light buffer \
+                  are tested, but no ray is walked. #Trav and #Int: voxels entered and surfaces \
                   tested that plain traversal took more of. #Intermed: queries decided on the way. The paper's \
                   rows are as printed; in the last three #Trav and #Int look exchanged. Work of voxel counts \
                   nodes of its tree as traversals; what it does to make its values shows in Table 1 only."
@@ -186,9 +189,10 @@ fn quick_check(scenes: &[SceneFigures]) -> Table {
 fn memory(scenes: &[SceneFigures]) -> Table {
     let mut table = Table {
         title: "Memory",
-        caption: "Bytes kept for shadow queries, mean over the lights, beside grid and tree. 2N^3 bits is the \
-                  paper's figure for its own method; nN^2 and EN^3n are its bounds, in entries, for a light \
-                  buffer of N by N cells a side and for hybrid shadow testing, with n objects of E edges (here 4)."
+        caption: "Bytes kept for shadow queries, mean over the lights, beside surfaces, grid and tree; in brackets \
+                  what the paper expects: 2N^3 bits for its own method, an object in every cell of a light buffer \
+                  (N^2 n), the shadow polygons of every edge in every voxel of hybrid shadow testing (E N^3 n), \
+                  with the bytes that an entry takes here."
             .into(),
         columns: columns(["image"]),
         rows: Vec::new(),
@@ -196,20 +200,19 @@ fn memory(scenes: &[SceneFigures]) -> Table {
     let kept = METHODS.into_iter().filter(|&method| method != GRID);
     let names = kept.clone().map(|method| method.name().to_owned());
     table.columns.extend(names);
-    table
-        .columns
-        .extend(columns(["2N^3 bits", "nN^2 entries", "EN^3n entries"]));
     for scene in scenes {
         let mut row: Vec<Cell> = vec![scene.name.clone().into()];
         for method in kept.clone() {
             let found = scene.methods.get(method.name());
             row.push(found.map_or("".into(), |found| {
-                grouped(found.bytes_per_light.round() as i64).into()
+                let bytes = grouped(found.bytes_per_light.round() as i64);
+                match found.paper_memory {
+                    Some(PaperMemory { bytes: paper, .. }) => {
+                        format!("{bytes} ({})", grouped(paper.round() as i64)).into()
+                    }
+                    None => bytes.into(),
+                }
             }));
-        }
-        let (n, objects) = (i64::from(scene.grid), scene.objects as i64);
-        for formula in [n.pow(3) / 4, objects * n.pow(2), 4 * n.pow(3) * objects] {
-            row.push(Cell::quoted(grouped(formula)));
         }
         table.rows.push(row);
     }
