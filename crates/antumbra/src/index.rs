@@ -740,8 +740,12 @@ impl ShadowIndex {
         Ok(shadow::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow)
     }
 
+    /// Checks that a query has an answer, as [`ShadowIndex::shadow`] does first.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
     #[inline]
-    pub(crate) fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
+    pub fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
         let Start { point, surface } = *start;
         // Not for NaN.
         let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()

@@ -277,7 +277,7 @@ impl Lattice {
         codes
     }
 
-    /// Returns where one point lies.
+    /// Returns where one point lies. Inlined, because only then do its vectors stay in registers.
     #[inline(always)]
     pub(crate) fn code_of<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> Code {
         self.codes(simd, &[[x; 8], [y; 8], [z; 8]]).get(0)
