@@ -295,6 +295,8 @@ impl AdaptiveValues {
         let packed: Option<Vec<_>> = (0..self.lights.len())
             .filter(|&light| self.lights[light].is_ordinary)
             .map(|light| {
+                // Of a light that was kept there may be none yet.
+                self.make_whole_tables(occluders, light);
                 let tables = self.tables(occluders, light)?;
                 let planes = planes::all(&tables);
                 Some((light, Packed::new(store, light, &self.lattices, planes)?))
@@ -303,6 +305,18 @@ impl AdaptiveValues {
         for (light, packed) in packed.into_iter().flatten() {
             self.lights[light].packed.get_or_init(|| packed);
             self.store.store(None);
+        }
+    }
+
+    /// Returns a store that holds what is known of a light: the one that grows, or, if that was packed, another.
+    fn store_of(&self, light: usize) -> Option<Arc<Store>> {
+        match self.packed(light) {
+            Some(packed) => {
+                let store = self.empty_store()?;
+                packed.unpack(&store, light, &self.lattices)?;
+                Some(store)
+            }
+            None => self.store(),
         }
     }
 
@@ -374,7 +388,7 @@ impl AdaptiveValues {
 
     /// Writes what is known of a light, to be kept.
     pub(crate) fn section(&self, light: usize) -> Section {
-        match self.store() {
+        match self.store_of(light) {
             Some(store) => stream::write(&store, light, &self.lattices),
             None => Section::default(),
         }
@@ -415,7 +429,7 @@ impl AdaptiveValues {
 
     /// Says of all cells what is known about a light, every `step`th value from the first on.
     pub(crate) fn fill_cells(&self, light: usize, cells: &Cells, values: &mut [u8], step: usize) {
-        if let (Some(store), true) = (self.store(), self.lights[light].is_ordinary) {
+        if let (Some(store), true) = (self.store_of(light), self.lights[light].is_ordinary) {
             let lattice = &self.lattices[Audience::Free as usize];
             cells.fill(&store, light, lattice, values, step);
         }

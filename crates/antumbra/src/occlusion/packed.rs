@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use super::bricks::Store;
+use super::bricks::{Decision, Finer, Store};
 use super::lattice::{Code, Lattice};
 use super::links::Link;
 use super::planes::StartPlane;
@@ -223,6 +223,55 @@ impl Packed {
     /// Returns the bytes of the planes of starts.
     pub(crate) fn plane_bytes(&self) -> u64 {
         size_of_val(&*self.planes) as u64
+    }
+}
+
+/// Writing it out again, for those who want a store.
+impl Packed {
+    /// Writes all that is known into a store in which nothing is known of this light; `None` if there is no
+    /// room.
+    pub(super) fn unpack(
+        &self,
+        store: &Store,
+        light: usize,
+        lattices: &[Lattice; 3],
+    ) -> Option<()> {
+        for audience in Audience::ALL {
+            let lattice = &lattices[audience as usize];
+            let finder = store.finder(light, audience, lattice);
+            for cell in lattice.root_bricks() {
+                let place = self.area(audience).first + Code::place_of(cell.at) as u32;
+                let brick = self.reader().root(place);
+                self.unpack_brick(store, finder.place_in_root(cell), brick)?;
+            }
+        }
+        Some(())
+    }
+
+    fn unpack_brick(&self, store: &Store, place: u32, brick: u32) -> Option<()> {
+        let reader = self.reader();
+        let decisions = std::array::from_fn(|number| {
+            let Cell { low, high } = reader.cell(brick, number as u32);
+            if high == 0 {
+                return Decision::Known(low != 0);
+            }
+            if low == 0 {
+                return Decision::Pending;
+            }
+            let leaf = self.leaf(reader.next(brick, number as u32));
+            match leaf.count() {
+                0 => Decision::Ray,
+                _ => Decision::List(self.list(leaf).into(), Finer::Never),
+            }
+        });
+        let link = store.write(&decisions, 0, |_| None)?;
+        store.publish(place, link);
+        if let Some(written) = link.brick() {
+            for (place, number) in store.unfinished(written) {
+                self.unpack_brick(store, place, reader.next(brick, number))?;
+            }
+        }
+        Some(())
     }
 }
 
