@@ -9,6 +9,7 @@ mod index;
 mod locate;
 mod occlusion;
 mod own_rays;
+mod rays;
 mod shadow;
 mod stats;
 
@@ -18,4 +19,5 @@ pub use index::{
     QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
 pub use own_rays::{AnyHit, WithRays};
+pub use rays::{Hits, RayBatch, Towards};
 pub use stats::{Counters, ShadowCounters};

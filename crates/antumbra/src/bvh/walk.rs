@@ -124,7 +124,7 @@ impl Bvh {
 
 /// Where the ray enters each child's box, and a bit for each child that it meets before `end`.
 #[inline(always)]
-fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) -> (f32x8<S>, u32) {
+pub(super) fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) -> (f32x8<S>, u32) {
     let crossings = |axis: usize| {
         let inverse = f32x8::splat(simd, ray.inverse[axis]);
         let offset = f32x8::splat(simd, ray.offset[axis]);
@@ -163,7 +163,7 @@ impl Question<'_> {
 }
 
 /// Returns how far a segment's exact start may lie from its point as given.
-fn offset(segment: &Segment) -> f64 {
+pub(super) fn offset(segment: &Segment) -> f64 {
     (segment.origin() - segment.start().point)
         .abs()
         .max_element()
@@ -313,7 +313,7 @@ impl AnyHit<'_> {
 }
 
 /// The numbers of the bits set.
-fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let lane = mask.trailing_zeros() as usize;
