@@ -18,6 +18,7 @@ mod data;
 mod filter;
 mod near;
 mod ray;
+mod topology;
 mod walk;
 
 pub(crate) use cull::Region;

@@ -20,11 +20,13 @@ mod mark;
 mod quick_check;
 mod refine;
 mod store;
+mod stream;
 mod sync;
 mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 mod value;
+mod volume;
 
 pub(crate) use adaptive::{AdaptiveValues, Making, Scene};
 pub(crate) use bricks::Store;
@@ -34,4 +36,6 @@ pub(crate) use mark::mark;
 pub(crate) use quick_check::quick_check;
 pub(crate) use refine::Depth;
 pub(crate) use store::DenseValues;
+pub(crate) use stream::{Misfit, Section};
 pub(crate) use value::Occlusion;
+pub(crate) use volume::{Cells, LIT, MIXED, SHADOWED};
