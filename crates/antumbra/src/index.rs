@@ -706,7 +706,7 @@ impl ShadowIndex {
             Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
             Method::Voxel1990 | Method::Grid => {
                 let segment = occluders.segment(start, light);
-                shadow::by_grid(occluders, &self.grid, &segment, counters)
+                shadow::by_grid(occluders, self.grid(), &segment, counters)
             }
             Method::Naive => {
                 let segment = occluders.segment(start, light);
