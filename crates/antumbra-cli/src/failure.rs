@@ -100,6 +100,9 @@ impl From<PrepareError> for Failure {
                 "give --grid fewer voxels, or raise --memory-limit"
             }
             PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
+            PrepareError::Build(BuildError::Occlusion(refused)) => {
+                crate::commands::kept::help(refused)
+            }
             _ => "",
         };
         Self::input(error.to_string(), help)

@@ -64,6 +64,8 @@ fn do_command(
         Command::Inspect(typed) => commands::inspect::run(typed, screen),
         Command::Verify(typed) => commands::verify::run(typed, screen),
         Command::Query(typed) => commands::query::run(typed, screen),
+        Command::Bake(typed) => commands::bake::run(typed, screen),
+        Command::Export(typed) => commands::export::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),
         Command::Convert(typed) => commands::convert::run(typed, screen),
         Command::Bench(typed) => commands::bench::run(typed, screen),

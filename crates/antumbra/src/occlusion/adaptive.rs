@@ -18,6 +18,8 @@ use super::candidates::{Candidates, Casters};
 use super::forms::{BOUND, START_ROOM};
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
+use super::packed::Packed;
+use super::planes;
 use super::refine::{Care, Depth, Refiner};
 use super::stream::{self, Misfit, Section};
 use super::tables::{LightTables, SceneTables, Tables};
@@ -54,6 +56,8 @@ pub(super) struct LightValues {
     /// Whether values can be made.
     is_ordinary: bool,
     tables: OnceLock<LightTables>,
+    /// All values, if they were made before.
+    packed: OnceLock<Packed>,
     /// Whether a thread makes tables.
     is_busy: AtomicBool,
     /// Whether values were taken in which nothing is pending.
@@ -242,6 +246,7 @@ impl LightValues {
             light,
             is_ordinary,
             tables: OnceLock::new(),
+            packed: OnceLock::new(),
             is_busy: AtomicBool::new(false),
             is_complete: AtomicBool::new(false),
             budget: Budget::default(),
@@ -282,6 +287,29 @@ impl AdaptiveValues {
                 });
             }
         }
+        self.pack(occluders, &store);
+    }
+
+    /// Packs the values of all lights for reading and drops the store, if all of it can be told so.
+    fn pack(&self, occluders: &Occluders, store: &Store) {
+        let packed: Option<Vec<_>> = (0..self.lights.len())
+            .filter(|&light| self.lights[light].is_ordinary)
+            .map(|light| {
+                let tables = self.tables(occluders, light)?;
+                let planes = planes::all(&tables);
+                Some((light, Packed::new(store, light, &self.lattices, planes)?))
+            })
+            .collect();
+        for (light, packed) in packed.into_iter().flatten() {
+            self.lights[light].packed.get_or_init(|| packed);
+            self.store.store(None);
+        }
+    }
+
+    /// Returns all values of a light, if they were made before.
+    #[inline]
+    pub(crate) fn packed(&self, light: usize) -> Option<&Packed> {
+        self.lights[light].packed.get()
     }
 
     /// Makes the values that are missing of a cell whose link this is, and of all finer ones.
@@ -664,18 +692,24 @@ fn price_of(ns: u64) -> u32 {
 impl AdaptiveValues {
     /// Returns the bytes of values and links.
     pub(crate) fn value_bytes(&self) -> u64 {
-        self.store().map_or(0, |store| store.bytes().0)
+        self.store().map_or(0, |store| store.bytes().0) + self.sum(Packed::value_bytes)
     }
 
     /// Returns the bytes of lists.
     pub(crate) fn list_bytes(&self) -> u64 {
-        self.store().map_or(0, |store| store.bytes().1)
+        self.store().map_or(0, |store| store.bytes().1) + self.sum(Packed::list_bytes)
+    }
+
+    fn sum(&self, bytes_of: impl Fn(&Packed) -> u64) -> u64 {
+        let packed = self.lights.iter().filter_map(|light| light.packed.get());
+        packed.map(bytes_of).sum()
     }
 
     /// Returns the bytes of lists and tables.
     pub(crate) fn table_bytes(&self) -> u64 {
         let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
         self.list_bytes()
+            + self.sum(Packed::plane_bytes)
             + of_lights.map(LightTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)
     }

@@ -64,6 +64,16 @@ pub(crate) struct List<'a> {
     pub(crate) forms: Option<&'a [EightForms]>,
 }
 
+impl List<'_> {
+    /// Returns the surfaces.
+    pub(crate) fn surfaces(&self) -> Box<[u32]> {
+        let surfaces = self.surfaces.iter();
+        surfaces
+            .map(|surface| surface.load(Ordering::Relaxed))
+            .collect()
+    }
+}
+
 impl Store {
     /// Makes a store in which nothing is known, of at most so many bytes; `None` if these do not hold the
     /// root tables. Refining a cell at the root has a price.
@@ -108,6 +118,28 @@ impl Store {
             root_shift: lattice.root_shift(),
             brick_shift: lattice.coarsest_shift(),
         }
+    }
+
+    /// Returns where a root table starts.
+    pub(crate) fn root(&self, light: usize, audience: Audience) -> u32 {
+        self.roots[light][audience as usize]
+    }
+
+    /// Returns what is known at a link.
+    pub(crate) fn link(&self, place: u32) -> Link {
+        read(self.word(place))
+    }
+
+    /// Returns what is known of the 64 cells of a brick.
+    pub(crate) fn cells(&self, brick: usize) -> [Link; 64] {
+        let words = &self.arena.words()[brick..];
+        std::array::from_fn(|number| {
+            let (value, before) = value_of(words, number as u32);
+            match value.of_surface_point() {
+                Some(is_shadowed) => Link::known(is_shadowed),
+                None => read(&words[PLANES + before]),
+            }
+        })
     }
 
     pub(crate) fn word(&self, place: u32) -> &AtomicU32 {

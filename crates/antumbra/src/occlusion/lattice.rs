@@ -73,6 +73,12 @@ impl<const N: usize> Codes<N> {
     pub(crate) fn get(&self, number: usize) -> Code {
         Code(u64::from(self.high[number]) << 24 | u64::from(self.low[number]))
     }
+
+    /// Returns the upper halves, which say where the coarsest bricks are and which of their cells.
+    #[inline(always)]
+    pub(crate) fn high(&self) -> &[u32; N] {
+        &self.high
+    }
 }
 
 impl Code {
@@ -272,6 +278,7 @@ impl Lattice {
     }
 
     /// Returns where one point lies.
+    #[inline(always)]
     pub(crate) fn code_of<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> Code {
         self.codes(simd, &[[x; 8], [y; 8], [z; 8]]).get(0)
     }

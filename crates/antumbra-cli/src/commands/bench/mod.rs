@@ -12,6 +12,7 @@
 //! | values that are made while they are measured | [`cold`] |
 //! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
+//! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
 
 mod aims;
@@ -20,6 +21,7 @@ mod frames;
 mod frames_report;
 mod head;
 mod judge;
+mod kept;
 mod measure;
 mod methods;
 mod oracle;
@@ -42,12 +44,13 @@ pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Fail
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
+        typed::What::Kept(typed) => kept::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
     }
 }
 
 /// Writes figures as JSON.
-fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
+pub(super) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
     let write = || -> Result<(), std::io::Error> {
         let mut text = serde_json::to_string_pretty(figures)?;
         text.push('\n');

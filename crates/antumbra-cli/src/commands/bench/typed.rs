@@ -21,6 +21,8 @@ pub(crate) enum What {
     Shadows(Shadows),
     /// Time frame after frame from the first query on, with values that are made on the way
     Frames(Frames),
+    /// Time a second process to its first million answers, with a file of values and without
+    Kept(super::kept::Kept),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
 }
