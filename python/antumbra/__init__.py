@@ -15,7 +15,7 @@ numbers. They depend neither on the method nor on the number of threads.
 """
 
 from ._antumbra import version as _version
-from .index import ShadowIndex
+from .index import ShadowIndex, Volume
 from .lights import DirectionalLight, Light, PointLight, SpotLight
 from .picture import Camera, Picture, render
 from .scene import Scene
@@ -31,6 +31,7 @@ __all__ = [
     "Scene",
     "ShadowIndex",
     "SpotLight",
+    "Volume",
     "__version__",
     "render",
 ]

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import Reals
-from .index import Settings, Stats
+from .index import KeptLight, Settings, Stats
 from .lights import LightTuple
 from .picture import PictureSettings
 
@@ -40,7 +40,9 @@ class Scene:
 
 @final
 class ShadowIndex:
-    def __new__(cls, scene: Scene, lights: list[LightTuple], settings: Settings) -> ShadowIndex: ...
+    def __new__(
+        cls, scene: Scene, lights: list[LightTuple], settings: Settings, occlusion: str | None
+    ) -> ShadowIndex: ...
     @property
     def lights(self) -> list[LightTuple]: ...
     def occluded(
@@ -60,6 +62,10 @@ class ShadowIndex:
     def occluded_rays(
         self, origins: Reals, directions: Reals, face_ids: npt.NDArray[np.uint32] | None, threads: int
     ) -> npt.NDArray[np.uint8]: ...
+    def save(self, path: str) -> tuple[int, int]: ...
+    @property
+    def kept_lights(self) -> list[KeptLight]: ...
+    def volume(self, resolution: int) -> tuple[npt.NDArray[np.uint8], list[float], float] | None: ...
     def stats(self) -> Stats: ...
 
 def nearest_hits(
@@ -84,6 +90,7 @@ def render(
     camera: _Camera | None,
     picture: PictureSettings,
     settings: Settings,
+    occlusion: str | None,
 ) -> tuple[
     npt.NDArray[np.float32],
     npt.NDArray[np.float32],

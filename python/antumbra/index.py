@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from typing import Any, Literal, TypedDict
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,30 @@ from .lights import Light, light_of, tuples_of
 from .scene import Scene
 
 MOST_VALUE_BYTES = 4 << 30
+
+
+KeptLight: TypeAlias = Literal["taken", "absent", "no room"]
+"""What a file had of a light: values that were taken; none, as the light is new or was moved; more than `memory`."""
+
+
+@dataclass(frozen=True)
+class Volume:
+    """What values know of points of space, in cubes.
+
+    Attributes:
+        values: uint8, shape (x, y, z, lights): `LIT` where all points of a cube are lit, `SHADOWED` where none is,
+            `MIXED` where both occur or it is not known.
+        lowest: The lowest corner of the first cube, world space, shape (3,).
+        edge: The edge of a cube.
+    """
+
+    LIT = 0
+    SHADOWED = 1
+    MIXED = 2
+
+    values: npt.NDArray[np.uint8] = field(repr=False)
+    lowest: npt.NDArray[np.float64]
+    edge: float
 
 
 class Stats(TypedDict):
@@ -101,9 +127,13 @@ class ShadowIndex:
         memory_limit: Bytes that the whole index may take, by prediction; `None` for no limit.
         grid: Voxels of the uniform grid along each axis, one number or three, 1 to 2048; by default by a rule.
         threads: Threads that build it; 0 for one a processor.
+        occlusion: A file that `save` wrote for the same surfaces, with the same `resolution`: what it has of each
+            light is taken; other lights are made as without a file (`kept_lights`).
 
     Raises:
         MemoryError: More than `memory_limit` would be needed.
+        OSError: The file cannot be read.
+        ValueError: A setting is out of range, or the file is refused: it is damaged, or of other surfaces.
 
     An index may be asked by several Python threads at once.
     """
@@ -123,6 +153,7 @@ class ShadowIndex:
         memory_limit: int | None = None,
         grid: int | Sequence[int] | None = None,
         threads: int = 0,
+        occlusion: str | os.PathLike[str] | None = None,
     ) -> None:
         if not isinstance(scene, Scene):
             raise TypeError(f"scene: expected antumbra.Scene, found {type(scene).__name__}")
@@ -136,8 +167,51 @@ class ShadowIndex:
             threads=threads,
         )
         tuples = scene._native.lights if lights is None else tuples_of(lights)
-        self._native = _antumbra.ShadowIndex(scene._native, tuples, made)
+        path = None if occlusion is None else os.fspath(occlusion)
+        self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path)
         self._scene = scene
+
+    @classmethod
+    def load(
+        cls, path: str | os.PathLike[str], scene: Scene, lights: Sequence[Light] | None = None, **how: Any
+    ) -> ShadowIndex:
+        """Makes an index with the values of a file: `ShadowIndex(scene, lights, occlusion=path, **how)`."""
+        return cls(scene, lights, occlusion=path, **how)
+
+    def save(self, path: str | os.PathLike[str]) -> int:
+        """Writes what is known of all lights to a file, for `occlusion`, whole or not at all.
+
+        Only the method `"voxel"` knows something. With `refine="eager"` it is everything, else what the queries so
+        far have paid for. Queries may be answered meanwhile.
+
+        Returns:
+            The bytes of the file.
+
+        Raises:
+            OSError: The file cannot be written.
+            ValueError: The method keeps no values.
+        """
+        return self._native.save(os.fspath(path))[0]
+
+    @property
+    def kept_lights(self) -> list[KeptLight]:
+        """What the file of the index had of each light; empty without a file."""
+        return self._native.kept_lights
+
+    def volume(self, resolution: int = 64) -> Volume | None:
+        """Returns what values know of points of space near the scene, in cubes: most with `refine="eager"`.
+
+        Args:
+            resolution: Cubes along the longest axis, 1 to 1024, rounded up to a power of two.
+
+        Returns:
+            `None` if the method keeps no values or the scene is empty.
+        """
+        found = self._native.volume(whole("resolution", resolution, 1, 1024))
+        if found is None:
+            return None
+        values, lowest, edge = found
+        return Volume(values, np.array(lowest), edge)
 
     @property
     def scene(self) -> Scene:

@@ -91,6 +91,7 @@ def render(
     memory_limit: int | None = None,
     grid: int | Sequence[int] | None = None,
     threads: int = 0,
+    occlusion: str | os.PathLike[str] | None = None,
 ) -> Picture:
     """Renders a picture by Whitted ray tracing, as the program's `render` does.
 
@@ -111,6 +112,7 @@ def render(
         memory_limit: Bytes of the index.
         grid: Voxels of the uniform grid.
         threads: Threads that work; 0 for one a processor.
+        occlusion: A file of `ShadowIndex.save`.
 
     The interpreter's lock is released; Ctrl-C ends the work.
     """
@@ -150,5 +152,8 @@ def render(
         threads=threads,
     )
     tuples = None if lights is None else tuples_of(lights)
-    colour, shadow, decided, names, ways, stops, counts = _antumbra.render(native, tuples, view, picture, made)
+    path = None if occlusion is None else os.fspath(occlusion)
+    colour, shadow, decided, names, ways, stops, counts = _antumbra.render(
+        native, tuples, view, picture, made, path
+    )
     return Picture(colour, shadow, dict(zip(ways, decided)), names, stops, counts)

@@ -55,7 +55,7 @@ class RayMeshIntersector:
         index: _antumbra.ShadowIndex | None = self._cache["index"]
         if index is None:
             scene = Scene.from_trimesh(self.mesh)
-            index = _antumbra.ShadowIndex(scene._native, [], settings(method="bvh", threads=self._threads))
+            index = _antumbra.ShadowIndex(scene._native, [], settings(method="bvh", threads=self._threads), None)
             self._cache["index"] = index
         return index
 

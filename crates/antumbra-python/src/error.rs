@@ -1,7 +1,7 @@
 //! Our errors as Python's: `OSError` for files that the system refuses, `MemoryError` for limits,
 //! `ValueError` for the rest.
 
-use antumbra::{BatchError, BuildError};
+use antumbra::{BatchError, BuildError, LoadError, Refusal, SaveError};
 use antumbra_geometry::DVec3;
 use antumbra_render::camera::CameraError;
 use antumbra_render::image_file::ImageFileError;
@@ -42,6 +42,19 @@ impl ToPython for BuildError {
     fn to_python(&self) -> PyErr {
         match self {
             Self::Memory { .. } => PyMemoryError::new_err(self.to_string()),
+            Self::Occlusion(LoadError {
+                reason: Refusal::Unreadable(_),
+                ..
+            }) => PyOSError::new_err(self.to_string()),
+            _ => PyValueError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl ToPython for SaveError {
+    fn to_python(&self) -> PyErr {
+        match self {
+            Self::Unwritable { .. } => PyOSError::new_err(self.to_string()),
             _ => PyValueError::new_err(self.to_string()),
         }
     }

@@ -3,16 +3,19 @@
 //! In: a scene, lights, settings; then arrays of points. Out: arrays of answers. Points are answered in blocks,
 //! between which Ctrl-C is looked for.
 
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use antumbra::{
-    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, Method, Refine,
-    Refinement, Towards,
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, KeptLight, Method,
+    Refine, Refinement, Towards,
 };
 use antumbra_render::prepare::PrepareOptions;
-use numpy::{Element, PyArray1, PyArray2, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::{
+    Element, PyArray1, PyArray2, PyArray4, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2,
+};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -138,12 +141,15 @@ impl ShadowIndex {
         scene: &Scene,
         lights: Vec<LightTuple>,
         settings: Settings,
+        occlusion: Option<PathBuf>,
     ) -> PyResult<Self> {
         let lights = from_tuples(lights)?;
         let options = settings.options()?;
         let begin = Instant::now();
         let index = on_threads(py, settings.threads, || {
-            scene.gathered.index(&lights, &options)
+            scene
+                .gathered
+                .index_from(&lights, &options, occlusion.as_deref())
         })?;
         Ok(Self {
             index: index.map_err(|error| error.to_python())?,
@@ -230,6 +236,48 @@ impl ShadowIndex {
             }
             _ => Err(of_two_types("origins and directions")),
         }
+    }
+
+    /// Writes what is known of all lights; returns the bytes of the file, and how many voxels may still be
+    /// refined.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<(u64, u64)> {
+        let saved = py.detach(|| self.index.save(path));
+        let saved = saved.map_err(|error| error.to_python())?;
+        Ok((saved.bytes, saved.pending_count))
+    }
+
+    /// What the file of the index had of each light; empty without a file.
+    #[getter]
+    fn kept_lights(&self) -> Vec<&'static str> {
+        let name = |kept: &KeptLight| match kept {
+            KeptLight::Taken => "taken",
+            KeptLight::Absent => "absent",
+            KeptLight::NoRoom => "no room",
+        };
+        self.index.kept_lights().iter().map(name).collect()
+    }
+
+    /// What values know of points of space, in cells: uint8, shape (x, y, z, lights), with the lowest corner of
+    /// all cells and their edge. `None` where there are no values.
+    #[expect(clippy::type_complexity, reason = "a tuple for Python")]
+    fn volume<'py>(
+        &self,
+        py: Python<'py>,
+        resolution: u32,
+    ) -> PyResult<Option<(Bound<'py, PyArray4<u8>>, [f64; 3], f64)>> {
+        const MOST_BYTES: u64 = 4 << 30;
+        let bytes = self.index.volume_bytes(resolution).unwrap_or(0);
+        if bytes > MOST_BYTES {
+            let message = format!("a volume of {bytes} bytes: expected at most {MOST_BYTES}");
+            return Err(PyMemoryError::new_err(message));
+        }
+        let Some(volume) = on_threads(py, 0, || self.index.volume(resolution))? else {
+            return Ok(None);
+        };
+        let [x, y, z] = volume.cells.map(|cells| cells as usize);
+        let values = PyArray1::from_vec(py, volume.values);
+        let values = values.reshape([x, y, z, volume.light_count])?;
+        Ok(Some((values, volume.min.to_array(), volume.edge)))
     }
 
     /// What the index is and what was asked of it.

@@ -54,6 +54,7 @@ pub(crate) fn render<'py>(
     camera: Option<CameraTuple>,
     picture: PictureSettings,
     settings: Settings,
+    occlusion: Option<PathBuf>,
 ) -> PyResult<(
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
@@ -109,7 +110,8 @@ pub(crate) fn render<'py>(
         if let Some(background) = picture.background {
             model.background = DVec3::from_array(background);
         }
-        Prepared::of_gathered(model, scene.gathered.clone(), &options)
+        let gathered = scene.gathered.clone();
+        Prepared::of_gathered_from(model, gathered, &options, occlusion.as_deref())
     })?;
     let prepared = prepared.map_err(|error| error.to_python())?;
     let rendered = cancellable(py, settings.threads, |cancel| {
