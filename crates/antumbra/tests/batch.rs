@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra::{
     AnyHit, Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Decided,
-    GridResolution, Method, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
+    GridResolution, Method, RayBatch, RayMethod, Refine, Refinement, Shadow, ShadowIndex, Towards,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
@@ -806,4 +806,70 @@ fn single_queries_with_own_rays_say_how_they_were_decided() {
         .with_rays(&rays)
         .shadow(&bad, 0, &mut Counters::default());
     assert!(answer.is_err());
+}
+
+#[test]
+fn rays_of_many_do_not_depend_on_threads_and_refuse_by_number() {
+    let occluders = hall();
+    let index = index_of(&occluders, Method::Voxel);
+    let random = &mut Random(11);
+    let mut point = || (4.0 * random.in_cube()).to_array();
+    let origins: Vec<[f64; 3]> = (0..5000).map(|_| point()).collect();
+    let mut directions: Vec<[f64; 3]> = (0..5000).map(|_| point()).collect();
+    directions[7] = [0.0; 3];
+    // Products of such a direction vanish.
+    directions[8] = directions[9].map(|x| x * 1e-200);
+    let rays = RayBatch {
+        origins: &origins,
+        directions: &directions,
+        leaves: None,
+    };
+    let batch = Batch::free(&origins);
+    let on_threads = |count| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+        pool.expect("threads").install(|| {
+            let mut hits = vec![None; origins.len()];
+            index.nearest_hits(&rays, &mut hits).expect("hits");
+            let mut blocked = vec![2; origins.len()];
+            index
+                .occluded_towards(&batch, Towards::Directions(&directions), &mut blocked)
+                .expect("answers");
+            let all = index.all_hits(&rays).expect("hits");
+            (hits, blocked, all.hits, all.ends)
+        })
+    };
+    let one = on_threads(1);
+    assert_eq!(one, on_threads(3));
+    assert_eq!((one.0[7], one.1[7]), (None, 0));
+    let hit_count = one.0.iter().flatten().count();
+    assert!(hit_count > 1000, "{hit_count}");
+    for (number, hit) in one.0.iter().enumerate() {
+        let first = one.3[number.max(1) - 1] * usize::from(number > 0);
+        assert_eq!(*hit, one.2[first..one.3[number]].first().copied());
+    }
+
+    let mut refused = |number: usize, x: f64| {
+        let mut bad = directions.clone();
+        bad[number] = [1.0, x, 0.0];
+        index.occluded_towards(&batch, Towards::Points(&bad), &mut vec![0; 5000])
+    };
+    for (number, x) in [(4999, f64::NAN), (3, f64::INFINITY), (2500, 1e31)] {
+        let error = refused(number, x).expect_err("no number for a point");
+        let text = error.to_string();
+        assert!(text.starts_with(&format!("end {number} is ")), "{text}");
+    }
+    let short = RayBatch {
+        directions: &directions[1..],
+        ..rays
+    };
+    let error = index.all_hits(&short).expect_err("a direction is missing");
+    assert_eq!(error.to_string(), "directions: expected 5000, found 4999");
+    let beyond = vec![u32::MAX; 5000];
+    let leaving = RayBatch {
+        leaves: Some(&beyond),
+        ..rays
+    };
+    let error = index.nearest_hits(&leaving, &mut vec![None; 5000]);
+    let expected = "point 0: surface 4294967295 does not exist";
+    assert_eq!(error.expect_err("no such surface").to_string(), expected);
 }

@@ -198,7 +198,7 @@ impl Question<'_> {
 }
 
 /// Returns how far a segment's exact start may lie from its point as given.
-fn offset(segment: &Segment) -> f64 {
+pub(super) fn offset(segment: &Segment) -> f64 {
     (segment.origin() - segment.start().point)
         .abs()
         .max_element()
@@ -313,7 +313,7 @@ impl AnyHit<'_> {
 }
 
 /// The numbers of the bits set.
-fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let lane = mask.trailing_zeros() as usize;

@@ -1,0 +1,245 @@
+"""Measures `ShadowIndex.occluded` beside embreex and trimesh: one thread, NumPy arrays on all sides.
+
+    pip install . embreex trimesh
+    python bench/python_occluded.py --points 10000000 --json out.json
+
+The mesh is a sphere with bumps that shade each other, made here; the light is a point outside of it, with nothing
+beyond. Points lie on random faces, in random order or, with --sorted, face after face. What is asked:
+
+* on faces: ours gets the points in float32 and the numbers of their faces. Embree gets origins that were moved
+  off the faces and directions, both in float32 and made before the clock starts, and its answers are those of
+  rtcOccluded1 (query="OCCLUDED"), its fastest path in embreex;
+* free: both get the moved origins. The question is the same, so every difference is judged, by the exact rule
+  (method="naive").
+
+Times are of the process's CPU, which a loaded machine changes less than the wall's; both are told. Cold is the first
+call and all that comes before it: taking the mesh, building, and what is built while queries are
+answered. Warm is the median of later calls. trimesh's intersects_any (with embreex behind it) converts to float64,
+scales and unitizes; that is its time, and it is asked fewer points.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import sys
+import time
+from typing import Any, Callable
+
+import numpy as np
+
+import antumbra
+
+LIGHT = (2.0, -3.0, 4.0)
+
+
+def bumpy_sphere(rings: int) -> tuple[Any, Any]:
+    """Returns float32 vertices and int32 faces: 4 * rings^2 faces."""
+    sectors = 2 * rings
+    polar, around = np.meshgrid(
+        np.linspace(0.01, np.pi - 0.01, rings + 1), np.linspace(0.0, 2.0 * np.pi, sectors, endpoint=False), indexing="ij"
+    )
+    radius = 1.0 + 0.15 * np.sin(17.0 * polar) * np.cos(13.0 * around)
+    vertices = np.stack(
+        [radius * np.sin(polar) * np.cos(around), radius * np.sin(polar) * np.sin(around), radius * np.cos(polar)], -1
+    )
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(rings), np.arange(sectors), indexing="ij"))
+    a, b = i * sectors + j, i * sectors + (j + 1) % sectors
+    c, d = b + sectors, a + sectors
+    faces = np.concatenate([np.stack([a, d, c], -1), np.stack([a, c, b], -1)])
+    return vertices.reshape(-1, 3).astype(np.float32), faces.astype(np.int32)
+
+
+def sample(vertices: Any, faces: Any, count: int, is_sorted: bool) -> tuple[Any, Any, Any]:
+    """Returns points on faces, the faces' numbers, and points moved off them by 1e-4, in float32."""
+    random = np.random.default_rng(1)
+    corners = vertices.astype(np.float64)[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    unit = normals / areas[:, None]
+    ids = random.choice(len(faces), size=count, p=areas / areas.sum()).astype(np.uint32)
+    if is_sorted:
+        ids.sort()
+    points, moved = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+    for begin in range(0, count, 1 << 20):
+        part = slice(begin, begin + (1 << 20))
+        u, v = random.random((2, len(ids[part]), 1))
+        flip = u + v > 1.0
+        u, v = np.where(flip, 1.0 - u, u), np.where(flip, 1.0 - v, v)
+        a, b, c = np.moveaxis(corners[ids[part]], 1, 0)
+        at = a + u * (b - a) + v * (c - a)
+        points[part] = at
+        moved[part] = at + 1e-4 * unit[ids[part]]
+    return points, ids, moved
+
+
+def clocks() -> Any:
+    """Returns wall-clock time and the CPU time of the process, all its threads together."""
+    return np.array([time.perf_counter(), time.process_time()])
+
+
+def measure(make: Callable[[], Callable[[], Any]], rounds: int) -> tuple[Any, Any, Any]:
+    """Returns wall and CPU seconds of the cold call, the medians of the warm ones, and the answers."""
+    begin = clocks()
+    ask = make()
+    answers = ask()
+    cold = clocks() - begin
+    warm = []
+    for _ in range(rounds):
+        begin = clocks()
+        again = ask()
+        warm.append(clocks() - begin)
+        assert np.array_equal(answers, again), "answers changed"
+    return cold, np.median(warm, axis=0), answers
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rings", type=int, default=224, help="4 * rings^2 faces")
+    parser.add_argument("--points", type=int, default=10_000_000)
+    parser.add_argument("--trimesh-points", type=int, default=1_000_000)
+    parser.add_argument("--judged-points", type=int, default=1_000_000)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--sorted", action="store_true", help="face after face")
+    parser.add_argument("--only", nargs="*", help="what to measure, by name")
+    parser.add_argument("--json", help="where to write the figures")
+    typed = parser.parse_args()
+
+    vertices, faces = bumpy_sphere(typed.rings)
+    points, ids, moved = sample(vertices, faces, typed.points, typed.sorted)
+    directions = (np.float32(LIGHT) - moved).astype(np.float32)
+    light = [antumbra.PointLight(LIGHT)]
+    few = typed.trimesh_points
+
+    def ours(**how: Any) -> Callable[[], Callable[[], Any]]:
+        asked = how.pop("points", points)
+        refine = how.pop("refine", "lazy")
+        method = how.pop("method", "voxel")
+
+        def make() -> Callable[[], Any]:
+            scene = antumbra.Scene.from_arrays(vertices, faces)
+            index = antumbra.ShadowIndex(scene, light, refine=refine, method=method, threads=1)
+            return lambda: index.occluded(asked, threads=1, **how)
+
+        return make
+
+    def embree() -> Callable[[], Any]:
+        from embreex import rtcore_scene
+        from embreex.mesh_construction import TriangleMesh
+
+        scene = rtcore_scene.EmbreeScene()
+        TriangleMesh(scene=scene, vertices=vertices, indices=faces)
+
+        def ask() -> Any:
+            # 0 where something is hit, -1 where nothing is.
+            return scene.run(moved, directions, query="OCCLUDED") != -1
+
+        return ask
+
+    def by_trimesh(engine: str) -> Callable[[], Callable[[], Any]]:
+        def make() -> Callable[[], Any]:
+            import trimesh
+
+            mesh = trimesh.Trimesh(vertices, faces, process=False)
+            if engine == "antumbra":
+                from antumbra.ray import RayMeshIntersector
+
+                mesh.ray = RayMeshIntersector(mesh, threads=1)
+            return lambda: mesh.ray.intersects_any(moved[:few], directions[:few])
+
+        return make
+
+    subjects: dict[str, tuple[Callable[[], Callable[[], Any]], int]] = {
+        "embreex, OCCLUDED": (embree, typed.points),
+        "antumbra, on faces": (ours(face_ids=ids), typed.points),
+        "antumbra, on faces, eager": (ours(face_ids=ids, refine="eager"), typed.points),
+        "antumbra, free": (ours(points=moved), typed.points),
+        "antumbra, free, eager": (ours(points=moved, refine="eager"), typed.points),
+        "antumbra, on faces, bvh": (ours(face_ids=ids, method="bvh"), typed.points),
+        "antumbra, on nearest": (ours(on_surface=True), typed.points),
+        "trimesh, intersects_any": (by_trimesh("trimesh"), few),
+        "trimesh with antumbra.ray": (by_trimesh("antumbra"), few),
+    }
+    kept = [name for name in subjects if not typed.only or name in typed.only]
+    found, answers = {}, {}
+    for name in kept:
+        make, count = subjects[name]
+        try:
+            cold, warm, answers[name] = measure(make, typed.rounds)
+        except ImportError as error:
+            print(f"{name}: not installed ({error}), NOT measured", flush=True)
+            continue
+        share = float(np.mean(answers[name]))
+        wall, cpu = zip(1e9 * cold / count, 1e9 * warm / count)
+        found[name] = {
+            "points": count,
+            "blocked": share,
+            "cold_wall_ns": wall[0],
+            "warm_wall_ns": wall[1],
+            "cold_cpu_ns": cpu[0],
+            "warm_cpu_ns": cpu[1],
+        }
+        print(
+            f"{name:26} CPU ns a point: cold {cpu[0]:8.1f}, warm {cpu[1]:8.1f}; wall: {wall[0]:8.1f}, {wall[1]:8.1f}; "
+            f"blocked {share:.4f}",
+            flush=True,
+        )
+
+    ratios = {}
+    for name in found:
+        for rival in ("embreex, OCCLUDED", "trimesh, intersects_any"):
+            if name.startswith("antumbra") and rival in found:
+                for kind in ("cold", "warm"):
+                    # Fewer points would have to carry all of the preparation: trimesh's is left out.
+                    of_rival = found[rival][f"{'warm' if rival.startswith('trimesh') else kind}_cpu_ns"]
+                    ratio = of_rival / found[name][f"{kind}_cpu_ns"]
+                    ratios[f"{rival} / {name}, {kind}"] = ratio
+                    print(f"{rival} / {name}, {kind}, CPU: {ratio:.2f}")
+
+    judged = {}
+    if "embreex, OCCLUDED" in answers and "antumbra, free" in answers:
+        asked = np.random.default_rng(2).permutation(typed.points)[: typed.judged_points]
+        a, b = answers["embreex, OCCLUDED"][asked], answers["antumbra, free"][asked]
+        differing = asked[a != b]
+        # A few that agree, too: both could be wrong.
+        agreeing = asked[a == b][:500]
+        scene = antumbra.Scene.from_arrays(vertices, faces)
+        rule = antumbra.ShadowIndex(scene, light, method="naive")
+        truth = rule.occluded(moved[differing])
+        judged = {
+            "points": len(asked),
+            "differences": len(differing),
+            "embree_wrong": int(np.sum(answers["embreex, OCCLUDED"][differing] != truth)),
+            "antumbra_wrong": int(np.sum(answers["antumbra, free"][differing] != truth)),
+            "agreements_judged": len(agreeing),
+            "agreements_wrong": int(np.sum(rule.occluded(moved[agreeing]) != answers["antumbra, free"][agreeing])),
+        }
+        print(f"judged by the exact rule: {judged}")
+
+    if typed.json:
+        record = {
+            "faces": len(faces),
+            "order": "sorted by face" if typed.sorted else "random",
+            "threads": 1,
+            "rounds": typed.rounds,
+            "machine": platform.processor() or platform.machine(),
+            "cpus": os.cpu_count(),
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "antumbra": antumbra.__version__,
+            "times": found,
+            "ratios": ratios,
+            "judged": judged,
+        }
+        with open(typed.json, "w", encoding="utf-8") as file:
+            json.dump(record, file, indent=2)
+            file.write("\n")
+    is_wrong = judged.get("antumbra_wrong", 0) or judged.get("agreements_wrong", 0)
+    return 1 if is_wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
