@@ -4,12 +4,15 @@
 //! answering (conversion to `f32`, packing, building) happens before, in [`ShadowMethod::load`] and
 //! in constructors, so that whoever times [`LoadedBatch::answer`] times the method alone.
 //!
-//! Only [`IndexMethod`], antumbra itself, is exact. A rival's different answer is a difference to
-//! be judged by `ShadowIndex::shadow_by_reference`, neither an error of ours nor noise.
+//! Exact are antumbra itself ([`IndexMethod`]) and the [`rival`]s of the paper's time but for
+//! `shadow-map`, which can also be asked one query at a time. A different answer of any other is a
+//! difference to be judged by `ShadowIndex::shadow_by_reference`, neither an error of ours nor noise.
 
 pub mod embree;
 mod method;
 mod own;
+pub mod rival;
 
 pub use method::{Batch, LoadedBatch, ShadowMethod};
 pub use own::{CountedBatch, IndexMethod};
+pub use rival::{Rival, RivalError, RivalKind, RivalOptions, Work};

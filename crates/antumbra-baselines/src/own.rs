@@ -1,19 +1,21 @@
-//! antumbra itself, as one method among others.
+//! antumbra itself, and the rivals that answer query by query, as methods among others.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use antumbra::{Counters, ShadowCounters, ShadowIndex};
+use antumbra::{Answer, Counters, QueryError, Shadow, ShadowCounters, ShadowIndex};
+use antumbra_geometry::Start;
 
-use crate::{Batch, LoadedBatch, ShadowMethod};
+use crate::{Batch, LoadedBatch, Rival, ShadowMethod, Work};
 
 /// Batches hold queries that have an answer.
 const VALID: &str = "a batch's starts and light are the index's own";
 
-/// A shadow index under a name.
+/// A shadow index under a name, perhaps with a rival that answers in its place.
 #[derive(Debug)]
 pub struct IndexMethod {
     name: String,
     index: ShadowIndex,
+    rival: Option<Box<dyn Rival>>,
 }
 
 impl IndexMethod {
@@ -22,7 +24,38 @@ impl IndexMethod {
         Self {
             name: name.into(),
             index,
+            rival: None,
         }
+    }
+
+    /// Wraps a rival and the index that it was built for.
+    pub fn of_rival(rival: Box<dyn Rival>, index: ShadowIndex) -> Self {
+        Self {
+            name: rival.kind().name().to_owned(),
+            index,
+            rival: Some(rival),
+        }
+    }
+
+    /// Returns the rival that answers, if one does.
+    pub fn rival(&self) -> Option<&dyn Rival> {
+        self.rival.as_deref()
+    }
+
+    /// Returns whether all answers are the reference's.
+    pub fn is_exact(&self) -> bool {
+        self.rival().is_none_or(|rival| rival.kind().is_exact())
+    }
+
+    /// Returns the bytes that are kept for shadow queries, mean over the lights: of a rival all that it
+    /// keeps; of an index values and lists, not grid and tree.
+    pub fn bytes_per_light(&self) -> f64 {
+        let lights = 0..self.index.lights().len();
+        let bytes = match self.rival() {
+            Some(rival) => lights.clone().map(|light| rival.bytes(light)).sum(),
+            None => self.index.occlusion_bytes() + self.index.table_bytes(),
+        };
+        bytes as f64 / lights.len().max(1) as f64
     }
 
     /// Returns the index.
@@ -40,7 +73,7 @@ impl IndexMethod {
     pub fn load_counted<'a>(&'a self, batch: &'a Batch) -> CountedBatch<'a> {
         CountedBatch {
             loaded: Loaded {
-                index: &self.index,
+                method: self,
                 batch,
             },
             counters: Mutex::default(),
@@ -49,13 +82,40 @@ impl IndexMethod {
 
     /// Answers a batch once and returns how its queries were decided.
     pub fn decisions(&self, batch: &Batch) -> ShadowCounters {
-        let mut counters = Counters::default();
+        self.work(batch).counters.shadow
+    }
+
+    /// Answers a batch once, query by query, and returns what that took.
+    pub fn work(&self, batch: &Batch) -> Work {
+        let mut work = Work::default();
         for start in &batch.starts {
-            self.index
-                .shadow(start, batch.light, &mut counters)
-                .expect(VALID);
+            let (light, work) = (batch.light, &mut work);
+            match &self.rival {
+                Some(rival) => rival.shadow(&self.index, start, light, work),
+                None => self.index.shadow(start, light, &mut work.counters),
+            }
+            .expect(VALID);
         }
-        counters.shadow
+        work
+    }
+
+    /// Answers one query.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
+    pub fn shadow(
+        &self,
+        start: &Start,
+        light: usize,
+        counters: &mut Counters,
+    ) -> Result<Answer, QueryError> {
+        let Some(rival) = &self.rival else {
+            return self.index.shadow(start, light, counters);
+        };
+        let mut work = Work::default();
+        let answer = rival.shadow(&self.index, start, light, &mut work);
+        counters.add(&work.counters);
+        answer
     }
 }
 
@@ -66,7 +126,7 @@ impl ShadowMethod for IndexMethod {
 
     fn load<'a>(&'a self, batch: &'a Batch) -> Box<dyn LoadedBatch + 'a> {
         Box::new(Loaded {
-            index: &self.index,
+            method: self,
             batch,
         })
     }
@@ -74,15 +134,24 @@ impl ShadowMethod for IndexMethod {
 
 #[derive(Debug)]
 struct Loaded<'a> {
-    index: &'a ShadowIndex,
+    method: &'a IndexMethod,
     batch: &'a Batch,
 }
 
 impl Loaded<'_> {
     fn answer_counted(&self, first: usize, is_shadowed: &mut [bool]) -> ShadowCounters {
-        let mut counters = Counters::default();
         let starts = &self.batch.starts[first..first + is_shadowed.len()];
-        self.index
+        let IndexMethod { index, rival, .. } = self.method;
+        if let Some(rival) = rival {
+            let mut work = Work::default();
+            for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                let answer = rival.shadow(index, start, self.batch.light, &mut work);
+                *is_shadowed = answer.expect(VALID).shadow == Shadow::Shadowed;
+            }
+            return work.counters.shadow;
+        }
+        let mut counters = Counters::default();
+        index
             .shadows(starts, self.batch.light, is_shadowed, &mut counters)
             .expect(VALID);
         counters.shadow

@@ -102,6 +102,7 @@ impl From<PrepareError> for Failure {
                 "give --grid fewer voxels, or raise --memory-limit"
             }
             PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
+            PrepareError::Rival(_) => "raise --memory-limit, or choose another method",
             _ => "",
         };
         Self::input(error.to_string(), help)

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use antumbra::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
+use antumbra_baselines::RivalKind;
 use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -167,7 +168,7 @@ pub(crate) struct Render {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "LAYERS")]
     pub(crate) aov: Vec<Aov>,
 
-    /// How shadow queries are answered; the picture is the same
+    /// How shadow queries are answered; the picture is the same, but for shadow-map
     #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
     pub(crate) shadows: Shadows,
 
@@ -252,7 +253,8 @@ pub(crate) struct Verify {
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub(crate) queries: u64,
 
-    /// Compare this method only; repeatable [default: all; with --against bvh all but naive]
+    /// Compare this method only; repeatable [default: all of ours; with --against bvh all but naive and
+    /// bvh]. Of shadow-map the share of wrong answers is told, which are no differences
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) shadows: Vec<Shadows>,
 
@@ -325,7 +327,7 @@ pub(crate) struct Query {
     #[arg(long)]
     pub(crate) packed: bool,
 
-    /// How shadow queries are answered; the answers are the same
+    /// How shadow queries are answered, by a method of ours; the answers are the same
     #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
     pub(crate) shadows: Shadows,
 
@@ -345,6 +347,10 @@ pub(crate) struct Scene {
     /// How large; what it counts depends on the scene [default: the scene's own]
     #[arg(long, value_name = "N")]
     pub(crate) size: Option<u32>,
+
+    /// How many lights, for rooms, which has 10 by default
+    #[arg(long, value_name = "N")]
+    pub(crate) lights: Option<u32>,
 
     /// NFF file to write
     #[arg(long, short, value_name = "FILE.nff")]
@@ -381,7 +387,7 @@ pub(crate) enum Up {
     Z,
 }
 
-/// The exact shadow methods.
+/// Who answers shadow queries: our methods, then the rivals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shadows {
     /// Voxel occlusion testing as published in 1990
@@ -397,10 +403,19 @@ pub(crate) enum Shadows {
     Bvh,
     /// Every surface is tested
     Naive,
+    /// Haines and Greenberg 1986: planes of cells round the light, with sorted candidates
+    LightBuffer,
+    /// Eo and Kyung 1989: shadow polygons in the voxels of the grid, a walk where they are many
+    Hybrid,
+    /// Crow 1977: shadow volumes, counted at each point
+    ShadowVolumes,
+    /// Williams 1978: a depth buffer seen from the light. Not exact: the picture differs
+    ShadowMap,
 }
 
 impl Shadows {
-    pub(crate) const ALL: [Self; 5] = [
+    /// Our methods: each gives the reference's answers.
+    pub(crate) const OURS: [Self; 5] = [
         Self::Voxel,
         Self::Voxel1990,
         Self::Grid,
@@ -408,6 +423,7 @@ impl Shadows {
         Self::Naive,
     ];
 
+    /// Returns our method; for rivals the one that their shadow rays are walked by.
     pub(crate) fn method(self) -> Method {
         match self {
             Self::Voxel1990 => Method::Voxel1990,
@@ -415,7 +431,26 @@ impl Shadows {
             Self::Grid => Method::Grid,
             Self::Bvh => Method::Bvh,
             Self::Naive => Method::Naive,
+            Self::LightBuffer | Self::Hybrid | Self::ShadowVolumes | Self::ShadowMap => {
+                Method::Grid
+            }
         }
+    }
+
+    /// Returns the rival that answers, if it is one.
+    pub(crate) fn rival(self) -> Option<RivalKind> {
+        match self {
+            Self::Voxel1990 | Self::Voxel | Self::Grid | Self::Bvh | Self::Naive => None,
+            Self::LightBuffer => Some(RivalKind::LightBuffer),
+            Self::Hybrid => Some(RivalKind::Hybrid),
+            Self::ShadowVolumes => Some(RivalKind::ShadowVolumes),
+            Self::ShadowMap => Some(RivalKind::ShadowMap),
+        }
+    }
+
+    /// Returns whether all answers are the reference's.
+    pub(crate) fn is_exact(self) -> bool {
+        self.rival().is_none_or(RivalKind::is_exact)
     }
 
     pub(crate) fn of(method: Method) -> Self {
@@ -436,6 +471,10 @@ impl Shadows {
             Self::Grid => "grid",
             Self::Bvh => "bvh",
             Self::Naive => "naive",
+            Self::LightBuffer => RivalKind::LightBuffer.name(),
+            Self::Hybrid => RivalKind::Hybrid.name(),
+            Self::ShadowVolumes => RivalKind::ShadowVolumes.name(),
+            Self::ShadowMap => RivalKind::ShadowMap.name(),
         }
     }
 }
@@ -535,9 +574,12 @@ mod tests {
 
     #[test]
     fn names_are_what_is_typed() {
-        for shadows in Shadows::ALL {
+        for &shadows in Shadows::value_variants() {
             assert_eq!(Shadows::from_str(shadows.name(), false), Ok(shadows));
+        }
+        for shadows in Shadows::OURS {
             assert_eq!(Shadows::of(shadows.method()), shadows);
+            assert!(shadows.is_exact() && shadows.rival().is_none());
         }
         for rays in [Rays::Bvh, Rays::Grid] {
             assert_eq!(Rays::from_str(rays.name(), false), Ok(rays));

@@ -243,3 +243,31 @@ fn nothing_of_ours_leaks() {
         assert!(row["rays"].as_u64().unwrap() > 8000, "{row}");
     }
 }
+
+#[test]
+fn rivals_are_rows_where_they_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["scene", "tetra", "--size", "2", "-o", "tetra.nff"];
+    assert_success(&antumbra(folder.path(), &scene, None));
+    let methods = ["light-buffer", "hybrid", "shadow-volumes", "shadow-map"];
+    let mut arguments = vec!["bench", "shadows", "tetra.nff", "--size", "64x64"];
+    arguments.extend(["--rounds", "1", "--json", "figures.json"]);
+    for method in methods {
+        arguments.extend(["--shadows", method]);
+    }
+    let output = antumbra(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
+    assert_success(&output);
+    let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
+    assert_eq!(scene["mismatches"], 0);
+    for method in methods.map(|method| method.replace('-', "_")) {
+        let set = &scene["coherent"];
+        assert!(set[format!("{method}_ns")].as_f64().unwrap() > 0.0);
+        assert!(set["work"][&method]["steps"].as_f64().unwrap() > 0.0);
+        let kept = &scene["preparation"][&method];
+        assert!(kept["bytes_per_light"].as_f64().unwrap() > 0.0);
+        let is_counted_by_the_paper = method == "light_buffer" || method == "hybrid";
+        assert_eq!(kept["paper"].is_null(), !is_counted_by_the_paper);
+    }
+    let verdicts = &scene["coherent"]["differences"]["shadow_map"];
+    assert_eq!(verdicts["judged"], verdicts["rival_wrong"]);
+}

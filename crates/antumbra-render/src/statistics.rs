@@ -47,8 +47,10 @@ pub struct Statistics {
 /// What was asked for.
 #[derive(Clone, Debug, Serialize)]
 pub struct Settings {
-    /// `voxel-1990`, `grid`, `bvh` or `naive`.
+    /// `voxel`, `voxel-1990`, `grid`, `bvh`, `naive`, or a rival's name.
     pub shadows: String,
+    /// Whether the answers are the reference's, so that the picture is the same whoever made it.
+    pub is_exact: bool,
     /// The method in use: another one where the quick check was to be obeyed.
     pub shadows_used: String,
     /// What finds nearest hits: `bvh` or `grid`.
@@ -120,8 +122,10 @@ pub struct ShadowQueries {
 pub struct Traversal {
     /// Voxels entered and nodes visited.
     pub steps: u64,
-    /// Surfaces tested.
+    /// Surfaces tested; by rivals also shadow polygons and shadow volumes.
     pub intersections: u64,
+    /// What rivals found listed where their queries looked; 0 for the index's own methods.
+    pub candidates: u64,
 }
 
 /// Wall-clock times in seconds.
@@ -140,6 +144,9 @@ pub struct Times {
 pub struct MemoryUse {
     /// Occlusion values.
     pub occlusion_bytes: u64,
+    /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values and
+    /// lists, or all that a rival keeps.
+    pub bytes_per_light: f64,
     /// What the program expected to take at most, before it took it: scene, surfaces, picture,
     /// grid and values.
     pub predicted_bytes: u64,
@@ -203,6 +210,7 @@ impl From<&Tally> for Traversal {
         Self {
             steps: tally.counters.steps,
             intersections: tally.counters.intersections,
+            candidates: tally.candidates,
         }
     }
 }
@@ -221,6 +229,7 @@ mod tests {
             is_complete: true,
             settings: Settings {
                 shadows: "grid".into(),
+                is_exact: true,
                 shadows_used: "grid".into(),
                 rays: "bvh".into(),
                 grid: [1, 2, 3],
@@ -267,6 +276,9 @@ mod tests {
             "/shadow/shadowed",
             "/traversal/steps",
             "/traversal/intersections",
+            "/traversal/candidates",
+            "/memory/bytes_per_light",
+            "/settings/is_exact",
             "/time/load_s",
             "/time/prepare_s",
             "/time/render_s",

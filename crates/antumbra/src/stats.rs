@@ -40,7 +40,7 @@ impl ShadowCounters {
 
     /// Counts one answer.
     #[inline]
-    pub(crate) fn count(&mut self, answer: Answer) {
+    pub fn count(&mut self, answer: Answer) {
         match answer.decided {
             Decided::FirstPass => self.first_pass += 1,
             Decided::Intermediate => self.intermediate += 1,

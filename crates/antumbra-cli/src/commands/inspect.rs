@@ -36,7 +36,7 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     // Predicted before any of it is taken.
     row(screen, "memory, scene", format_bytes(scene_bytes));
     row(screen, "memory, surfaces", format_bytes(surface_bytes));
-    for shadows in Shadows::ALL {
+    for shadows in Shadows::OURS {
         let options = options(shadows.method());
         let bytes = gathered.predict_bytes(scene.lights.len(), &options)?;
         row(

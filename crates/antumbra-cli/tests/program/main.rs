@@ -4,6 +4,7 @@ mod attack;
 mod lazy;
 mod outputs;
 mod query;
+mod rivals;
 mod support;
 
 use std::fs;

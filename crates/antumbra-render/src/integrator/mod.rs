@@ -44,8 +44,10 @@ pub struct Tally {
     pub facing_away: u64,
     /// Of `queries`, those not asked because the point is outside the spot's cone.
     pub out_of_cone: u64,
-    /// What the shadow index counted.
+    /// What the shadow index, or the rival in its place, counted.
     pub counters: Counters,
+    /// What a rival found listed where its queries looked; 0 without a rival.
+    pub candidates: u64,
 }
 
 impl Tally {
@@ -60,6 +62,7 @@ impl Tally {
         self.facing_away += other.facing_away;
         self.out_of_cone += other.out_of_cone;
         self.counters.add(&other.counters);
+        self.candidates += other.candidates;
     }
 }
 
@@ -72,7 +75,7 @@ pub enum LightQuery {
     OutOfCone,
     /// Asked.
     Asked {
-        /// The exact answer.
+        /// The answer: exact, unless a rival gave it that is not.
         answer: Answer,
         /// Share of the light's power sent into this direction, above 0, at most 1.
         cone_share: f64,
@@ -265,8 +268,8 @@ impl<'a> Integrator<'a> {
         }
 
         let answer = self
-            .index()
-            .shadow(&start, light, &mut tally.counters)
+            .prepared
+            .shadow(&start, light, &mut tally.counters, &mut tally.candidates)
             .expect(FINE);
         LightQuery::Asked { answer, cone_share }
     }

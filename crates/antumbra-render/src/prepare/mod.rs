@@ -19,9 +19,11 @@ mod memory;
 mod surface;
 
 use antumbra::{
-    BuildError, GridResolution, Method, QuickCheck, RayMethod, Refinement, ShadowIndex,
+    Answer, BuildError, Counters, GridResolution, Method, QueryError, QuickCheck, RayMethod,
+    Refinement, ShadowIndex,
 };
-use antumbra_geometry::OccludersError;
+use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
+use antumbra_geometry::{DVec3, OccludersError, Start};
 use antumbra_scene::model::Scene;
 
 pub use gathered::{Gathered, Place};
@@ -54,6 +56,9 @@ pub enum PrepareError {
     /// The index refuses the lights or a setting, or needs too much memory.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// The rival needs too much memory.
+    #[error(transparent)]
+    Rival(#[from] RivalError),
 }
 
 fn named(name: &str) -> String {
@@ -67,8 +72,12 @@ fn named(name: &str) -> String {
 /// How a scene is accelerated.
 #[derive(Clone, Copy, Debug)]
 pub struct PrepareOptions {
-    /// How shadow queries are answered.
+    /// How shadow queries are answered; by a rival's own shadow rays where there is a rival.
     pub method: Method,
+    /// Who answers them instead.
+    pub rival: Option<RivalKind>,
+    /// Where the scene is seen from, world space, which one rival asks for.
+    pub viewpoint: Option<DVec3>,
     /// What finds nearest hits.
     pub rays: RayMethod,
     /// How fine the grid is.
@@ -77,7 +86,7 @@ pub struct PrepareOptions {
     pub quick_check: QuickCheck,
     /// How far the values of [`Method::Voxel`] are refined.
     pub refinement: Refinement,
-    /// Most bytes that grid, tree and values may take.
+    /// Most bytes that grid, tree and values may take, and again most that a rival may.
     pub memory_limit: u64,
 }
 
@@ -85,6 +94,8 @@ impl Default for PrepareOptions {
     fn default() -> Self {
         Self {
             method: Method::default(),
+            rival: None,
+            viewpoint: None,
             rays: RayMethod::default(),
             grid: GridResolution::default(),
             quick_check: QuickCheck::default(),
@@ -100,6 +111,24 @@ pub struct Prepared {
     scene: Scene,
     gathered: Gathered,
     index: ShadowIndex,
+    rival: Option<Box<dyn Rival>>,
+}
+
+impl PrepareOptions {
+    /// Prepares the rival that is asked for, if one is, over an index that was built with these options.
+    ///
+    /// # Errors
+    /// It needs more memory than the limit.
+    pub fn rival(&self, index: &ShadowIndex) -> Result<Option<Box<dyn Rival>>, RivalError> {
+        let options = RivalOptions {
+            viewpoint: self.viewpoint,
+            memory_limit: self.memory_limit,
+            ..RivalOptions::default()
+        };
+        self.rival
+            .map(|kind| kind.build(index, &options))
+            .transpose()
+    }
 }
 
 impl Prepared {
@@ -125,10 +154,12 @@ impl Prepared {
         options: &PrepareOptions,
     ) -> Result<Self, PrepareError> {
         let index = gathered.index(&scene.lights, options)?;
+        let rival = options.rival(&index)?;
         Ok(Self {
             scene,
             gathered,
             index,
+            rival,
         })
     }
 
@@ -145,5 +176,43 @@ impl Prepared {
     /// Returns the shadow index; its lights have the order of [`Scene::lights`].
     pub fn index(&self) -> &ShadowIndex {
         &self.index
+    }
+
+    /// Returns the rival that answers shadow queries in place of the index, if one does.
+    pub fn rival(&self) -> Option<&dyn Rival> {
+        self.rival.as_deref()
+    }
+
+    /// Answers a shadow query by the rival or the index. Counts under `counters`; `candidates` grows by what
+    /// a rival found listed where it looked.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
+    pub fn shadow(
+        &self,
+        start: &Start,
+        light: usize,
+        counters: &mut Counters,
+        candidates: &mut u64,
+    ) -> Result<Answer, QueryError> {
+        let Some(rival) = &self.rival else {
+            return self.index.shadow(start, light, counters);
+        };
+        let mut work = Work::default();
+        let answer = rival.shadow(&self.index, start, light, &mut work);
+        counters.add(&work.counters);
+        *candidates += work.candidates;
+        answer
+    }
+
+    /// Returns the bytes kept for shadow queries, mean over the lights: of a rival all that it keeps; of an
+    /// index values and lists. Surfaces, grid and tree are left out.
+    pub fn bytes_per_light(&self) -> f64 {
+        let lights = 0..self.index.lights().len();
+        let bytes = match &self.rival {
+            Some(rival) => lights.clone().map(|light| rival.bytes(light)).sum(),
+            None => self.index.occlusion_bytes() + self.index.table_bytes(),
+        };
+        bytes as f64 / lights.len().max(1) as f64
     }
 }

@@ -25,6 +25,7 @@ mod offsets;
 mod order;
 mod ray;
 mod rays;
+mod topology;
 mod walk;
 
 pub(crate) use cull::Region;

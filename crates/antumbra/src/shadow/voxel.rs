@@ -6,7 +6,7 @@ use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Found, Looks, SCOUTS, Scene, Store, cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Found, Looks, MANY, Packed, SCOUTS, Scene, Store, cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -88,6 +88,9 @@ impl<R: Rays> ByVoxel<'_, R> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
+        if let Some(packed) = self.values.packed(self.light_number) {
+            return self.answer_packed(packed, starts, is_shadowed, counters, check);
+        }
         let is_refining = self.values.is_refining();
         let store = self.values.store();
         let chunks = starts.chunks(NOTED).zip(is_shadowed.chunks_mut(NOTED));
@@ -141,6 +144,41 @@ impl<R: Rays> ByVoxel<'_, R> {
                     .note(self.occluders, self.light_number, &account);
             }
         }
+        Ok(())
+    }
+
+    /// Answers by values that are all made.
+    #[inline]
+    fn answer_packed(
+        &self,
+        packed: &Packed,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        let (mut shadowed_count, mut list_count, mut ray_count) = (0_u64, 0_u64, 0_u64);
+        for (starts, is_shadowed) in starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY)) {
+            let (occluders, light) = (self.occluders, self.light_number);
+            let told = self
+                .values
+                .find_many(packed, occluders, starts, light, is_shadowed);
+            shadowed_count += u64::from(told.shadowed.count_ones());
+            list_count += u64::from(told.listed.count_ones());
+            ray_count += u64::from(told.unknown.count_ones());
+            let mut unknown = told.unknown;
+            while unknown != 0 {
+                let number = unknown.trailing_zeros() as usize;
+                unknown &= unknown - 1;
+                check(&starts[number])?;
+                is_shadowed[number] = self.rays.is_blocked(&starts[number], counters);
+                shadowed_count += u64::from(is_shadowed[number]);
+            }
+        }
+        counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
+        counters.shadow.blocker_list += list_count;
+        counters.shadow.rays += ray_count;
+        counters.shadow.shadowed += shadowed_count;
         Ok(())
     }
 
@@ -228,6 +266,15 @@ impl<R: Rays> ByVoxel<'_, R> {
 
     /// Answers one query.
     pub(crate) fn answer_one(&self, start: &Start, counters: &mut Counters) -> Answer {
+        if let Some(packed) = self.values.packed(self.light_number) {
+            let (occluders, light) = (self.occluders, self.light_number);
+            let found = self.values.find_packed(packed, occluders, start, light);
+            return if found.is_nothing() {
+                Answer::new(self.rays.is_blocked(start, counters), Decided::Ray)
+            } else {
+                Answer::new(found.is_shadowed(), found.decided())
+            };
+        }
         let is_refining = self.values.is_refining();
         let store = self.values.store();
         let looks = self.values.looks(self.light_number, is_refining);
@@ -273,13 +320,11 @@ impl<R: Rays> ByVoxel<'_, R> {
         if found.is_nothing() {
             let (is_blocked, _) = self.is_blocked_at(store, start, place, weight, counters);
             Answer::new(is_blocked, Decided::Ray)
-        } else if found.is_by_list() {
-            if is_sampled {
+        } else {
+            if found.is_by_list() && is_sampled {
                 self.charge_list(store, start, place, weight);
             }
-            Answer::new(found.is_shadowed(), Decided::BlockerList)
-        } else {
-            Answer::new(found.is_shadowed(), Decided::FirstPass)
+            Answer::new(found.is_shadowed(), found.decided())
         }
     }
 

@@ -103,6 +103,7 @@ fn scene(
         &OURS.repeat(typed.rounds as usize),
         subject.recorder.gathered(),
         &subject.recorder.scene().lights,
+        Some(subject.eye()),
         cost,
         stopwatch,
     )?;

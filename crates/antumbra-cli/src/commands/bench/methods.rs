@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
-use antumbra::{RayMethod, Refine};
+use antumbra::{Method, RayMethod, Refine};
 use antumbra_baselines::IndexMethod;
-use antumbra_render::prepare::{Gathered, PrepareOptions};
+use antumbra_baselines::rival::formulas::{self, PaperMemory};
+use antumbra_geometry::DVec3;
+use antumbra_render::prepare::{Gathered, PrepareError, PrepareOptions};
 use antumbra_scene::model::Light;
 
 use crate::failure::Failure;
@@ -15,21 +17,25 @@ use super::measure::Stopwatch;
 use super::report::Preparation;
 
 /// Rows that exist for every scene in the JSON, `null` where there is no such method.
-pub(super) const KEYS: [&str; 7] = [
+pub(super) const KEYS: [&str; 11] = [
     "voxel_warm_ns",
     "voxel_cold_ns",
     "voxel_1990_ns",
     "grid_ns",
     "bvh_ns",
+    "light_buffer_ns",
+    "hybrid_ns",
+    "shadow_volumes_ns",
+    "shadow_map_ns",
     "embree_ns",
     "embree8_ns",
 ];
 
-/// Returns the methods to measure: those typed, or all that a user would choose for speed.
+/// Returns the methods to measure: those typed, or all of ours that a user would choose for speed.
 pub(super) fn chosen(typed: &[Shadows]) -> Vec<Shadows> {
     if typed.is_empty() {
         let is_for_speed = |method: &Shadows| *method != Shadows::Naive;
-        Shadows::ALL.into_iter().filter(is_for_speed).collect()
+        Shadows::OURS.into_iter().filter(is_for_speed).collect()
     } else {
         typed.to_vec()
     }
@@ -43,7 +49,7 @@ pub(super) fn key(name: &str) -> String {
     }
 }
 
-/// A method of ours, built.
+/// A method of ours or a rival, built.
 pub(super) struct Built {
     pub(super) method: IndexMethod,
     pub(super) preparation: Duration,
@@ -59,7 +65,21 @@ impl Built {
             seconds: self.preparation.as_secs_f64(),
             table_bytes: Some(index.table_bytes()),
             value_bytes: Some(index.occlusion_bytes()),
+            bytes_per_light: Some(self.method.bytes_per_light()),
+            paper: self.paper_memory(),
             predicted_bytes: Some(self.predicted_bytes),
+        }
+    }
+}
+
+impl Built {
+    /// Returns what the paper expects it to keep for a light, where it says.
+    fn paper_memory(&self) -> Option<PaperMemory> {
+        let index = self.method.index();
+        match self.method.rival() {
+            Some(rival) => rival.paper_memory(index),
+            None => (index.method() == Method::Voxel1990)
+                .then(|| formulas::voxel_occlusion(index.grid_resolution())),
         }
     }
 }
@@ -69,6 +89,7 @@ pub(super) fn build(
     methods: &[Shadows],
     gathered: &Gathered,
     lights: &[Light],
+    viewpoint: Option<DVec3>,
     cost: &IndexCost,
     stopwatch: Stopwatch,
 ) -> Result<Vec<Built>, Failure> {
@@ -77,6 +98,8 @@ pub(super) fn build(
     for shadows in methods {
         let options = PrepareOptions {
             method: shadows.method(),
+            rival: shadows.rival(),
+            viewpoint,
             // Nobody asks for nearest hits: only `bvh` and `voxel` get the tree.
             rays: RayMethod::Grid,
             grid: cost.grid.unwrap_or_default(),
@@ -85,13 +108,23 @@ pub(super) fn build(
             ..PrepareOptions::default()
         };
         let predicted_bytes = gathered.predict_bytes(lights.len(), &options)?;
-        let (index, preparation) = stopwatch.time(|| gathered.index(lights, &options));
+        let (method, preparation) = stopwatch.time(|| -> Result<_, PrepareError> {
+            let index = gathered.index(lights, &options)?;
+            Ok(match options.rival(&index)? {
+                Some(rival) => IndexMethod::of_rival(rival, index),
+                None => IndexMethod::new(shadows.name(), index),
+            })
+        });
+        let method = method?;
+        memory_left = memory_left.saturating_sub(predicted_bytes);
+        if method.rival().is_some() {
+            memory_left = memory_left.saturating_sub(method.bytes_per_light() as u64);
+        }
         all.push(Built {
-            method: IndexMethod::new(shadows.name(), index?),
+            method,
             preparation,
             predicted_bytes,
         });
-        memory_left = memory_left.saturating_sub(predicted_bytes);
     }
     Ok(all)
 }
@@ -100,9 +133,16 @@ pub(super) fn build(
 mod tests {
     use super::*;
 
+    const RIVALS: [Shadows; 4] = [
+        Shadows::LightBuffer,
+        Shadows::Hybrid,
+        Shadows::ShadowVolumes,
+        Shadows::ShadowMap,
+    ];
+
     #[test]
     fn every_method_has_a_row() {
-        for shadows in chosen(&[]) {
+        for shadows in chosen(&[]).into_iter().chain(RIVALS) {
             let key = key(shadows.name());
             assert!(KEYS.contains(&key.as_str()), "{key}");
         }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use antumbra_baselines::rival::formulas::PaperMemory;
 use serde::Serialize;
 
 use super::cold::BreakEven;
@@ -65,6 +66,10 @@ pub(super) struct Preparation {
     pub(super) seconds: f64,
     /// Of occlusion values.
     pub(super) value_bytes: Option<u64>,
+    /// Of all that is kept for shadow queries beside surfaces, grid and tree, mean over the lights.
+    pub(super) bytes_per_light: Option<f64>,
+    /// What the paper's formula gives for that.
+    pub(super) paper: Option<PaperMemory>,
     /// Of everything, at the height of building; predicted.
     pub(super) predicted_bytes: Option<u64>,
 }
@@ -76,17 +81,22 @@ impl Preparation {
             table_bytes: None,
             seconds: time.as_secs_f64(),
             value_bytes: None,
+            bytes_per_light: None,
+            paper: None,
             predicted_bytes: None,
         }
     }
 
     /// Returns that of a method for people.
     pub(super) fn row((name, preparation): (&String, &Self)) -> String {
-        let values = preparation
-            .value_bytes
-            .map_or(String::new(), |bytes| format!(", {bytes} bytes of values"));
+        let values = preparation.bytes_per_light.map_or(String::new(), |bytes| {
+            format!(", {bytes:.0} bytes for the light")
+        });
+        let paper = preparation.paper.map_or(String::new(), |paper| {
+            format!("; the paper's {} is {:.0}", paper.formula, paper.bytes)
+        });
         format!(
-            "  {name:<12} prepared in {:.3} s{values}",
+            "  {name:<12} prepared in {:.3} s{values}{paper}",
             preparation.seconds
         )
     }
@@ -104,13 +114,37 @@ pub(super) struct SetReport {
     pub(super) embree_by: BTreeMap<String, f64>,
     /// Width of the middle half of the rounds over the median.
     pub(super) spread: BTreeMap<String, f64>,
+    /// What rivals, and methods of ours, did for a query.
+    pub(super) work: BTreeMap<String, WorkOfQuery>,
     /// How queries were decided.
     pub(super) shares: BTreeMap<String, Shares>,
     /// Of occlusion values, again, beside the times.
     pub(super) bytes: BTreeMap<String, u64>,
     pub(super) mismatches: u64,
-    /// Judged differences of Embree, single rays and packets.
+    /// Judged differences of Embree, single rays and packets, and of a rival that is not exact.
     pub(super) differences: BTreeMap<String, Verdicts>,
+}
+
+/// Counts a query, means.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct WorkOfQuery {
+    /// Voxels, nodes and cells.
+    pub(super) steps: f64,
+    /// Surfaces, shadow polygons and shadow volumes tested.
+    pub(super) intersections: f64,
+    /// What rivals found listed.
+    pub(super) candidates: f64,
+}
+
+impl WorkOfQuery {
+    pub(super) fn of(work: &antumbra_baselines::Work, query_count: usize) -> Self {
+        let mean = |count: u64| count as f64 / query_count as f64;
+        Self {
+            steps: mean(work.counters.steps),
+            intersections: mean(work.counters.intersections),
+            candidates: mean(work.candidates),
+        }
+    }
 }
 
 /// Shares of the queries, 0..1.
@@ -217,6 +251,12 @@ impl SetReport {
             }
             if let Some(shares) = self.shares.get(name) {
                 row += &format!("; {}", shares.text());
+            }
+            if let Some(work) = self.work.get(name) {
+                row += &format!(
+                    "; {:.1} steps, {:.1} tests, {:.1} candidates a query",
+                    work.steps, work.intersections, work.candidates
+                );
             }
             if let Some(verdicts) = self.differences.get(name) {
                 row += &format!("; {}", verdicts.text());

@@ -16,7 +16,7 @@ use super::judge::judge;
 use super::measure::{self, Measured, Stopwatch};
 use super::methods::{self, Built};
 use super::record::{self, Aim, Recorded};
-use super::report::{Preparation, Report, SceneReport, SetReport, Shares};
+use super::report::{Preparation, Report, SceneReport, SetReport, Shares, WorkOfQuery};
 use super::subject::{self, Subject};
 use super::typed::Shadows;
 use super::{cold, oracle, write_json};
@@ -90,7 +90,14 @@ fn scene(
     let chosen = methods::chosen(&typed.methods);
     let lights = &recorder.scene().lights;
     let cost = &typed.subjects.cost;
-    let mut ours = methods::build(&chosen, recorder.gathered(), lights, cost, stopwatch)?;
+    let mut ours = methods::build(
+        &chosen,
+        recorder.gathered(),
+        lights,
+        Some(subject.eye()),
+        cost,
+        stopwatch,
+    )?;
     let geometry = subject.geometry();
     let rival = embree
         .map(|embree| subject::rival(embree, &geometry, stopwatch))
@@ -110,7 +117,8 @@ fn scene(
     screen.detail(format!("{}: cold values measured", path.display()));
 
     // Values that are made on demand exist from here on, made for other points.
-    for built in &ours {
+    let keeps_values = |built: &&Built| built.method.rival().is_none();
+    for built in ours.iter().filter(keeps_values) {
         for recorded in &warm {
             built.method.decisions(&recorded.batch);
             built
@@ -235,9 +243,17 @@ impl Bench<'_> {
             }
             match built {
                 Some(built) => {
-                    report.mismatches += measured.differences;
-                    let shares = Shares::of(&built.method.decisions(batch));
+                    let work = built.method.work(batch);
+                    let shares = Shares::of(&work.counters.shadow);
                     report.shares.insert(name.clone(), shares);
+                    let work = WorkOfQuery::of(&work, query_count);
+                    report.work.insert(name.clone(), work);
+                    if built.method.is_exact() {
+                        report.mismatches += measured.differences;
+                    } else {
+                        let verdicts = self.verdicts(batch, is_shadowed, &*loaded[number]);
+                        report.differences.insert(name.clone(), verdicts);
+                    }
                     let bytes = built.method.index().occlusion_bytes();
                     report.bytes.insert(name, bytes);
                 }

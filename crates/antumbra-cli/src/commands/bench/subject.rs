@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use antumbra::Method;
 use antumbra_baselines::embree::{Embree, EmbreeError, EmbreeScene, Geometry};
+use antumbra_geometry::DVec3;
 use antumbra_render::camera::View;
 use antumbra_render::orbit::camera_of_frame;
 use antumbra_render::prepare::{PrepareOptions, Prepared};
@@ -72,6 +73,11 @@ impl Subject {
             self.size,
         )
         .map_err(|error| Failure::input(error.to_string(), "the scene's camera sees nothing"))
+    }
+
+    /// Returns where the camera is.
+    pub(super) fn eye(&self) -> DVec3 {
+        self.camera.eye
     }
 
     /// Returns the light for people.

@@ -106,7 +106,14 @@ fn leaks(
         falls_off: false,
     }];
     let chosen = methods::chosen(&[]);
-    let ours = methods::build(&chosen, &gathered, &lights, &typed.cost, Stopwatch::new(0))?;
+    let ours = methods::build(
+        &chosen,
+        &gathered,
+        &lights,
+        None,
+        &typed.cost,
+        Stopwatch::new(0),
+    )?;
     let geometry = Geometry::of_triangles(gathered.occluders());
     let rivals = embree.map(|embree| {
         [("embree", false), ("embree robust", true)]

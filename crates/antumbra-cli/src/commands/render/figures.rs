@@ -55,6 +55,7 @@ impl Run {
             },
             memory: MemoryUse {
                 occlusion_bytes: prepared.index().occlusion_bytes(),
+                bytes_per_light: prepared.bytes_per_light(),
                 predicted_bytes: self.predicted_bytes,
                 peak_bytes: machine::peak_bytes(),
             },
@@ -70,7 +71,8 @@ impl Run {
         };
         Settings {
             shadows: typed.shadows.name().to_owned(),
-            shadows_used: Shadows::of(prepared.index().method()).name().to_owned(),
+            is_exact: typed.shadows.is_exact(),
+            shadows_used: used(prepared).to_owned(),
             rays: typed.rays.name().to_owned(),
             grid: prepared.index().grid_resolution(),
             size: meant.size,
@@ -84,6 +86,14 @@ impl Run {
             exposure_stops: self.exposure_in_stops.unwrap_or(0.0),
             aovs: meant.layer_names(),
         }
+    }
+}
+
+/// Returns who answered.
+fn used(prepared: &Prepared) -> &'static str {
+    match prepared.rival() {
+        Some(rival) => rival.kind().name(),
+        None => Shadows::of(prepared.index().method()).name(),
     }
 }
 
@@ -150,6 +160,7 @@ fn table(statistics: &Statistics) -> String {
         ("  found blocked", share(shadow.shadowed)),
         ("voxels, nodes entered", count(traversal.steps)),
         ("surfaces tested", count(traversal.intersections)),
+        ("candidates of a rival", count(traversal.candidates)),
         (
             "exposure",
             format!("{:>14.2} stops", statistics.settings.exposure_stops),
@@ -160,6 +171,10 @@ fn table(statistics: &Statistics) -> String {
         (
             "occlusion values",
             format!("{:>14}", format_bytes(memory.occlusion_bytes)),
+        ),
+        (
+            "kept for each light",
+            format!("{:>14}", format_bytes(memory.bytes_per_light as u64)),
         ),
         (
             "memory predicted",

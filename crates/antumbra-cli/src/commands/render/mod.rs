@@ -53,6 +53,12 @@ fn work(
     let (prepared, predicted_bytes) = prepared(lit.scene, meant, screen)?;
     let prepare_time = begin.elapsed();
     say_prepared(&prepared, prepare_time, screen);
+    if !typed.shadows.is_exact() {
+        screen.warning(format!(
+            "{} is not exact: the picture differs from that of all other methods",
+            typed.shadows.name()
+        ));
+    }
 
     interrupt.keep_partial_results();
     let mut run = Run {

@@ -30,6 +30,8 @@ pub(super) struct Tally {
     kinds: [u64; Kind::ALL.len()],
     /// For each method how it decided, and how often it differed.
     methods: Vec<(Counters, u64)>,
+    /// For each how often it was wrong that may be.
+    wrong: Vec<u64>,
     /// Those of the lowest numbers.
     first: Vec<Difference>,
 }
@@ -38,6 +40,7 @@ impl Tally {
     pub(super) fn new(method_count: usize) -> Self {
         Self {
             methods: vec![(Counters::default(), 0); method_count],
+            wrong: vec![0; method_count],
             ..Self::default()
         }
     }
@@ -56,6 +59,24 @@ impl Tally {
         self.forget();
     }
 
+    /// Counts a wrong answer of a method that is not exact.
+    pub(super) fn count_wrong(&mut self, method: usize) {
+        self.wrong[method] += 1;
+    }
+
+    /// Tells how often methods that are not exact were wrong.
+    pub(super) fn tell_inexact(&self, methods: &[Shadows], query_count: u64, screen: &Screen) {
+        for (method, wrong) in methods.iter().zip(&self.wrong) {
+            if !method.is_exact() {
+                screen.result(format!(
+                    "{} is not exact: {wrong} of {query_count} answers are wrong, {:.3} %",
+                    method.name(),
+                    100.0 * *wrong as f64 / query_count as f64
+                ));
+            }
+        }
+    }
+
     /// Returns both counts in one.
     pub(super) fn with(mut self, other: Self) -> Self {
         for (kind, more) in self.kinds.iter_mut().zip(other.kinds) {
@@ -64,6 +85,9 @@ impl Tally {
         for (method, more) in self.methods.iter_mut().zip(other.methods) {
             method.0.add(&more.0);
             method.1 += more.1;
+        }
+        for (wrong, more) in self.wrong.iter_mut().zip(other.wrong) {
+            *wrong += more;
         }
         self.first.extend(other.first);
         self.forget();
