@@ -192,7 +192,8 @@ impl ShadowIndex {
     /// order), and writes a byte each: 1 where the light is blocked, 0 where not. The lights of a point lie
     /// together, point after point: NumPy's shape `(points, lights)` in C order.
     ///
-    /// Runs on all threads of the current rayon pool; answers, errors and counts do not depend on them.
+    /// Runs on all threads of the current rayon pool; answers, errors and how queries were decided do not depend
+    /// on them. How many nodes rays visit and surfaces they test does: rays of a chunk walk together.
     /// Takes memory for the work of each thread, some two mebibytes at most, and nothing for each query.
     ///
     /// ```
