@@ -1,11 +1,11 @@
 //! From how many shadow polygons on a shadow ray costs less: the paper's `N_th`.
 //!
 //! In: a hybrid without a limit, and its index. Out: the limit that would have cost least for queries from the
-//! middles of some surfaces that face the light. Work counts as cost: a voxel of a shadow ray and a shadow polygon
-//! as one, a surface tested as two. Answers do not depend on it.
+//! middles of some surfaces, on the light's side, each weighted by how large its surface is. Work counts as cost: a
+//! voxel of a shadow ray and a shadow polygon as one, a surface tested as two. Answers do not depend on it.
 
 use antumbra::{Counters, ShadowIndex};
-use antumbra_geometry::Start;
+use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
 
 use super::{Count, Hybrid};
 use crate::Work;
@@ -21,6 +21,8 @@ struct Trial {
     tests: u64,
     is_known: bool,
     ray_cost: u64,
+    /// In proportion to the surface's area, about.
+    weight: f64,
 }
 
 impl Trial {
@@ -39,19 +41,12 @@ pub(super) fn most_tests(hybrid: &Hybrid, index: &ShadowIndex, light: usize) -> 
     let occluders = index.occluders();
     let step = occluders.surface_count().div_ceil(SAMPLES).max(1);
     let starts = occluders.surfaces().step_by(step).filter_map(|surface| {
-        let point = match occluders.triangle_positions(surface) {
-            Some([a, b, c]) => a + ((b - a) + (c - a)) / 3.0,
-            None => occluders.surface_bounds(surface).center(),
-        };
-        let start = Start {
-            point,
-            surface: occluders.triangle_positions(surface).map(|_| surface),
-        };
+        let start = start_on(occluders, surface, &index.lights()[light]);
         // Others are not asked about.
-        (index.light_side(&start, light) != Ok(-1)).then_some(start)
+        (index.light_side(&start, light) != Ok(-1)).then_some((surface, start))
     });
     let trials: Vec<Trial> = starts
-        .filter_map(|start| {
+        .filter_map(|(surface, start)| {
             let mut rays = Counters::default();
             // Middles are finite where their surfaces are; nothing depends on it.
             index.shadow(&start, light, &mut rays).ok()?;
@@ -62,14 +57,44 @@ pub(super) fn most_tests(hybrid: &Hybrid, index: &ShadowIndex, light: usize) -> 
                 tests: work.counters.intersections,
                 is_known: count != Count::Unknown,
                 ray_cost: rays.steps + TEST_COST * rays.intersections,
+                weight: occluders.surface_bounds(surface).size().length_squared(),
             })
         })
         .collect();
     let limits = trials.iter().map(|trial| trial.tests).chain([0]);
-    let cost = |limit: u64| trials.iter().map(|trial| trial.cost(limit)).sum::<u64>();
+    let cost = |limit: u64| {
+        let costs = trials
+            .iter()
+            .map(|trial| trial.weight * trial.cost(limit) as f64);
+        costs.sum::<f64>()
+    };
     limits
-        .min_by_key(|&limit| (cost(limit), limit))
-        .unwrap_or(0)
+        .map(|limit| (cost(limit), limit))
+        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        .map_or(0, |(_, limit)| limit)
+}
+
+/// Returns a start in the middle of a triangle, on a sphere towards the light, or beside another shape.
+fn start_on(occluders: &Occluders, surface: SurfaceId, light: &LightShape) -> Start {
+    if let Some([a, b, c]) = occluders.triangle_positions(surface) {
+        return Start {
+            point: a + ((b - a) + (c - a)) / 3.0,
+            surface: Some(surface),
+        };
+    }
+    let bounds = occluders.surface_bounds(surface);
+    let middle = bounds.center();
+    let towards = light.towards(middle).try_normalize().unwrap_or(DVec3::ZERO);
+    match occluders.sphere(surface) {
+        Some(sphere) => Start {
+            point: sphere.center + sphere.radius * towards,
+            surface: Some(surface),
+        },
+        None => Start {
+            point: middle + 0.5 * bounds.size().length() * towards,
+            surface: None,
+        },
+    }
 }
 
 #[cfg(test)]
@@ -82,6 +107,7 @@ mod tests {
             tests: 5,
             is_known: true,
             ray_cost: 10,
+            weight: 1.0,
         };
         assert_eq!([0, 4, 5, 9].map(|limit| trial.cost(limit)), [10, 14, 5, 5]);
         let in_doubt = Trial {
