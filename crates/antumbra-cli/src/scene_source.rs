@@ -75,8 +75,12 @@ pub(crate) fn name(text: &str) -> Result<String, String> {
 }
 
 /// Makes a built-in scene.
-pub(crate) fn generate(name: &str, size: Option<u32>) -> Result<Scene, Failure> {
-    generate::by_name(name, size).map_err(|error| Failure::input(error.to_string(), ""))
+pub(crate) fn generate(
+    name: &str,
+    size: Option<u32>,
+    lights: Option<u32>,
+) -> Result<Scene, Failure> {
+    generate::by_name(name, size, lights).map_err(|error| Failure::input(error.to_string(), ""))
 }
 
 /// Returns a scene as NFF text, with the six digits of the SPD programs, so that figures for a

@@ -348,6 +348,10 @@ pub(crate) struct Scene {
     #[arg(long, value_name = "N")]
     pub(crate) size: Option<u32>,
 
+    /// How many lights, for rooms, which has 10 by default
+    #[arg(long, value_name = "N")]
+    pub(crate) lights: Option<u32>,
+
     /// NFF file to write
     #[arg(long, short, value_name = "FILE.nff")]
     pub(crate) output: PathBuf,

@@ -9,7 +9,7 @@ use crate::typed;
 
 /// Generates and writes.
 pub(crate) fn run(typed: &typed::Scene, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = scene_source::generate(&typed.name, typed.size)?;
+    let scene = scene_source::generate(&typed.name, typed.size, typed.lights)?;
     let text = scene_source::nff(&scene)?;
     let path = &typed.output;
     fs::write(path, text)

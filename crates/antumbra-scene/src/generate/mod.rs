@@ -1,14 +1,23 @@
-//! Scenes made by rule: those of the Standard Procedural Databases that the paper tests on, and
-//! larger ones for measurements.
+//! Scenes made by rule: the six of the paper, and larger ones for measurements.
 //!
-//! In: a name and a size. Out: for SPD's names the scene that SPD's program of that size writes,
-//! object by object, in full precision (SPD rounds to six digits). Invariant: the same bits on
-//! every platform; sizes are bounded, so memory is.
+//! In: a name and a size. Out: for the names of the Standard Procedural Databases the scene that SPD's
+//! program of that size writes, object by object, in full precision (SPD rounds to six digits). The paper's
+//! other four scenes are lost; those of their names have its counts of objects and lights. Invariant: the
+//! same bits on every platform; sizes are bounded, so memory is.
+//!
+//! *Objects* are counted as SPD's files count them: each polygon, sphere, and cone or cylinder is one. So
+//! Tetra has 4096, one a triangle, and a box six.
 
+mod bars;
 mod city;
+mod dgp;
 mod forest;
+mod graph;
 mod heightfield;
+mod parts;
+mod quadric;
 mod random;
+mod rooms;
 mod sine;
 mod sphereflake;
 mod tetra;
@@ -22,21 +31,36 @@ use crate::{
     model::{Camera, Color, Facing, Light, LightKind, Object, Polygon, Scene, Shape},
 };
 
+pub use bars::bars;
 pub use city::city;
+pub use dgp::dgp;
 pub use forest::forest;
+pub use graph::graph;
 pub use heightfield::heightfield;
+pub use quadric::quadric;
+pub use rooms::rooms;
 pub use sphereflake::sphereflake;
 pub use tetra::tetra;
 
-/// The generators' names, each with its default size: SPD's own, then boxes, leaves, and vertices
-/// along a side.
-pub const NAMES: [(&str, u32); 5] = [
+/// The generators' names, each with its default size: SPD's own, then boxes, leaves, vertices along a
+/// side, and rooms along a side. `flakes` is `sphereflake` as the paper has it. The other four of the paper
+/// have size 1 only.
+pub const NAMES: [(&str, u32); 11] = [
     ("tetra", 6),
     ("sphereflake", 4),
+    ("flakes", 2),
+    ("graph", 1),
+    ("quadric", 1),
+    ("dgp", 1),
+    ("bars", 1),
+    ("rooms", 3),
     ("city", 10_000),
     ("forest", 400_000),
     ("heightfield", 256),
 ];
+
+/// How many lights `rooms` has by default.
+const ROOM_LIGHTS: u32 = 10;
 
 /// Why a scene was not made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -59,26 +83,56 @@ pub enum GenerateError {
         /// The largest size.
         largest: u32,
     },
+    /// A number of lights was given for a scene that has its own.
+    #[error("{name} has lights of its own; only rooms takes a number of lights")]
+    OwnLights {
+        /// The generator.
+        name: String,
+    },
+    /// There would be no light, or too many.
+    #[error("{lights} lights; expected {smallest} to {largest}")]
+    Lights {
+        /// The number asked for.
+        lights: u32,
+        /// The least number.
+        smallest: u32,
+        /// The largest number.
+        largest: u32,
+    },
 }
 
-/// Makes the scene of a name in [`NAMES`]; without a size, of its default size.
+/// Makes the scene of a name in [`NAMES`]; without a size, of its default size. A number of lights is for
+/// `rooms`, which has 10 by default.
 ///
 /// # Errors
-/// The name is unknown, or the size out of range.
+/// The name is unknown, the size or the number of lights is out of range, or the scene has lights of its own.
 ///
 /// # Example
 /// ```
-/// let scene = antumbra_scene::generate::by_name("tetra", Some(3)).unwrap();
-/// assert_eq!(scene.objects.len(), 64);
+/// use antumbra_scene::generate::by_name;
+/// assert_eq!(by_name("tetra", Some(3), None)?.objects.len(), 64);
+/// assert_eq!(by_name("rooms", None, Some(100))?.lights.len(), 100);
+/// # Ok::<(), antumbra_scene::generate::GenerateError>(())
 /// ```
-pub fn by_name(name: &str, size: Option<u32>) -> Result<Scene, GenerateError> {
+pub fn by_name(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Scene, GenerateError> {
     let default = NAMES
         .iter()
         .find(|(known, _)| *known == name)
         .map(|&(_, size)| size);
+    if lights.is_some() && default.is_some() && name != "rooms" {
+        return Err(GenerateError::OwnLights {
+            name: name.to_owned(),
+        });
+    }
+    let only = |name, size, scene: fn() -> Scene| check_size(name, size, 1..=1).map(|()| scene());
     match (name, size.or(default)) {
         ("tetra", Some(size)) => tetra(size),
-        ("sphereflake", Some(size)) => sphereflake(size),
+        ("sphereflake" | "flakes", Some(size)) => sphereflake(size),
+        ("graph", Some(size)) => only("graph", size, graph),
+        ("quadric", Some(size)) => only("quadric", size, quadric),
+        ("dgp", Some(size)) => only("dgp", size, dgp),
+        ("bars", Some(size)) => only("bars", size, bars),
+        ("rooms", Some(size)) => rooms(size, lights.unwrap_or(ROOM_LIGHTS)),
         ("city", Some(size)) => city(size),
         ("forest", Some(size)) => forest(size),
         ("heightfield", Some(size)) => heightfield(size),
@@ -101,6 +155,20 @@ fn check_size(
         Err(GenerateError::Size {
             name,
             size,
+            smallest,
+            largest,
+        })
+    }
+}
+
+/// Refuses numbers of lights out of range.
+fn check_lights(lights: u32, allowed: RangeInclusive<u32>) -> Result<(), GenerateError> {
+    if allowed.contains(&lights) {
+        Ok(())
+    } else {
+        let (smallest, largest) = allowed.into_inner();
+        Err(GenerateError::Lights {
+            lights,
             smallest,
             largest,
         })
@@ -154,13 +222,14 @@ mod tests {
     fn names_have_defaults_that_work() {
         for (name, size) in NAMES {
             assert_eq!(
-                by_name(name, None).unwrap(),
-                by_name(name, Some(size)).unwrap()
+                by_name(name, None, None).unwrap(),
+                by_name(name, Some(size), None).unwrap()
             );
         }
         assert_eq!(
-            by_name("gears", None).unwrap_err().to_string(),
-            "no generator is called `gears`; there are tetra, sphereflake, city, forest, heightfield"
+            by_name("gears", None, None).unwrap_err().to_string(),
+            "no generator is called `gears`; there are tetra, sphereflake, flakes, graph, quadric, \
+             dgp, bars, rooms, city, forest, heightfield"
         );
     }
 
@@ -172,10 +241,15 @@ mod tests {
             ("city", 1, 1_000_000),
             ("forest", 1, 4_000_000),
             ("heightfield", 2, 2048),
+            ("graph", 1, 1),
+            ("quadric", 1, 1),
+            ("dgp", 1, 1),
+            ("bars", 1, 1),
+            ("rooms", 1, 12),
         ] {
             for size in [0, smallest - 1, largest + 1, u32::MAX] {
                 assert_eq!(
-                    by_name(name, Some(size)).unwrap_err().to_string(),
+                    by_name(name, Some(size), None).unwrap_err().to_string(),
                     format!("{name} of size {size}; expected a size from {smallest} to {largest}")
                 );
             }

@@ -1,7 +1,9 @@
 //! The generators against SPD's own files, word by word.
 
 use antumbra_scene::{
-    generate::{city, forest, heightfield, sphereflake, tetra},
+    generate::{
+        bars, by_name, city, dgp, forest, graph, heightfield, quadric, rooms, sphereflake, tetra,
+    },
     model::{Scene, Shape},
     write::{Precision, write_nff},
 };
@@ -70,9 +72,55 @@ fn counts_follow_the_formula() {
     }
 }
 
+/// The paper's Table 1: lights and objects.
+#[test]
+fn the_papers_scenes_have_its_counts() {
+    for (name, lights, objects) in [
+        ("graph", 2, 12),
+        ("quadric", 3, 15),
+        ("dgp", 1, 21),
+        ("bars", 1, 88),
+        ("flakes", 3, 92),
+        ("tetra", 1, 4096),
+    ] {
+        let scene = by_name(name, None, None).unwrap();
+        assert_eq!(scene.lights.len(), lights, "{name}");
+        assert_eq!(scene.objects.len(), objects, "{name}");
+    }
+    let is_quadric = |shape: &Shape| matches!(shape, Shape::Sphere(_) | Shape::Cone(_));
+    assert!(quadric().objects.iter().all(|o| is_quadric(&o.shape)));
+}
+
+#[test]
+fn rooms_have_as_many_lights_as_asked_for_and_the_same_furniture() {
+    for lights in [1, 10, 100] {
+        let scene = by_name("rooms", None, Some(lights)).unwrap();
+        assert_eq!(scene.lights.len(), lights as usize);
+        assert_eq!(scene.objects, rooms(3, 1).unwrap().objects);
+    }
+    let refused = |lights, name| by_name(name, None, Some(lights)).unwrap_err().to_string();
+    assert_eq!(refused(0, "rooms"), "0 lights; expected 1 to 10000");
+    assert_eq!(
+        refused(2, "tetra"),
+        "tetra has lights of its own; only rooms takes a number of lights"
+    );
+    assert!(refused(2, "gears").contains("no generator"));
+}
+
 fn coord(point: antumbra_geometry::DVec3) -> robust::Coord3D<f64> {
     let [x, y, z] = point.to_array();
     robust::Coord3D { x, y, z }
+}
+
+/// The polygons; whatever is round is left out.
+fn faces(scene: &Scene) -> impl Iterator<Item = &[antumbra_geometry::DVec3]> {
+    scene
+        .objects
+        .iter()
+        .filter_map(|object| match &object.shape {
+            Shape::Polygon(polygon) => Some(&polygon.vertices[..]),
+            _ => None,
+        })
 }
 
 fn vertices(scene: &Scene) -> impl Iterator<Item = &[antumbra_geometry::DVec3]> {
@@ -96,6 +144,34 @@ fn measured_scenes_survive_six_digits() {
         assert!(scene.camera.is_some());
         assert_eq!(scene.lights.len(), 1);
     }
+    for scene in [
+        graph(),
+        quadric(),
+        dgp(),
+        bars(),
+        rooms(3, 100).unwrap(),
+        rooms(12, 2).unwrap(),
+    ] {
+        let loaded = nff(&text_of(&scene)).unwrap();
+        assert_eq!(loaded.warnings, []);
+        // Colours are products in the file, and may lose a digit.
+        let shapes = |scene: &Scene| {
+            scene
+                .objects
+                .iter()
+                .map(|o| o.shape.clone())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(shapes(&loaded.scene), shapes(&scene));
+        let places = |scene: &Scene| {
+            scene
+                .lights
+                .iter()
+                .map(|light| light.kind)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(places(&loaded.scene), places(&scene));
+    }
 }
 
 #[test]
@@ -104,8 +180,12 @@ fn every_face_is_planar_and_none_is_empty() {
         city(300).unwrap(),
         forest(3000).unwrap(),
         heightfield(40).unwrap(),
+        graph(),
+        dgp(),
+        bars(),
+        rooms(2, 1).unwrap(),
     ] {
-        for face in vertices(&scene) {
+        for face in faces(&scene) {
             let normal = (face[1] - face[0]).cross(face[2] - face[0]);
             assert!(normal.length() > 0.0, "{face:?}");
             let [a, b, c] = [0, 1, 2].map(|corner| coord(face[corner]));
@@ -140,6 +220,11 @@ fn the_exact_text_of_a_generated_scene_reads_back_equal() {
         city(50).unwrap(),
         forest(700).unwrap(),
         heightfield(20).unwrap(),
+        graph(),
+        quadric(),
+        dgp(),
+        bars(),
+        rooms(3, 10).unwrap(),
     ] {
         let mut text = Vec::new();
         write_nff(&scene, Precision::Exact, &mut text).unwrap();
@@ -186,6 +271,11 @@ fn the_text_never_changes() {
             0x9187_b482_b9a0_9599,
             0x0926_31e2_5f2d_96b8,
         ),
+        (graph(), 0, 0),
+        (quadric(), 0, 0),
+        (dgp(), 0, 0),
+        (bars(), 0, 0),
+        (rooms(3, 10).unwrap(), 0, 0),
     ] {
         let found = (
             digest(&scene, Precision::SixDigits),

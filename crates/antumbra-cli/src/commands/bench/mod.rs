@@ -13,6 +13,7 @@
 //! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
+//! | the paper's scenes and tables | [`paper`] |
 
 mod aims;
 mod cold;
@@ -23,6 +24,7 @@ mod judge;
 mod measure;
 mod methods;
 mod oracle;
+mod paper;
 mod record;
 mod report;
 mod shadows;
@@ -42,6 +44,7 @@ pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Fail
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
+        typed::What::Paper(typed) => paper::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
     }
 }

@@ -21,6 +21,8 @@ pub(crate) enum What {
     Shadows(Shadows),
     /// Time frame after frame from the first query on, with values that are made on the way
     Frames(Frames),
+    /// Rebuild the tables of the paper on its scenes
+    Paper(Paper),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
 }
@@ -151,6 +153,37 @@ pub(crate) struct Frames {
     /// take turns. Figures are medians
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rounds: u32,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Paper {
+    /// Measure this scene of the paper only; repeatable [default: all six]
+    #[arg(long = "scene", value_name = "NAME", value_parser = super::paper::NAMES)]
+    pub(crate) scenes: Vec<String>,
+
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub(crate) size: [u32; 2],
+
+    /// Rounds; in each, all methods prepare anew and take turns. Figures are medians
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Rounds for each grid level, picture size and number of lights
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) sweep_rounds: u32,
+
+    /// Leave out grid levels, picture sizes and numbers of lights
+    #[arg(long)]
+    pub(crate) no_sweeps: bool,
+
+    /// Write figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Write the report into this folder: index.html with plots and pictures, README.md
+    #[arg(long, value_name = "DIR")]
+    pub(crate) html: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -1,0 +1,142 @@
+//! One picture by one method, from nothing.
+//!
+//! In: a scene, a view, a method. Out: how long preparing and rendering took on one core, what was counted, and
+//! the pixels. Eye rays and mirrored rays go through the uniform grid, whatever the method.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use antumbra::{GridResolution, QuickCheck, QuickCheckVerdict, RayMethod};
+use antumbra_baselines::rival::formulas::{self, PaperMemory};
+use antumbra_render::camera::View;
+use antumbra_render::film::{self, Picture, RenderSettings, Show, Watch};
+use antumbra_render::integrator::Tally;
+use antumbra_render::prepare::{PrepareOptions, Prepared};
+use antumbra_scene::model::Scene;
+
+use super::VOXEL_1990;
+use crate::commands::bench::measure::Stopwatch;
+use crate::failure::Failure;
+use crate::typed::Shadows;
+
+/// What is taken a picture of.
+pub(super) struct Subject {
+    pub(super) scene: Scene,
+    pub(super) view: View,
+    /// Voxels along each axis.
+    pub(super) grid: u32,
+}
+
+/// A picture and what it took.
+pub(super) struct Shot {
+    pub(super) prepare: Duration,
+    pub(super) render: Duration,
+    pub(super) tally: Tally,
+    pub(super) picture: Picture,
+    /// What is kept for shadow queries, mean over the lights.
+    pub(super) bytes_per_light: f64,
+    /// What the paper expects it to keep for one light, where it says.
+    pub(super) paper_memory: Option<PaperMemory>,
+}
+
+impl Shot {
+    pub(super) fn total(&self) -> Duration {
+        self.prepare + self.render
+    }
+}
+
+impl Subject {
+    pub(super) fn new(scene: Scene, size: [u32; 2], grid: u32) -> Result<Self, Failure> {
+        let camera = scene.camera.ok_or_else(|| {
+            Failure::input("the scene has no camera", "take one of the paper's scenes")
+        })?;
+        let view =
+            View::new(&camera, size).map_err(|error| Failure::input(error.to_string(), ""))?;
+        Ok(Self { scene, view, grid })
+    }
+
+    /// Returns the same without lights: what a picture costs before any shadow query.
+    pub(super) fn without_lights(&self) -> Self {
+        let mut scene = self.scene.clone();
+        scene.lights.clear();
+        Self { scene, ..*self }
+    }
+
+    fn options(&self, method: Shadows) -> PrepareOptions {
+        PrepareOptions {
+            method: method.method(),
+            rival: method.rival(),
+            // `hybrid` counts from the eye.
+            viewpoint: self.scene.camera.map(|camera| camera.eye),
+            rays: RayMethod::Grid,
+            grid: GridResolution::Fixed([self.grid; 3]),
+            ..PrepareOptions::default()
+        }
+    }
+
+    /// Prepares and renders; then renders once more, with what the first picture left, if `again`.
+    pub(super) fn shoot(
+        &self,
+        method: Shadows,
+        again: bool,
+        stopwatch: Stopwatch,
+    ) -> Result<(Shot, Option<Shot>), Failure> {
+        let scene = self.scene.clone();
+        let (prepared, prepare) = stopwatch.time(|| Prepared::new(scene, &self.options(method)));
+        let prepared = prepared?;
+        let shoot = |prepare| {
+            let (rendered, render) = stopwatch.time(|| self.render(&prepared, Show::Scene));
+            let index = prepared.index();
+            let paper_memory = match prepared.rival() {
+                Some(rival) => rival.paper_memory(index),
+                None if method == VOXEL_1990 => {
+                    Some(formulas::voxel_occlusion(index.grid_resolution()))
+                }
+                None => None,
+            };
+            Shot {
+                prepare,
+                render,
+                tally: rendered.tally,
+                picture: rendered.picture,
+                bytes_per_light: prepared.bytes_per_light(),
+                paper_memory,
+            }
+        };
+        let first = shoot(prepare);
+        let second = again.then(|| shoot(Duration::ZERO));
+        Ok((first, second))
+    }
+
+    /// Returns how the queries of what each pixel shows first are decided, in false colours: in the first
+    /// picture, or in the second.
+    pub(super) fn decided_by(&self, method: Shadows, in_second: bool) -> Result<Picture, Failure> {
+        let prepared = Prepared::new(self.scene.clone(), &self.options(method))?;
+        if in_second {
+            self.render(&prepared, Show::Scene);
+        }
+        Ok(self.render(&prepared, Show::Occlusion).picture)
+    }
+
+    /// Returns what the quick check of Paper 7.3 says.
+    pub(super) fn quick_check(&self) -> Result<Option<QuickCheckVerdict>, Failure> {
+        let options = PrepareOptions {
+            quick_check: QuickCheck::Report,
+            ..self.options(Shadows::Grid)
+        };
+        let prepared = Prepared::new(self.scene.clone(), &options)?;
+        Ok(prepared.index().quick_check())
+    }
+
+    fn render(&self, prepared: &Prepared, show: Show) -> film::Rendered {
+        let settings = RenderSettings {
+            show,
+            ..RenderSettings::default()
+        };
+        let watch = Watch {
+            cancel: &AtomicBool::new(false),
+            progress: &|_| {},
+        };
+        film::render(prepared, &self.view, &settings, watch)
+    }
+}
