@@ -863,7 +863,7 @@ fn rays_of_many_do_not_depend_on_threads_and_refuse_by_number() {
         assert_eq!(*hit, one.2[first..one.3[number]].first().copied());
     }
 
-    let mut refused = |number: usize, x: f64| {
+    let refused = |number: usize, x: f64| {
         let mut bad = directions.clone();
         bad[number] = [1.0, x, 0.0];
         index.occluded_towards(&batch, Towards::Points(&bad), &mut vec![0; 5000])
