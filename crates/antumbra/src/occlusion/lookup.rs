@@ -9,11 +9,11 @@ use fearless_simd::{Simd, dispatch};
 use super::adaptive::AdaptiveValues;
 use super::balls::OnBall;
 use super::bricks::{Finder, Leaf, Store};
-use super::many::{MANY, Told};
-use super::packed::{self, Packed};
 use super::forms::{EightForms, Verdict};
 use super::lattice::{Code, Lattice};
 use super::links::Link;
+use super::many::{MANY, Told};
+use super::packed::{self, Packed};
 use super::sync::{AtomicU32, Ordering};
 use super::tables::Tables;
 use super::value::Audience;
@@ -318,7 +318,8 @@ impl<S: Simd> Lookup<'_, S> {
         let leaf = match asks {
             Asks::In(audience) => {
                 let lattice = &self.values.lattices[audience as usize];
-                self.finder(store, audience).find(lattice.code_of(self.simd, x))
+                self.finder(store, audience)
+                    .find(lattice.code_of(self.simd, x))
             }
             Asks::OwnShadow => Leaf::of(true),
             Asks::Doubt => Leaf::OUTSIDE,
@@ -602,7 +603,12 @@ impl<S: Simd> Lookup<'_, S> {
     /// Tells whether a listed surface that is no triangle blocks. The start's own solid does not: its own
     /// rule was asked before.
     #[inline(always)]
-    pub(super) fn curved_verdict(&self, surface: SurfaceId, start: &Start, point: DVec3) -> Verdict {
+    pub(super) fn curved_verdict(
+        &self,
+        surface: SurfaceId,
+        start: &Start,
+        point: DVec3,
+    ) -> Verdict {
         let number = surface.0 as usize - self.tables.triangle_count();
         let Some(ball) = &self.tables.scene.balls[number] else {
             return Verdict::Doubt;

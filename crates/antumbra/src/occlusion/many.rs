@@ -492,7 +492,10 @@ mod tests {
 
     #[test]
     fn bits_stand_for_starts() {
-        assert_eq!([0, 1, 63, 64, 65].map(first_bits), [0, 1, u64::MAX >> 1, u64::MAX, u64::MAX]);
+        assert_eq!(
+            [0, 1, 63, 64, 65].map(first_bits),
+            [0, 1, u64::MAX >> 1, u64::MAX, u64::MAX]
+        );
         for bits in [0, 1, 1 << 63, 0x8000_0000_0001_0010, u64::MAX] {
             let numbers: Vec<usize> = Numbers(bits).collect();
             assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
@@ -505,7 +508,11 @@ mod tests {
     fn what_is_found_is_told() {
         let mut told = Told::default();
         told.add(3, Found::NOTHING);
-        let Told { shadowed, listed, unknown } = told;
+        let Told {
+            shadowed,
+            listed,
+            unknown,
+        } = told;
         assert_eq!((shadowed, listed, unknown), (0, 0, 8));
     }
 }

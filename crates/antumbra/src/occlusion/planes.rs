@@ -288,7 +288,8 @@ mod tests {
             let scene = random.scene();
             let frame = Frame::new(scene);
             let a = random.in_box(&scene);
-            let corners = [a, random.in_box(&scene), random.in_box(&scene)].map(|x| a + 0.05 * (x - a));
+            let corners =
+                [a, random.in_box(&scene), random.in_box(&scene)].map(|x| a + 0.05 * (x - a));
             let mut builder = Occluders::builder();
             builder.add_face(&corners, Opacity::Opaque).expect("a face");
             let Some(axis) = builder.build().dominant_axis(ONE) else {
@@ -297,7 +298,11 @@ mod tests {
             let plane = StartPlane::new(&frame, corners, axis, false);
             for _ in 0..10 {
                 let [s, t] = [random.real(0.0, 1.0), random.real(0.0, 1.0)];
-                let [s, t] = if s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
+                let [s, t] = if s + t > 1.0 {
+                    [1.0 - s, 1.0 - t]
+                } else {
+                    [s, t]
+                };
                 let point = a + s * (corners[1] - a) + t * (corners[2] - a);
                 let x = frame.point_in_frame(point).to_array().map(|x| x as f32);
                 asked += 1;
