@@ -10,6 +10,14 @@ pub trait Coverage: Debug + Send + Sync {
     /// Returns whether the face is there, at texture coordinates interpolated between those given
     /// with the face's corners.
     fn is_solid_at(&self, uv: [f64; 2]) -> bool;
+
+    /// Says what the holes are, piece after piece: two coverages that say the same bytes are solid at the
+    /// same places. Returns whether it did; answers about faces with holes that say nothing are not kept in
+    /// files.
+    fn identify(&self, write: &mut dyn FnMut(&[u8])) -> bool {
+        let _ = write;
+        false
+    }
 }
 
 /// Names a [`Coverage`] of a collection of surfaces.

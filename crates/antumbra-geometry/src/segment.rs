@@ -3,6 +3,8 @@
 //! In: a [`Start`] and a light. Out: [`Segment`], which every predicate takes. Invariant: the exact
 //! start is the one EXACTNESS.md defines ("The start"); the approximate one lies within its error.
 
+use std::cell::OnceCell;
+
 use glam::DVec3;
 
 use crate::number::{Approximate, Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
@@ -18,7 +20,13 @@ pub struct Segment {
     pub(crate) origin: DVec3,
     /// Largest error of a coordinate of `origin`.
     pub(crate) origin_error: f64,
+    /// Made when the first predicate is in doubt; often many are, of one segment.
+    exact: OnceCell<Box<Ends<Exact>>>,
 }
+
+/// Of an approximate start, as a share of the coordinates that it is made of: some hundred roundings.
+/// Starts that are moved along their triangle's plane to its border, and those on needles, are worse.
+const USUAL_ORIGIN_ERROR: f64 = 1.0 / (1u64 << 45) as f64;
 
 /// The flat surface that a start is moved onto, along the axis of the largest normal component.
 #[derive(Clone, Copy, Debug)]
@@ -108,12 +116,35 @@ impl Segment {
             None => (start.point, 0.0),
             Some(surface) => surface.approximate_start(start.point),
         };
-        Self {
+        let mut segment = Self {
             start,
             light: light.homogeneous(),
             surface,
             origin,
             origin_error,
+            exact: OnceCell::new(),
+        };
+        let size = segment.surface.as_ref().map_or(0.0, StartSurface::size);
+        let size = size + start.point.abs().max_element();
+        if origin_error > USUAL_ORIGIN_ERROR * size {
+            segment.round_exact_start();
+        }
+        segment
+    }
+
+    /// Takes the exact start for the approximate one, so that few signs are in doubt: that costs as much
+    /// as one of them.
+    #[cold]
+    #[inline(never)]
+    fn round_exact_start(&mut self) {
+        let start = &self.exact().start;
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| start.x.0[axis].over(&start.w));
+        let rounded = DVec3::new(x, y, z);
+        // Each is right to one rounding; 4 units are generous. A quotient below the normal numbers may
+        // be rounded twice.
+        let error = 4.0 * UNIT_ROUNDOFF * rounded.abs().max_element() + f64::MIN_POSITIVE;
+        if rounded.is_finite() && error < self.origin_error {
+            (self.origin, self.origin_error) = (rounded, error);
         }
     }
 
@@ -185,15 +216,17 @@ impl Segment {
         })
     }
 
-    pub(crate) fn exact(&self) -> Ends<Exact> {
-        let start = match &self.surface {
-            None => Point4::from_f64((self.start.point, 1.0)),
-            Some(surface) => surface.exact_start(self.start.point),
-        };
-        Ends {
-            start,
-            light: Point4::from_f64(self.light),
-        }
+    pub(crate) fn exact(&self) -> &Ends<Exact> {
+        self.exact.get_or_init(|| {
+            let start = match &self.surface {
+                None => Point4::from_f64((self.start.point, 1.0)),
+                Some(surface) => surface.exact_start(self.start.point),
+            };
+            Box::new(Ends {
+                start,
+                light: Point4::from_f64(self.light),
+            })
+        })
     }
 }
 
@@ -209,6 +242,15 @@ impl StartSurface {
         match *self {
             Self::Triangle { corners, .. } => Plane::Points(corners),
             Self::Plane { plane, .. } => plane,
+        }
+    }
+
+    /// Returns the largest magnitude of a coordinate.
+    fn size(&self) -> f64 {
+        let largest = |v: DVec3| v.abs().max_element();
+        match *self {
+            Self::Triangle { corners, .. } => corners.map(largest).into_iter().fold(0.0, f64::max),
+            Self::Plane { plane, .. } => largest(plane.point()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The product's front door: a scene's surfaces and lights, ready for queries.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
@@ -7,9 +8,10 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId
 use crate::Counters;
 use crate::bvh::Bvh;
 use crate::grid::{Grid, Layout};
+use crate::kept::{Kept, KeptLight, LoadError};
 use crate::occlusion::{AdaptiveValues, DenseValues, Depth, Making, mark, quick_check};
 use crate::own_rays::{AnyHit, WithRays};
-use crate::shadow::{self, ByVoxel};
+use crate::shadow::{self, ByVoxel, Rays};
 
 /// How shadow queries are answered. Every method gives the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -206,6 +208,9 @@ pub enum BuildError {
         /// Allowed bytes.
         limit: u64,
     },
+    /// A file of occlusion values is refused.
+    #[error(transparent)]
+    Occlusion(#[from] LoadError),
 }
 
 /// Why a query has no answer.
@@ -234,6 +239,7 @@ pub struct Builder {
     refinement: Refinement,
     has_tree: bool,
     memory_limit: Option<u64>,
+    occlusion_file: Option<PathBuf>,
 }
 
 impl Builder {
@@ -288,10 +294,23 @@ impl Builder {
         self
     }
 
-    /// Builds grid, tree and occlusion values, on all threads of the current rayon pool.
+    /// Takes the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to a file, instead of
+    /// making them: those of all lights whose kind and pose are in it, in any order
+    /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. The file is only
+    /// read, and not needed any more once the index is built; values that are made later go on from it.
+    #[must_use]
+    pub fn occlusion_file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.occlusion_file = Some(path.into());
+        self
+    }
+
+    /// Builds what the settings need of grid, tree and occlusion values, on all threads of the current rayon
+    /// pool.
     ///
     /// # Errors
-    /// A light or a setting is out of range, or the memory limit is too small.
+    /// A light or a setting is out of range, the memory limit is too small, or the file of
+    /// [`Builder::occlusion_file`] is refused: it was cut off or damaged, is something else, or is about another
+    /// scene or other settings.
     pub fn build(self) -> Result<ShadowIndex, BuildError> {
         // What was asked for must be possible before anything is taken.
         for (index, light) in self.lights.iter().enumerate() {
@@ -310,12 +329,16 @@ impl Builder {
             }
         }
         let layout = layout(&self.occluders, self.resolution)?;
-        let grid = Grid::build(&self.occluders, layout);
+        let grid = self
+            .needs_grid()
+            .then(|| Grid::build(&self.occluders, layout));
 
         // Paper 7.3: perhaps the values are not worth it.
-        let verdict = match self.quick_check {
-            QuickCheck::Off => None,
-            QuickCheck::Report | QuickCheck::Obey => Some(quick_check(&self.occluders, &grid)),
+        let verdict = match (self.quick_check, &grid) {
+            (QuickCheck::Off, _) | (_, None) => None,
+            (QuickCheck::Report | QuickCheck::Obey, Some(grid)) => {
+                Some(quick_check(&self.occluders, grid))
+            }
         };
         let is_advised_against = self.quick_check == QuickCheck::Obey
             && verdict.is_some_and(|verdict| !verdict.is_advised);
@@ -323,27 +346,42 @@ impl Builder {
             Method::Voxel1990 if is_advised_against => Method::Grid,
             method => method,
         };
-        let values = match method {
-            Method::Voxel1990 => self
+        let values = match (method, &grid) {
+            (Method::Voxel1990, Some(grid)) => self
                 .lights
                 .iter()
-                .map(|light| mark(&self.occluders, &grid, light))
+                .map(|light| mark(&self.occluders, grid, light))
                 .collect(),
-            Method::Voxel | Method::Grid | Method::Bvh | Method::Naive => Vec::new(),
+            _ => Vec::new(),
         };
-        let bvh = needs_bvh(self.method, self.rays).then(|| Bvh::build(&self.occluders));
-        let adaptive = match &bvh {
-            Some(bvh) if method == Method::Voxel => {
-                let mut making = self.refinement.making();
-                if !self.has_tree {
-                    // While there is one.
-                    making.refine = Refine::Eager;
-                }
-                let (occluders, lights) = (&self.occluders, &self.lights);
-                Some(AdaptiveValues::new(occluders, bvh, lights, &making))
+        let (occluders, lights) = (&*self.occluders, &self.lights);
+        let adaptive = (method == Method::Voxel).then(|| {
+            let mut making = self.refinement.making();
+            if !self.has_tree {
+                // While there is one.
+                making.refine = Refine::Eager;
             }
-            _ => None,
+            AdaptiveValues::new(occluders, lights, &making)
+        });
+        let kept = match (&self.occlusion_file, &adaptive) {
+            (None, _) => None,
+            (Some(path), Some(values)) => Some(Kept::open(path, values, occluders)?),
+            (Some(path), None) => return Err(LoadError::no_values(path).into()),
         };
+        let bvh = if needs_bvh(self.method, self.rays) {
+            let tree = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
+            let tree = tree.flatten();
+            Some(tree.unwrap_or_else(|| Bvh::build(occluders)))
+        } else {
+            None
+        };
+        let mut kept_lights = Vec::new();
+        if let (Some(values), Some(bvh)) = (&adaptive, &bvh) {
+            if let Some(kept) = &kept {
+                kept_lights = kept.take(values, occluders, lights)?;
+            }
+            values.make_first(occluders, bvh);
+        }
         let bvh = bvh.filter(|_| self.has_tree);
         Ok(ShadowIndex {
             surface_count: self.occluders.surface_count(),
@@ -351,12 +389,42 @@ impl Builder {
             lights: self.lights,
             method,
             rays: self.rays,
+            layout,
             grid,
             bvh,
             values,
             adaptive,
+            kept_lights,
             quick_check: verdict,
         })
+    }
+}
+
+impl Builder {
+    /// Returns whether anything will walk the grid or look at it.
+    fn needs_grid(&self) -> bool {
+        matches!(self.method, Method::Voxel1990 | Method::Grid)
+            || self.rays == RayMethod::Grid
+            || self.quick_check != QuickCheck::Off
+            || !self.has_tree
+            || !needs_bvh(self.method, self.rays)
+    }
+}
+
+/// The index's own rays to one light.
+struct OwnRays<'a> {
+    index: &'a ShadowIndex,
+    light: usize,
+}
+
+impl Rays for OwnRays<'_> {
+    #[inline]
+    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
+        self.index.by_ray(start, self.light, counters).shadow == Shadow::Shadowed
+    }
+
+    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
+        self.index.by_rays(starts, self.light, is_blocked, counters);
     }
 }
 
@@ -464,12 +532,16 @@ pub struct ShadowIndex {
     lights: Vec<LightShape>,
     method: Method,
     rays: RayMethod,
-    pub(crate) grid: Grid,
+    /// Of the grid, whether it is there or not.
+    pub(crate) layout: Layout,
+    /// Where the settings ask for it.
+    grid: Option<Grid>,
     /// Where the settings ask for it.
     pub(crate) bvh: Option<Bvh>,
     /// One store per light, for the methods that keep values.
     pub(crate) values: Vec<DenseValues>,
     adaptive: Option<AdaptiveValues>,
+    kept_lights: Vec<KeptLight>,
     quick_check: Option<QuickCheckVerdict>,
 }
 
@@ -486,6 +558,7 @@ impl ShadowIndex {
             refinement: Refinement::default(),
             has_tree: true,
             memory_limit: None,
+            occlusion_file: None,
         }
     }
 
@@ -515,7 +588,7 @@ impl ShadowIndex {
         let segment = self.occluders.ray_segment(ray);
         match (self.rays, &self.bvh) {
             (RayMethod::Bvh, Some(bvh)) => bvh.nearest(&self.occluders, &segment, counters),
-            _ => self.grid.nearest(&self.occluders, &segment, counters),
+            _ => self.grid().nearest(&self.occluders, &segment, counters),
         }
     }
 
@@ -544,7 +617,7 @@ impl ShadowIndex {
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.check_query(start, light)?;
-        let (occluders, grid) = (&*self.occluders, &self.grid);
+        let occluders = &*self.occluders;
         if let Some(by_voxel) = self.by_voxel(light) {
             let answer = by_voxel.answer_one(start, counters);
             counters.shadow.count(answer);
@@ -554,14 +627,14 @@ impl ShadowIndex {
             Method::Voxel1990 => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 let values = &self.values[light];
-                shadow::by_voxel_1990(occluders, grid, values, &segment, counters)
+                shadow::by_voxel_1990(occluders, self.grid(), values, &segment, counters)
             }
             Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
             Method::Grid | Method::Naive => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 match self.method {
                     Method::Naive => shadow::by_reference(occluders, &segment, counters),
-                    _ => shadow::by_grid(occluders, grid, &segment, counters),
+                    _ => shadow::by_grid(occluders, self.grid(), &segment, counters),
                 }
             }
         };
@@ -592,6 +665,16 @@ impl ShadowIndex {
             Some(by_voxel) => by_voxel.answer(starts, is_shadowed, counters, |start| {
                 self.check_query(start, light)
             }),
+            None if self.method == Method::Bvh => {
+                starts
+                    .iter()
+                    .try_for_each(|start| self.check_query(start, light))?;
+                self.by_rays(starts, light, is_shadowed, counters);
+                let shadowed = is_shadowed.iter().filter(|&&is_shadowed| is_shadowed);
+                counters.shadow.shadowed += shadowed.count() as u64;
+                counters.shadow.rays += starts.len() as u64;
+                Ok(())
+            }
             None => {
                 for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
                     *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
@@ -601,27 +684,18 @@ impl ShadowIndex {
         }
     }
 
-    fn by_voxel(
-        &self,
-        light: usize,
-    ) -> Option<ByVoxel<'_, impl Fn(&Start, &mut Counters) -> bool>> {
-        self.by_voxel_or(light, move |start, counters| {
-            self.by_ray(start, light, counters).shadow == Shadow::Shadowed
-        })
+    fn by_voxel(&self, light: usize) -> Option<ByVoxel<'_, OwnRays<'_>>> {
+        self.by_voxel_or(light, OwnRays { index: self, light })
     }
 
-    /// `is_blocked` answers what values and lists do not know.
-    pub(crate) fn by_voxel_or<F: Fn(&Start, &mut Counters) -> bool>(
-        &self,
-        light: usize,
-        is_blocked: F,
-    ) -> Option<ByVoxel<'_, F>> {
+    /// `rays` answer what values and lists do not know.
+    pub(crate) fn by_voxel_or<R: Rays>(&self, light: usize, rays: R) -> Option<ByVoxel<'_, R>> {
         self.adaptive.as_ref().map(|values| ByVoxel {
             occluders: &self.occluders,
             bvh: self.bvh.as_ref(),
             values,
             light_number: light,
-            is_blocked,
+            rays,
         })
     }
 
@@ -633,9 +707,27 @@ impl ShadowIndex {
             Some(bvh) => shadow::by_bvh(occluders, bvh, start, light, counters),
             None => {
                 let segment = occluders.segment(start, light);
-                shadow::by_grid(occluders, &self.grid, &segment, counters)
+                shadow::by_grid(occluders, self.grid(), &segment, counters)
             }
         }
+    }
+
+    /// Answers by rays through the tree, or through the grid where there is no tree.
+    fn by_rays(
+        &self,
+        starts: &[Start],
+        light: usize,
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+    ) {
+        let Some(bvh) = &self.bvh else {
+            for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                *is_shadowed = self.by_ray(start, light, counters).shadow == Shadow::Shadowed;
+            }
+            return;
+        };
+        let (occluders, light) = (&*self.occluders, &self.lights[light]);
+        shadow::many_by_bvh(occluders, bvh, starts, light, is_shadowed, counters);
     }
 
     /// Answers a shadow query by testing every surface: the reference of EXACTNESS.md.
@@ -682,7 +774,12 @@ impl ShadowIndex {
 
     /// Returns the grid's voxels along x, y and z.
     pub fn grid_resolution(&self) -> [u32; 3] {
-        self.grid.layout.resolution
+        self.layout.resolution
+    }
+
+    /// Returns the grid; whatever walks it was among the settings.
+    pub(crate) fn grid(&self) -> &Grid {
+        self.grid.as_ref().expect("settings that walk it build it")
     }
 
     /// Stops or resumes making values while queries are answered. Answers do not change.
@@ -701,6 +798,16 @@ impl ShadowIndex {
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }
+    }
+
+    /// Returns for each light what became of its values in the file of [`Builder::occlusion_file`]; nothing
+    /// without a file.
+    pub fn kept_lights(&self) -> &[KeptLight] {
+        &self.kept_lights
+    }
+
+    pub(crate) fn adaptive(&self) -> Option<&AdaptiveValues> {
+        self.adaptive.as_ref()
     }
 
     /// Returns how often the values of [`Method::Voxel`] were thrown away because they took all memory that they

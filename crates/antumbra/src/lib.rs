@@ -6,6 +6,7 @@ mod clock;
 mod frame;
 mod grid;
 mod index;
+mod kept;
 mod locate;
 mod occlusion;
 mod own_rays;
@@ -17,5 +18,6 @@ pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
     QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
+pub use kept::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved, Volume};
 pub use own_rays::{AnyHit, WithRays};
 pub use stats::{Counters, ShadowCounters};

@@ -23,7 +23,7 @@ impl ShadowIndex {
     /// units: 2^-22 of the scene's size (its largest coordinate plus its extent), which is more than
     /// rounding to `f32` moves a point.
     pub fn default_tolerance(&self) -> f64 {
-        self.grid.layout.margin / MARGIN * ROUNDING
+        self.layout.margin / MARGIN * ROUNDING
     }
 
     /// Returns the start that a point means which is meant to lie on a surface: on the nearest, if that is no
@@ -51,7 +51,7 @@ impl ShadowIndex {
     ) -> Option<Start> {
         let (distance, surface) = self.nearest_surface(point_in_world, normal, tolerance)?;
         // What every method assumes of starts, with room for the rounding of the distance.
-        if distance <= 0.25 * self.grid.layout.margin {
+        if distance <= 0.25 * self.layout.margin {
             return Some(Start {
                 point: point_in_world,
                 surface: Some(surface),
@@ -114,9 +114,9 @@ impl ShadowIndex {
             min: point - reach,
             max: point + reach,
         };
-        let layout = &self.grid.layout;
+        let layout = &self.layout;
         for voxel in layout.block_around(&around).voxels() {
-            for &surface in self.grid.surfaces(layout.index(voxel)) {
+            for &surface in self.grid().surfaces(layout.index(voxel)) {
                 visit(surface);
             }
         }

@@ -166,7 +166,7 @@ impl<R: AnyHit> WithRays<'_, R> {
         if index.method() == Method::Voxel1990 {
             let segment = index.occluders().segment(start, &index.lights()[light]);
             let values = &index.values[light];
-            return shadow::first_pass(index.occluders(), &index.grid, values, &segment);
+            return shadow::first_pass(index.occluders(), index.grid(), values, &segment);
         }
         self.is_self_shadowed(start, light).then_some(true)
     }

@@ -190,7 +190,7 @@ pub(crate) fn tube_blocks(cone: &Cone, segment: &Segment) -> bool {
         Some((signs.negative && signs.positive) || forms.crosses_rim(cone, ends)?)
     }
     decide(rule(cone, &segment.approximate()), || {
-        rule(cone, &segment.exact())
+        rule(cone, segment.exact())
     })
 }
 
@@ -200,7 +200,7 @@ pub(crate) fn cone_meets_interior(cone: &Cone, segment: &Segment) -> bool {
         Some(Forms::new(cone).signs_between_planes(ends)?.negative)
     }
     decide(rule(cone, &segment.approximate()), || {
-        rule(cone, &segment.exact())
+        rule(cone, segment.exact())
     })
 }
 
@@ -211,7 +211,7 @@ pub(crate) fn tube_side(cone: &Cone, segment: &Segment) -> Sign {
         Forms::new(cone).polar(&ends.start, &ends.light).sign()
     }
     decide(rule(cone, &segment.approximate()), || {
-        rule(cone, &segment.exact())
+        rule(cone, segment.exact())
     })
 }
 
@@ -221,7 +221,7 @@ pub(crate) fn is_behind_wall(cone: &Cone, segment: &Segment) -> bool {
         Forms::new(cone).is_behind_wall(ends)
     }
     decide(rule(cone, &segment.approximate()), || {
-        rule(cone, &segment.exact())
+        rule(cone, segment.exact())
     })
 }
 
@@ -231,7 +231,7 @@ pub(crate) fn cone_is_outside(cone: &Cone, segment: &Segment) -> bool {
         Forms::new(cone).is_outside(&ends.light)
     }
     decide(rule(cone, &segment.approximate()), || {
-        rule(cone, &segment.exact())
+        rule(cone, segment.exact())
     })
 }
 
@@ -252,7 +252,7 @@ pub(crate) fn own_tube_blocks(cone: &Cone, segment: &Segment) -> bool {
         Some(is_between)
     }
     decide(rule(cone, &segment.approximate()), || {
-        rule(cone, &segment.exact())
+        rule(cone, segment.exact())
     })
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn disk_blocks(disk: &DiskPlane, segment: &Segment) -> bool {
         Some(!excess.sign()?.is_positive())
     }
     decide(rule(disk, &segment.approximate()), || {
-        rule(disk, &segment.exact())
+        rule(disk, segment.exact())
     })
 }
 

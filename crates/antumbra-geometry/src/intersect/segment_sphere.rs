@@ -28,7 +28,7 @@ pub(crate) fn sphere_blocks(sphere: &Sphere, segment: &Segment) -> bool {
         Some(is_end_outside && signs_in_quadrant(&a, &b, &c)?.negative)
     }
     decide(filter(sphere, segment), || {
-        rule(sphere, &segment.approximate()).or_else(|| rule(sphere, &segment.exact()))
+        rule(sphere, &segment.approximate()).or_else(|| rule(sphere, segment.exact()))
     })
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn sphere_side(sphere: &Sphere, segment: &Segment) -> Sign {
         polar(sphere, &ends.start, &ends.light).sign()
     }
     decide(side_filter(sphere, segment), || {
-        rule(sphere, &segment.approximate()).or_else(|| rule(sphere, &segment.exact()))
+        rule(sphere, &segment.approximate()).or_else(|| rule(sphere, segment.exact()))
     })
 }
 
@@ -146,7 +146,7 @@ pub(crate) fn own_sphere_blocks(sphere: &Sphere, segment: &Segment) -> bool {
     }
     sphere_side(sphere, segment).is_negative()
         && decide(is_outside(sphere, &segment.approximate()), || {
-            is_outside(sphere, &segment.exact())
+            is_outside(sphere, segment.exact())
         })
 }
 

@@ -32,7 +32,7 @@ fn sign_at_start(
     exact: impl Fn(&Ends<Exact>) -> Exact,
 ) -> Sign {
     let ends = segment.approximate();
-    let sign = decide(approximate(&ends).sign(), || exact(&segment.exact()).sign());
+    let sign = decide(approximate(&ends).sign(), || exact(segment.exact()).sign());
     if sign != Sign::Zero {
         return sign;
     }
@@ -194,7 +194,7 @@ pub(crate) fn clear_plane_distance(
 /// The same, exactly, rounded.
 pub(crate) fn exact_plane_distance(plane: &Plane, segment: &Segment) -> f64 {
     let Ends { start, light } = segment.exact();
-    let (at_start, at_light) = (plane.height(&start), plane.height(&light));
+    let (at_start, at_light) = (plane.height(start), plane.height(light));
     let distance = if segment.is_finite() {
         let reach = at_start.times(&light.w);
         reach.over(&reach.minus(&at_light.times(&start.w)))
@@ -215,9 +215,9 @@ pub(crate) fn triangle_distance([a, b, c]: [DVec3; 3], segment: &Segment) -> (f6
         // Seen almost from the edge: a rounded crossing could be anywhere along it.
         let ends = segment.exact();
         let weights = [
-            edge_side(&ends, b, c),
-            edge_side(&ends, c, a),
-            edge_side(&ends, a, b),
+            edge_side(ends, b, c),
+            edge_side(ends, c, a),
+            edge_side(ends, a, b),
         ];
         let total = weights[0].plus(&weights[1]).plus(&weights[2]);
         let distance = exact_plane_distance(&Plane::Points([a, b, c]), segment);

@@ -1,29 +1,42 @@
 //! Exact dyadic numbers: an integer times a power of two. Every finite `f64` is one, and sums and
 //! products of them are.
 
-use num_bigint::BigInt;
-
+use super::mantissa::Mantissa;
 use super::{Number, Sign};
 
 /// `mantissa * 2^exponent`.
 #[derive(Clone, Debug)]
 pub(crate) struct Exact {
-    mantissa: BigInt,
+    mantissa: Mantissa,
     exponent: i64,
 }
 
 impl Exact {
-    fn aligned(&self, other: &Self) -> (BigInt, BigInt, i64) {
-        let exponent = self.exponent.min(other.exponent);
-        let shifted = |number: &Self| {
-            let shift = (number.exponent - exponent) as u64;
-            if shift == 0 {
-                number.mantissa.clone()
-            } else {
-                &number.mantissa << shift
-            }
+    /// Returns the sum or the difference.
+    #[inline]
+    fn combined(&self, other: &Self, is_difference: bool) -> Self {
+        let shift = other.exponent - self.exponent;
+        if shift >= 0 {
+            let sum = self
+                .mantissa
+                .plus_shifted(&other.mantissa, shift as u64, is_difference);
+            return Self {
+                mantissa: sum,
+                exponent: self.exponent,
+            };
+        }
+        let mut sum = Self {
+            mantissa: other.mantissa.plus_shifted(
+                &self.mantissa,
+                shift.unsigned_abs(),
+                is_difference,
+            ),
+            exponent: other.exponent,
         };
-        (shifted(self), shifted(other), exponent)
+        if is_difference {
+            sum.mantissa.negate();
+        }
+        sum
     }
 
     /// Returns `self / other` to the last bit or two; infinite or NaN for a zero `other`.
@@ -31,14 +44,15 @@ impl Exact {
         if other.is_zero() {
             return f64::NAN;
         }
+        let (numerator, denominator) = (self.mantissa.to_long(), other.mantissa.to_long());
         // A quotient of about 100 bits, whatever the operands' sizes.
-        let shift = 100 + other.mantissa.bits() as i64 - self.mantissa.bits() as i64;
+        let shift = 100 + denominator.bits() as i64 - numerator.bits() as i64;
         let numerator = if shift >= 0 {
-            &self.mantissa << shift as u64
+            numerator << shift as u64
         } else {
-            &self.mantissa >> shift.unsigned_abs()
+            numerator >> shift.unsigned_abs()
         };
-        let quotient = i128::try_from(numerator / &other.mantissa).unwrap_or(0) as f64;
+        let quotient = i128::try_from(numerator / denominator).unwrap_or(0) as f64;
         let exponent = self.exponent - other.exponent - shift;
         // In two steps: the power alone may leave the range of f64.
         let half = (exponent / 2).clamp(-2000, 2000) as i32;
@@ -47,7 +61,7 @@ impl Exact {
     }
 
     fn is_zero(&self) -> bool {
-        self.mantissa.sign() == num_bigint::Sign::NoSign
+        self.mantissa.is_zero()
     }
 }
 
@@ -73,7 +87,7 @@ impl Number for Exact {
             mantissa
         };
         Self {
-            mantissa: BigInt::from(signed),
+            mantissa: Mantissa::from(signed),
             exponent,
         }
     }
@@ -85,11 +99,7 @@ impl Number for Exact {
         if other.is_zero() {
             return self.clone();
         }
-        let (a, b, exponent) = self.aligned(other);
-        Self {
-            mantissa: a + b,
-            exponent,
-        }
+        self.combined(other, false)
     }
 
     fn minus(&self, other: &Self) -> Self {
@@ -99,39 +109,30 @@ impl Number for Exact {
         if self.is_zero() {
             return other.negated();
         }
-        let (a, b, exponent) = self.aligned(other);
-        Self {
-            mantissa: a - b,
-            exponent,
-        }
+        self.combined(other, true)
     }
 
     fn times(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
             return Self {
-                mantissa: BigInt::ZERO,
+                mantissa: Mantissa::ZERO,
                 exponent: 0,
             };
         }
         Self {
-            mantissa: &self.mantissa * &other.mantissa,
+            mantissa: self.mantissa.times(&other.mantissa),
             exponent: self.exponent + other.exponent,
         }
     }
 
     fn negated(&self) -> Self {
-        Self {
-            mantissa: -&self.mantissa,
-            exponent: self.exponent,
-        }
+        let mut negated = self.clone();
+        negated.mantissa.negate();
+        negated
     }
 
     fn sign(&self) -> Option<Sign> {
-        Some(match self.mantissa.sign() {
-            num_bigint::Sign::Minus => Sign::Negative,
-            num_bigint::Sign::NoSign => Sign::Zero,
-            num_bigint::Sign::Plus => Sign::Positive,
-        })
+        Some(self.mantissa.sign())
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod approximate;
 mod exact;
+mod mantissa;
 mod space;
 
 pub(crate) use approximate::{Approximate, UNIT_ROUNDOFF};

@@ -6,6 +6,7 @@
 //! most 2^100 in magnitude; elements keep the order in which they were added.
 
 mod build;
+mod identity;
 mod nearest;
 mod query;
 
@@ -20,6 +21,8 @@ use crate::intersect::{
 use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
 
 pub use build::{OccludersBuilder, OccludersError};
+pub use identity::UnidentifiedCoverage;
+pub use query::StartTriangle;
 
 /// Names one surface: a triangle of a face, a sphere, a tube (cone wall) or a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

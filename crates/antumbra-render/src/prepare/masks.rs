@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use antumbra_geometry::{Coverage, CoverageId, OccludersBuilder};
-use antumbra_scene::model::{Material, Scene, Texture};
+use antumbra_scene::model::{Alpha, Filter, Material, Scene, Texture, Wrap};
 
 /// A masked material over its texture.
 #[derive(Debug)]
@@ -21,6 +21,40 @@ impl Coverage for MaskedTexture {
     fn is_solid_at(&self, uv: [f64; 2]) -> bool {
         let [.., alpha] = self.texture.sample(uv);
         self.material.coverage(alpha) > 0.0
+    }
+
+    fn identify(&self, write: &mut dyn FnMut(&[u8])) -> bool {
+        let Texture {
+            name: _,
+            width,
+            height,
+            texels,
+            wrap,
+            filter,
+        } = &*self.texture;
+        let Alpha::Mask { cutoff } = self.material.alpha else {
+            // Nothing else has holes.
+            return false;
+        };
+        for number in [self.material.opacity, cutoff] {
+            write(&number.to_le_bytes());
+        }
+        for side in [width, height] {
+            write(&side.to_le_bytes());
+        }
+        write(&wrap.map(|wrap| match wrap {
+            Wrap::Repeat => 0,
+            Wrap::MirroredRepeat => 1,
+            Wrap::ClampToEdge => 2,
+        }));
+        write(&[match filter {
+            Filter::Nearest => 0,
+            Filter::Linear => 1,
+        }]);
+        // The colour of a place does not say whether it is there.
+        let alphas: Vec<u8> = texels.iter().map(|&[.., alpha]| alpha).collect();
+        write(&alphas);
+        true
     }
 }
 

@@ -104,8 +104,11 @@ impl BinaryNode {
 }
 
 impl Binary {
-    /// Builds the tree over at least one box; surfaces are numbered as their boxes.
+    /// Builds the tree over boxes; surfaces are numbered as these.
     pub(super) fn new(boxes: &[FrameBox]) -> Self {
+        if boxes.is_empty() {
+            return Self { nodes: Vec::new() };
+        }
         // Runs of boxes with one middle, smaller boxes first.
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let keys: Vec<[i32; 3]> = boxes.iter().map(FrameBox::cell).collect();
@@ -163,6 +166,26 @@ impl Binary {
                 let here = binary.add(bounds, NodeContent::Children([0; 2]), parent);
                 pending.push((first + 1, Some((here, 1))));
                 pending.push((first, Some((here, 0))));
+            }
+        }
+        binary.fit();
+        binary
+    }
+
+    /// Returns the tree whose nodes these are, depth first: a leaf's surface, or a mark, and then its sides.
+    pub(super) fn of_words(words: &[u32], boxes: &[FrameBox], inner: u32) -> Self {
+        let mut binary = Self {
+            nodes: Vec::with_capacity(words.len()),
+        };
+        let mut pending = vec![None];
+        for &word in words {
+            let parent = pending.pop().flatten();
+            if word == inner {
+                let here = binary.add(boxes[0], NodeContent::Children([0; 2]), parent);
+                pending.extend([Some((here, 1)), Some((here, 0))]);
+            } else {
+                let surface = NodeContent::Surface(SurfaceId(word));
+                binary.add(boxes[word as usize], surface, parent);
             }
         }
         binary.fit();

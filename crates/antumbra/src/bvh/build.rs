@@ -25,11 +25,22 @@ const FAR_AWAY: f32 = 1e20;
 impl Bvh {
     /// Builds the tree over all surfaces.
     pub(crate) fn build(occluders: &Occluders) -> Self {
+        let boxes = Self::boxes(occluders);
+        Self::of_binary(occluders, &Binary::new(&boxes))
+    }
+
+    /// Returns the boxes of all surfaces.
+    pub(super) fn boxes(occluders: &Occluders) -> Vec<FrameBox> {
         let frame = Frame::new(occluders.bounds());
-        let boxes: Vec<FrameBox> = occluders
+        occluders
             .surfaces()
             .map(|surface| FrameBox::new(&frame, &occluders.surface_bounds(surface)))
-            .collect();
+            .collect()
+    }
+
+    /// Cuts a binary tree over all surfaces.
+    pub(super) fn of_binary(occluders: &Occluders, binary: &Binary) -> Self {
+        let frame = Frame::new(occluders.bounds());
         let mut bvh = Self {
             frame,
             nodes: Vec::new(),
@@ -40,11 +51,10 @@ impl Bvh {
             level: Level::new(),
             usual_bounds: FilterBounds::new(frame.margin_in_frame, USUAL_ORIGIN_ERROR),
         };
-        if boxes.is_empty() {
+        if binary.nodes.is_empty() {
             return bvh;
         }
-        let binary = Binary::new(&boxes);
-        let plan = Plan::new(occluders, &binary);
+        let plan = Plan::new(occluders, binary);
         Writer {
             occluders,
             plan: &plan,

@@ -7,7 +7,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start};
 use arc_swap::ArcSwapOption;
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -15,12 +15,16 @@ use rayon::prelude::*;
 use super::bricks::{Decision, Store, cell_in_brick};
 use super::budget::{Account, Budget, Looks};
 use super::candidates::{Candidates, Casters};
-use super::forms::START_ROOM;
+use super::forms::{BOUND, START_ROOM};
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
+use super::packed::Packed;
+use super::planes;
 use super::refine::{Care, Depth, Refiner};
+use super::stream::{self, Misfit, Section};
 use super::tables::{LightTables, SceneTables, Tables};
 use super::value::Audience;
+use super::volume::Cells;
 use crate::Refine;
 use crate::bvh::Bvh;
 use crate::clock::Reading;
@@ -52,8 +56,12 @@ pub(super) struct LightValues {
     /// Whether values can be made.
     is_ordinary: bool,
     tables: OnceLock<LightTables>,
+    /// All values, if they were made before.
+    packed: OnceLock<Packed>,
     /// Whether a thread makes tables.
     is_busy: AtomicBool,
+    /// Whether values were taken in which nothing is pending.
+    is_complete: AtomicBool,
     budget: Budget,
 }
 
@@ -89,13 +97,8 @@ fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
 }
 
 impl AdaptiveValues {
-    /// Prepares values for all lights; makes them, on all threads, if that is wanted.
-    pub(crate) fn new(
-        occluders: &Occluders,
-        bvh: &Bvh,
-        lights: &[LightShape],
-        making: &Making,
-    ) -> Self {
+    /// Prepares values for all lights. Nothing is known yet.
+    pub(crate) fn new(occluders: &Occluders, lights: &[LightShape], making: &Making) -> Self {
         let bounds = occluders.bounds();
         let frame = Frame::new(bounds);
         let depth = making.depth;
@@ -129,16 +132,21 @@ impl AdaptiveValues {
             level: Level::new(),
         };
         values.store.store(values.empty_store());
-        match making.refine {
-            Refine::Lazy => {}
-            Refine::Eager => values.make_all(occluders, bvh),
-            Refine::Asked => (0..values.lights.len()).for_each(|light| {
-                if values.lights[light].is_ordinary {
-                    values.make_tables(occluders, light);
+        values
+    }
+
+    /// Makes what is wanted before the first query, on all threads.
+    pub(crate) fn make_first(&self, occluders: &Occluders, bvh: &Bvh) {
+        let is_due = |light: &LightValues| light.is_ordinary && !light.is_complete();
+        match self.refine {
+            Refine::Eager if self.lights.iter().any(is_due) => self.make_all(occluders, bvh),
+            Refine::Lazy | Refine::Eager => {}
+            Refine::Asked => (0..self.lights.len()).for_each(|light| {
+                if self.lights[light].is_ordinary {
+                    self.make_tables(occluders, light);
                 }
             }),
         }
-        values
     }
 
     pub(crate) fn set_refining(&self, is_refining: bool) {
@@ -238,9 +246,15 @@ impl LightValues {
             light,
             is_ordinary,
             tables: OnceLock::new(),
+            packed: OnceLock::new(),
             is_busy: AtomicBool::new(false),
+            is_complete: AtomicBool::new(false),
             budget: Budget::default(),
         }
+    }
+
+    fn is_complete(&self) -> bool {
+        self.is_complete.load(Ordering::Relaxed)
     }
 }
 
@@ -259,7 +273,7 @@ impl AdaptiveValues {
         };
         let scene = Scene { occluders, bvh };
         for light in 0..self.lights.len() {
-            if !self.lights[light].is_ordinary {
+            if !self.lights[light].is_ordinary || self.lights[light].is_complete() {
                 continue;
             }
             self.make_whole_tables(occluders, light);
@@ -269,8 +283,56 @@ impl AdaptiveValues {
                 let cells: Vec<Cell> = lattice.root_bricks().collect();
                 cells.into_par_iter().for_each(|cell| {
                     let place = finder.place_in_root(cell);
-                    self.make_below(&store, &scene, light, audience, cell, place);
+                    self.make_rest(&store, &scene, light, audience, cell, place);
                 });
+            }
+        }
+        self.pack(occluders, &store);
+    }
+
+    /// Packs the values of all lights for reading and drops the store, if all of it can be told so.
+    fn pack(&self, occluders: &Occluders, store: &Store) {
+        let packed: Option<Vec<_>> = (0..self.lights.len())
+            .filter(|&light| self.lights[light].is_ordinary)
+            .map(|light| {
+                let tables = self.tables(occluders, light)?;
+                let planes = planes::all(&tables);
+                Some((light, Packed::new(store, light, &self.lattices, planes)?))
+            })
+            .collect();
+        for (light, packed) in packed.into_iter().flatten() {
+            self.lights[light].packed.get_or_init(|| packed);
+            self.store.store(None);
+        }
+    }
+
+    /// Returns all values of a light, if they were made before.
+    #[inline]
+    pub(crate) fn packed(&self, light: usize) -> Option<&Packed> {
+        self.lights[light].packed.get()
+    }
+
+    /// Makes the values that are missing of a cell whose link this is, and of all finer ones.
+    fn make_rest(
+        &self,
+        store: &Store,
+        scene: &Scene<'_>,
+        light: usize,
+        audience: Audience,
+        cell: Cell,
+        place: u32,
+    ) {
+        let link = read(store.word(place));
+        let is_pending = match link.list() {
+            Some(list) => read(store.word(Store::list_counter(list))).is_pending(),
+            None => link.is_pending(),
+        };
+        if is_pending {
+            self.make_below(store, scene, light, audience, cell, place);
+        } else if let Some(brick_at) = link.brick() {
+            for (place, number) in store.unfinished(brick_at) {
+                let finer = cell_in_brick(cell, number);
+                self.make_rest(store, scene, light, audience, finer, place);
             }
         }
     }
@@ -295,6 +357,67 @@ impl AdaptiveValues {
         for (place, number) in store.unfinished(brick_at) {
             let finer = cell_in_brick(cell, number);
             self.make_below(store, scene, light, audience, finer, place);
+        }
+    }
+
+    /// Returns everything that says where the cells are which values speak of, bit by bit.
+    pub(crate) fn identity(&self) -> impl Iterator<Item = u64> {
+        let reach = [START_ROOM.to_bits(), BOUND.to_bits().into()];
+        let lattices = self.lattices.iter();
+        lattices.flat_map(Lattice::identity).chain(reach)
+    }
+
+    /// Returns how far values are refined.
+    pub(crate) fn depth(&self) -> Depth {
+        self.depth
+    }
+
+    /// Writes what is known of a light, to be kept.
+    pub(crate) fn section(&self, light: usize) -> Section {
+        match self.store() {
+            Some(store) => stream::write(&store, light, &self.lattices),
+            None => Section::default(),
+        }
+    }
+
+    /// Takes what was kept of a light of which nothing is known yet.
+    pub(crate) fn take(
+        &self,
+        occluders: &Occluders,
+        light: usize,
+        words: &[u32],
+    ) -> Result<(), Misfit> {
+        let values = &self.lights[light];
+        let store = self.store().ok_or(Misfit::NoRoom)?;
+        // Even if nothing is pending lists want forms, and queries sides.
+        self.make_tables(occluders, light);
+        let tables = self.tables(occluders, light).ok_or(Misfit::NoRoom)?;
+        let casters = Casters::new(tables);
+        let pending_count = stream::take(
+            words,
+            &store,
+            light,
+            &self.lattices,
+            occluders.surface_count(),
+            |list| casters.side_by_side(list),
+        )?;
+        values
+            .is_complete
+            .store(pending_count == 0, Ordering::Relaxed);
+        values.budget.expect_answers();
+        Ok(())
+    }
+
+    /// Returns cells for points of space that hold the scene, its longest side halved so many times.
+    pub(crate) fn cells(&self, scene: &Bounds, level: u32) -> Cells {
+        Cells::new(&self.lattices[Audience::Free as usize], scene, level)
+    }
+
+    /// Says of all cells what is known about a light, every `step`th value from the first on.
+    pub(crate) fn fill_cells(&self, light: usize, cells: &Cells, values: &mut [u8], step: usize) {
+        if let (Some(store), true) = (self.store(), self.lights[light].is_ordinary) {
+            let lattice = &self.lattices[Audience::Free as usize];
+            cells.fill(&store, light, lattice, values, step);
         }
     }
 
@@ -569,18 +692,24 @@ fn price_of(ns: u64) -> u32 {
 impl AdaptiveValues {
     /// Returns the bytes of values and links.
     pub(crate) fn value_bytes(&self) -> u64 {
-        self.store().map_or(0, |store| store.bytes().0)
+        self.store().map_or(0, |store| store.bytes().0) + self.sum(Packed::value_bytes)
     }
 
     /// Returns the bytes of lists.
     pub(crate) fn list_bytes(&self) -> u64 {
-        self.store().map_or(0, |store| store.bytes().1)
+        self.store().map_or(0, |store| store.bytes().1) + self.sum(Packed::list_bytes)
+    }
+
+    fn sum(&self, bytes_of: impl Fn(&Packed) -> u64) -> u64 {
+        let packed = self.lights.iter().filter_map(|light| light.packed.get());
+        packed.map(bytes_of).sum()
     }
 
     /// Returns the bytes of lists and tables.
     pub(crate) fn table_bytes(&self) -> u64 {
         let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
         self.list_bytes()
+            + self.sum(Packed::plane_bytes)
             + of_lights.map(LightTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)
     }

@@ -38,7 +38,7 @@ pub(crate) enum Finer {
 pub(crate) type Decisions = [Decision; 64];
 
 /// Words of a brick before its links.
-const PLANES: usize = 4;
+pub(super) const PLANES: usize = 4;
 /// Words of a list before its entries: their number, what its use has cost, and where their forms are.
 const LIST_HEAD: usize = 3;
 /// In place of a number of forms.
@@ -62,6 +62,16 @@ pub(crate) struct List<'a> {
     pub(crate) surfaces: &'a [AtomicU32],
     /// Their forms, eight at a time, if they are kept with the list.
     pub(crate) forms: Option<&'a [EightForms]>,
+}
+
+impl List<'_> {
+    /// Returns the surfaces.
+    pub(crate) fn surfaces(&self) -> Box<[u32]> {
+        let surfaces = self.surfaces.iter();
+        surfaces
+            .map(|surface| surface.load(Ordering::Relaxed))
+            .collect()
+    }
 }
 
 impl Store {
@@ -108,6 +118,28 @@ impl Store {
             root_shift: lattice.root_shift(),
             brick_shift: lattice.coarsest_shift(),
         }
+    }
+
+    /// Returns where a root table starts.
+    pub(crate) fn root(&self, light: usize, audience: Audience) -> u32 {
+        self.roots[light][audience as usize]
+    }
+
+    /// Returns what is known at a link.
+    pub(crate) fn link(&self, place: u32) -> Link {
+        read(self.word(place))
+    }
+
+    /// Returns what is known of the 64 cells of a brick.
+    pub(crate) fn cells(&self, brick: usize) -> [Link; 64] {
+        let words = &self.arena.words()[brick..];
+        std::array::from_fn(|number| {
+            let (value, before) = value_of(words, number as u32);
+            match value.of_surface_point() {
+                Some(is_shadowed) => Link::known(is_shadowed),
+                None => read(&words[PLANES + before]),
+            }
+        })
     }
 
     pub(crate) fn word(&self, place: u32) -> &AtomicU32 {
@@ -206,10 +238,24 @@ impl Store {
         price: u32,
         forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
     ) -> Option<u32> {
+        let counter = match finer {
+            Finer::Perhaps => Link::pending(price),
+            Finer::Never => Link::RAY,
+        };
+        self.put_list(entries, counter, forms_of(entries))
+    }
+
+    /// Writes a list as it is; returns its place, `None` if there is no more room.
+    pub(super) fn put_list(
+        &self,
+        entries: &[u32],
+        counter: Link,
+        forms: Option<Box<[EightForms]>>,
+    ) -> Option<u32> {
         let count = LIST_HEAD + entries.len();
         let place = self.arena.take(count)?;
         let mut taken = count.next_multiple_of(4);
-        let number = match forms_of(entries) {
+        let number = match forms {
             Some(forms) => {
                 // They lie elsewhere, and count here.
                 let words = size_of_val(&*forms) / 4;
@@ -218,10 +264,6 @@ impl Store {
                 self.forms.push(forms) as u32
             }
             None => NO_FORMS,
-        };
-        let counter = match finer {
-            Finer::Perhaps => Link::pending(price),
-            Finer::Never => Link::RAY,
         };
         let head = [entries.len() as u32, counter.0, number];
         self.arena
@@ -232,6 +274,25 @@ impl Store {
 
     pub(crate) fn publish(&self, place: u32, known: Link) {
         self.arena.publish(place, known);
+    }
+
+    /// Takes room for a brick of so many links; `None` if there is no more.
+    pub(super) fn take_brick(&self, link_count: usize) -> Option<u32> {
+        self.arena.take(PLANES + link_count)
+    }
+
+    /// Writes a brick as it is, where room was taken and no link leads to yet.
+    pub(super) fn put_brick(&self, place: u32, planes: [u32; PLANES], links: &[Link]) {
+        let links = links.iter().map(|link| link.0);
+        self.arena.write(place, planes.into_iter().chain(links));
+    }
+
+    /// Returns a brick's planes and what its links say.
+    pub(super) fn brick(&self, place: usize) -> ([u32; PLANES], impl Iterator<Item = Link>) {
+        let words = &self.arena.words()[place..];
+        let planes = std::array::from_fn(|word| words[word].load(Ordering::Relaxed));
+        let links = &words[PLANES..PLANES + Values64::undecided(&planes)];
+        (planes, links.iter().map(read))
     }
 
     /// Returns the places and numbers of a brick's links whose cells may have finer ones.

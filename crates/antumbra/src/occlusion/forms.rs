@@ -11,7 +11,7 @@
 use antumbra_geometry::{DVec3, LightShape};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4, f32x8, mask32x8};
+use fearless_simd::{Simd, f32x4, f32x8, f32x16, mask32x8};
 
 use crate::frame::Frame;
 
@@ -125,6 +125,16 @@ impl Forms {
     pub(crate) fn wide_at<S: Simd>(&self, simd: S, x: [f32; 3]) -> f32x4<S> {
         let row = |i: usize| f32x4::from_slice(simd, &self.rows[i]);
         row(0) * x[0] + row(1) * x[1] + (row(2) * x[2] + row(3))
+    }
+
+    /// Returns whether one form is surely negative at a point, each of whose coordinates is given four times,
+    /// and four times 1.
+    #[inline(always)]
+    pub(crate) fn is_outside<S: Simd>(&self, simd: S, x: f32x16<S>) -> bool {
+        let terms = f32x16::from_slice(simd, self.rows.as_flattened()) * x;
+        let (low, high) = terms.split();
+        let (even, odd) = (low + high).split();
+        (even + odd).simd_lt(-BOUND).any_true()
     }
 
     /// Returns what the forms say of the start at a point.

@@ -73,6 +73,12 @@ impl<const N: usize> Codes<N> {
     pub(crate) fn get(&self, number: usize) -> Code {
         Code(u64::from(self.high[number]) << 24 | u64::from(self.low[number]))
     }
+
+    /// Returns the upper halves, which say where the coarsest bricks are and which of their cells.
+    #[inline(always)]
+    pub(crate) fn high(&self) -> &[u32; N] {
+        &self.high
+    }
 }
 
 impl Code {
@@ -173,6 +179,57 @@ impl Lattice {
     /// Returns whether bricks have cells of a level.
     pub(crate) fn is_level_of_cells(&self, level: u32) -> bool {
         level > self.root_level && (level - self.root_level).is_multiple_of(2)
+    }
+
+    /// Returns the lowest corner of the octree's root cell and its edge, in world units.
+    pub(crate) fn corner_and_edge(&self) -> (DVec3, f64) {
+        (self.min, self.edge)
+    }
+
+    /// Returns how many bricks may lie one in the other so that codes tell the cells of one more. Bricks for
+    /// lack of time to look closer may be finer than the finest that are wanted.
+    pub(crate) fn most_bricks(&self) -> u32 {
+        (CODE_LEVELS - 2 - self.root_level) / 2
+    }
+
+    /// Returns everything that says where cells are, bit by bit.
+    pub(crate) fn identity(&self) -> [u64; 17] {
+        let &Self {
+            min,
+            edge,
+            root,
+            root_level,
+            finest_per_unit,
+            finest,
+            frame_min,
+            codes_per_frame,
+            room,
+        } = self;
+        let [x, y, z] = min.to_array().map(f64::to_bits);
+        let narrow = |x: f32| u64::from(x.to_bits());
+        let [frame_x, frame_y, frame_z] = frame_min.map(narrow);
+        let [root_x, root_y, root_z] = root.map(u64::from);
+        let [finest_x, finest_y, finest_z] = finest.map(u64::from);
+        let reals = [edge, finest_per_unit, room].map(f64::to_bits);
+        [
+            x,
+            y,
+            z,
+            reals[0],
+            reals[1],
+            reals[2],
+            root_x,
+            root_y,
+            root_z,
+            root_level.into(),
+            finest_x,
+            finest_y,
+            finest_z,
+            frame_x,
+            frame_y,
+            frame_z,
+            narrow(codes_per_frame),
+        ]
     }
 
     /// Returns the box of a cell, inflated so that it holds every start whose given point lies in it.

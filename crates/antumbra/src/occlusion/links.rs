@@ -82,6 +82,15 @@ impl Link {
         self.0 & TAG == PENDING
     }
 
+    /// Returns what the link says when no thread works on it.
+    pub(crate) fn at_rest(self) -> Self {
+        if self.is_pending() {
+            Self(self.0 & !BUSY)
+        } else {
+            self
+        }
+    }
+
     fn is_free(self) -> bool {
         self.is_pending() && self.0 & BUSY == 0
     }
@@ -155,6 +164,7 @@ mod tests {
             assert_eq!(brick.brick(), Some(place as usize));
             assert_eq!(list.list(), Some(place as usize));
             assert_eq!((brick.list(), list.brick()), (None, None));
+            assert_eq!([brick.at_rest(), list.at_rest()], [brick, list]);
             for link in [brick, list] {
                 assert!(!link.is_pending() && link.answer().is_none(), "{link:?}");
             }

@@ -12,9 +12,12 @@ use super::bricks::{Finder, Leaf, Store};
 use super::forms::{EightForms, Verdict};
 use super::lattice::{Code, Lattice};
 use super::links::Link;
+use super::many::{MANY, Told};
+use super::packed::{self, Packed};
 use super::sync::{AtomicU32, Ordering};
 use super::tables::Tables;
 use super::value::Audience;
+use crate::Decided;
 
 /// Starts that are looked up together.
 pub(crate) const BLOCK: usize = 32;
@@ -52,6 +55,16 @@ impl Found {
     #[inline(always)]
     pub(crate) fn is_nothing(self) -> bool {
         self == Self::NOTHING
+    }
+
+    /// Returns by what an answer was decided that is known.
+    #[inline(always)]
+    pub(crate) fn decided(self) -> Decided {
+        if self.is_by_list() {
+            Decided::BlockerList
+        } else {
+            Decided::FirstPass
+        }
     }
 
     /// Counts a kind, without branches.
@@ -97,7 +110,48 @@ impl AdaptiveValues {
             return Looked::NOTHING;
         };
         dispatch!(self.level, simd => {
-            Lookup { simd, values: self, number: light, tables, store, occluders }.find(starts)
+            let source = Source::Growing(store);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            lookup.find(store, starts)
+        })
+    }
+
+    /// Answers at most [`MANY`] starts by values that are packed.
+    #[inline]
+    pub(crate) fn find_many(
+        &self,
+        packed: &Packed,
+        occluders: &Occluders,
+        starts: &[Start],
+        light: usize,
+        is_shadowed: &mut [bool],
+    ) -> Told {
+        let Some(tables) = self.tables(occluders, light) else {
+            return Told::nothing(starts.len().min(MANY));
+        };
+        dispatch!(self.level, simd => {
+            let source = Source::Packed(packed);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            lookup.find_many(packed, starts, is_shadowed)
+        })
+    }
+
+    /// Finds what is known of one start by values that are packed.
+    #[inline]
+    pub(crate) fn find_packed(
+        &self,
+        packed: &Packed,
+        occluders: &Occluders,
+        start: &Start,
+        light: usize,
+    ) -> Found {
+        let Some(tables) = self.tables(occluders, light) else {
+            return Found::NOTHING;
+        };
+        dispatch!(self.level, simd => {
+            let source = Source::Packed(packed);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            lookup.find_packed(packed, start)
         })
     }
 
@@ -115,7 +169,9 @@ impl AdaptiveValues {
             return (Found::NOTHING, 0);
         };
         dispatch!(self.level, simd => {
-            Lookup { simd, values: self, number: light, tables, store, occluders }.find_one(start)
+            let source = Source::Growing(store);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            lookup.find_one(store, start)
         })
     }
 
@@ -160,7 +216,8 @@ impl AdaptiveValues {
         let x = self.narrow(start.point);
         dispatch!(self.level, simd => {
             let code = self.lattices[0].code_of(simd, x);
-            let lookup = Lookup { simd, values: self, number: light, tables, store, occluders };
+            let source = Source::Growing(store);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             match lookup.audience(start, x) {
                 Asks::In(audience) => Some((audience, code)),
                 Asks::OwnShadow | Asks::Doubt => None,
@@ -170,27 +227,53 @@ impl AdaptiveValues {
 
     /// Returns a point in the frame's units.
     #[inline(always)]
-    fn narrow(&self, point: DVec3) -> [f32; 3] {
+    pub(super) fn narrow(&self, point: DVec3) -> [f32; 3] {
         let x = self.frame.point_in_frame(point);
         [x.x as f32, x.y as f32, x.z as f32]
     }
 }
 
+/// Where values are.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Growing(&'a Store),
+    Packed(&'a Packed),
+}
+
 /// What is needed to look up a start.
-struct Lookup<'a, S> {
-    simd: S,
-    values: &'a AdaptiveValues,
+pub(super) struct Lookup<'a, S> {
+    pub(super) simd: S,
+    pub(super) values: &'a AdaptiveValues,
     /// Of the light.
     number: usize,
-    tables: Tables<'a>,
-    store: &'a Store,
-    occluders: &'a Occluders,
+    pub(super) tables: Tables<'a>,
+    source: Source<'a>,
+    pub(super) occluders: &'a Occluders,
+}
+
+/// A surface of a list.
+trait Listed {
+    fn surface(&self) -> SurfaceId;
+}
+
+impl Listed for AtomicU32 {
+    #[inline(always)]
+    fn surface(&self) -> SurfaceId {
+        SurfaceId(self.load(Ordering::Relaxed))
+    }
+}
+
+impl Listed for u32 {
+    #[inline(always)]
+    fn surface(&self) -> SurfaceId {
+        SurfaceId(*self)
+    }
 }
 
 impl<S: Simd> Lookup<'_, S> {
     /// One step for all starts before the next: so the memory that they need is fetched together.
     #[inline(always)]
-    fn find(&self, starts: &[Start]) -> Looked {
+    fn find(&self, store: &Store, starts: &[Start]) -> Looked {
         let places = self.values.places(starts);
         let place = |number: usize| [0, 1, 2].map(|axis: usize| places[axis][number]);
         let lattice = &self.values.lattices[Audience::Front as usize];
@@ -205,7 +288,7 @@ impl<S: Simd> Lookup<'_, S> {
             if !audiences.contains(&wanted) {
                 continue;
             }
-            let finder = self.finder(audience);
+            let finder = self.finder(store, audience);
             for (number, leaf) in leaves.iter_mut().enumerate() {
                 if audiences[number] == wanted {
                     *leaf = finder.find(codes.get(number));
@@ -221,7 +304,7 @@ impl<S: Simd> Lookup<'_, S> {
         for (number, start) in starts.iter().enumerate() {
             let leaf = leaves[number];
             looked.places[number] = leaf.place;
-            looked.found[number] = self.found(leaf, audiences[number], start, place(number));
+            looked.found[number] = self.found(store, leaf, audiences[number], start, place(number));
         }
         looked
     }
@@ -229,40 +312,74 @@ impl<S: Simd> Lookup<'_, S> {
     /// Finds what is known of one start, and where the link of its cell stands; 0 where that does not
     /// matter.
     #[inline(always)]
-    fn find_one(&self, start: &Start) -> (Found, u32) {
+    fn find_one(&self, store: &Store, start: &Start) -> (Found, u32) {
         let x = self.values.narrow(start.point);
         let asks = self.audience(start, x);
         let leaf = match asks {
             Asks::In(audience) => {
                 let lattice = &self.values.lattices[audience as usize];
-                self.finder(audience).find(lattice.code_of(self.simd, x))
+                self.finder(store, audience)
+                    .find(lattice.code_of(self.simd, x))
             }
             Asks::OwnShadow => Leaf::of(true),
             Asks::Doubt => Leaf::OUTSIDE,
         };
-        (self.found(leaf, asks, start, x), leaf.place)
+        (self.found(store, leaf, asks, start, x), leaf.place)
+    }
+
+    /// Finds what is known of one start by values that are packed.
+    #[inline(always)]
+    pub(super) fn find_packed(&self, packed: &Packed, start: &Start) -> Found {
+        let x = self.values.narrow(start.point);
+        match self.audience(start, x) {
+            Asks::In(audience) => {
+                let lattice = &self.values.lattices[audience as usize];
+                let code = lattice.code_of(self.simd, x);
+                match packed.find(audience, code) {
+                    Ok(is_shadowed) => Found::by_value(is_shadowed),
+                    Err(packed::Leaf::OUTSIDE) => self.find_from_outside(start),
+                    Err(leaf) => self.find_in_packed(packed, leaf, start, start.point, x),
+                }
+            }
+            Asks::OwnShadow => Found::by_value(true),
+            Asks::Doubt => self.find_off_surface(start),
+        }
+    }
+
+    fn find_in_packed(
+        &self,
+        packed: &Packed,
+        leaf: packed::Leaf,
+        start: &Start,
+        point: DVec3,
+        x: [f32; 3],
+    ) -> Found {
+        if leaf.count() == 0 {
+            return Found::NOTHING;
+        }
+        self.find_one_by_one(packed.list(leaf), start, point, x)
     }
 
     /// Returns what a leaf tells of a start.
     #[inline(always)]
-    fn found(&self, leaf: Leaf, asks: Asks, start: &Start, x: [f32; 3]) -> Found {
+    fn found(&self, store: &Store, leaf: Leaf, asks: Asks, start: &Start, x: [f32; 3]) -> Found {
         match leaf.link.answer() {
             Some(is_shadowed) => Found::by_value(is_shadowed),
             None if asks == Asks::Doubt => self.find_off_surface(start),
             None if leaf.link == Link::OUTSIDE => self.find_from_outside(start),
-            None => self.find_in_list(leaf.link, start, start.point, x),
+            None => self.find_in_list(store, leaf.link, start, start.point, x),
         }
     }
 
     #[inline(always)]
-    fn finder(&self, audience: Audience) -> Finder<'_> {
+    fn finder<'s>(&self, store: &'s Store, audience: Audience) -> Finder<'s> {
         let lattice = &self.values.lattices[audience as usize];
-        self.store.finder(self.number, audience, lattice)
+        store.finder(self.number, audience, lattice)
     }
 
     /// Returns the light.
     #[inline(always)]
-    fn light(&self) -> &LightShape {
+    pub(super) fn light(&self) -> &LightShape {
         &self.values.lights[self.number].light
     }
 
@@ -283,7 +400,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(always)]
-    fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
+    pub(super) fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
         let number = surface - self.tables.triangle_count();
         let Some(ball) = self.tables.scene.ball_starts.get(number) else {
             return Asks::Doubt;
@@ -304,7 +421,7 @@ impl<S: Simd> Lookup<'_, S> {
     /// The start is not where its point is given, or is on a curved surface, or is none.
     #[cold]
     #[inline(never)]
-    fn find_off_surface(&self, start: &Start) -> Found {
+    pub(super) fn find_off_surface(&self, start: &Start) -> Found {
         let Some(surface) = start.surface else {
             return Found::NOTHING;
         };
@@ -340,27 +457,44 @@ impl<S: Simd> Lookup<'_, S> {
     /// before that.
     #[cold]
     #[inline(never)]
-    fn find_from_outside(&self, start: &Start) -> Found {
-        let lattice = &self.values.lattices[Audience::Free as usize];
-        let is_near = start.point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
-        if start.surface.is_some() || !is_near || lattice.bounds().contains(start.point) {
+    pub(super) fn find_from_outside(&self, start: &Start) -> Found {
+        if start.surface.is_some() {
             return Found::NOTHING;
         }
-        match enter(lattice, start.point, self.light()) {
+        match self.entry(start.point) {
             Entry::Never => Found::by_value(false),
             Entry::Unknown => Found::NOTHING,
             Entry::At(point) => self.find_at(start, point, Audience::Free),
         }
     }
 
+    /// Returns where the segment of a free start outside all cells comes in.
+    #[inline(always)]
+    pub(super) fn entry(&self, point: DVec3) -> Entry {
+        let lattice = &self.values.lattices[Audience::Free as usize];
+        let is_near = point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
+        if !is_near || lattice.bounds().contains(point) {
+            return Entry::Unknown;
+        }
+        enter(lattice, point, self.light())
+    }
+
     /// Finds what is known of a start that answers as one within the room of a point does.
     fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
         let place = self.values.narrow(point);
         let code = self.values.lattices[audience as usize].code_of(self.simd, place);
-        let link = self.finder(audience).find(code).link;
-        match link.answer() {
-            Some(is_shadowed) => Found::by_value(is_shadowed),
-            None => self.find_in_list(link, start, point, place),
+        match self.source {
+            Source::Growing(store) => {
+                let link = self.finder(store, audience).find(code).link;
+                match link.answer() {
+                    Some(is_shadowed) => Found::by_value(is_shadowed),
+                    None => self.find_in_list(store, link, start, point, place),
+                }
+            }
+            Source::Packed(packed) => match packed.find(audience, code) {
+                Ok(is_shadowed) => Found::by_value(is_shadowed),
+                Err(leaf) => self.find_in_packed(packed, leaf, start, point, place),
+            },
         }
     }
 
@@ -380,18 +514,36 @@ impl<S: Simd> Lookup<'_, S> {
     /// Asks the blockers of a list about a start near `point`, which is `x` in the frame. Triangles of
     /// the start's own plane and its own sphere do not block it.
     #[inline(always)]
-    fn find_in_list(&self, link: Link, start: &Start, point: DVec3, x: [f32; 3]) -> Found {
+    fn find_in_list(
+        &self,
+        store: &Store,
+        link: Link,
+        start: &Start,
+        point: DVec3,
+        x: [f32; 3],
+    ) -> Found {
         let Some(list) = link.list() else {
             return Found::NOTHING;
         };
-        let list = self.store.list(list);
-        let entries = list.surfaces;
-        if let Some(forms) = list.forms {
-            return self.find_side_by_side(entries, forms, start, point, x);
+        let list = store.list(list);
+        match list.forms {
+            Some(forms) => self.find_side_by_side(list.surfaces, forms, start, point, x),
+            None => self.find_one_by_one(list.surfaces, start, point, x),
         }
+    }
+
+    /// Asks blockers one after the other.
+    #[inline(always)]
+    fn find_one_by_one(
+        &self,
+        entries: &[impl Listed],
+        start: &Start,
+        point: DVec3,
+        x: [f32; 3],
+    ) -> Found {
         let mut is_in_doubt = false;
         for entry in entries {
-            let surface = SurfaceId(entry.load(Ordering::Relaxed));
+            let surface = entry.surface();
             let Some(forms) = self.tables.umbra_forms(surface.0 as usize) else {
                 match self.curved_verdict(surface, start, point) {
                     Verdict::Outside => {}
@@ -451,7 +603,12 @@ impl<S: Simd> Lookup<'_, S> {
     /// Tells whether a listed surface that is no triangle blocks. The start's own solid does not: its own
     /// rule was asked before.
     #[inline(always)]
-    fn curved_verdict(&self, surface: SurfaceId, start: &Start, point: DVec3) -> Verdict {
+    pub(super) fn curved_verdict(
+        &self,
+        surface: SurfaceId,
+        start: &Start,
+        point: DVec3,
+    ) -> Verdict {
         let number = surface.0 as usize - self.tables.triangle_count();
         let Some(ball) = &self.tables.scene.balls[number] else {
             return Verdict::Doubt;
@@ -477,14 +634,14 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(never)]
     fn is_blocked_exactly(
         &self,
-        entries: &[AtomicU32],
+        entries: &[impl Listed],
         start: &Start,
         point: DVec3,
         x: [f32; 3],
     ) -> bool {
         let segment = self.occluders.segment(start, self.light());
         entries.iter().any(|entry| {
-            let surface = SurfaceId(entry.load(Ordering::Relaxed));
+            let surface = entry.surface();
             let verdict = match self.tables.umbra_forms(surface.0 as usize) {
                 Some(forms) => forms.wide_verdict(self.simd, x),
                 None => self.curved_verdict(surface, start, point),
@@ -495,7 +652,7 @@ impl<S: Simd> Lookup<'_, S> {
 }
 
 /// Where a segment comes into the box of all cells.
-enum Entry {
+pub(super) enum Entry {
     /// Within half a room of a point of the segment, inside.
     At(DVec3),
     Never,
@@ -545,7 +702,7 @@ const LARGEST_POINT: f64 = 1.2676506002282294e30;
 
 /// Where the answer to a start is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asks {
+pub(super) enum Asks {
     /// In the values of an audience, at the start's point.
     In(Audience),
     /// Its own rule shadows it.

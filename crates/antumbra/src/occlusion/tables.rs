@@ -353,6 +353,12 @@ impl<'a> Tables<'a> {
         }
     }
 
+    /// Returns the forms of the umbrae of all triangles; none as long as there are no tables of all.
+    #[inline(always)]
+    pub(crate) fn all_umbra_forms(&self) -> &'a [Forms] {
+        self.whole.map_or(&[], |whole| &whole.light.umbra_forms)
+    }
+
     /// Returns the side of a triangle's plane that the light is on.
     #[inline(always)]
     pub(crate) fn side(&self, triangle: usize) -> Option<i8> {

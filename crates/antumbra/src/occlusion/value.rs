@@ -105,6 +105,11 @@ impl Values64 {
         ]
     }
 
+    /// Returns how many values of the planes' words are complicated or listed.
+    pub(crate) fn undecided(planes: &[u32; 4]) -> usize {
+        (planes[2].count_ones() + planes[3].count_ones()) as usize
+    }
+
     /// Reads one value from the planes' words, and how many before it are complicated or listed.
     #[inline(always)]
     pub(crate) fn read(place: u32, word: impl Fn(usize) -> u32) -> (Occlusion, usize) {
@@ -152,5 +157,6 @@ mod tests {
             assert_eq!((read, before), (value(place), undecided));
             undecided += usize::from(read.of_surface_point().is_none());
         }
+        assert_eq!(Values64::undecided(&words), undecided);
     }
 }

@@ -85,7 +85,6 @@ mod tests {
 
     use super::*;
     use crate::Refine;
-    use crate::bvh::Bvh;
     use crate::occlusion::testing::Random;
     use crate::occlusion::{Depth, Making};
 
@@ -113,7 +112,7 @@ mod tests {
             most_bytes: 1 << 20,
         };
         let lights = [LightShape::Direction(DVec3::Z)];
-        AdaptiveValues::new(&occluders, &Bvh::build(&occluders), &lights, &making)
+        AdaptiveValues::new(&occluders, &lights, &making)
     }
 
     /// Starts row by row over the floor, as a picture asks them.

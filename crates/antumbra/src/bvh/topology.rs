@@ -1,0 +1,117 @@
+//! The binary tree as words in a row, to be kept: building it is most of what the tree costs.
+//!
+//! In: surfaces, or words from anywhere. Out: words, or the tree. From the root on, depth first, a word for each node:
+//! a leaf's surface, or [`INNER`], and then its two sides. Boxes are made again. Any tree over the surfaces gives
+//! the right answers, so words can make rays slow, never wrong. Invariant: whatever the words are, each surface
+//! is in one leaf, or there is no tree.
+
+use antumbra_geometry::Occluders;
+
+use super::binary::Binary;
+use super::data::Bvh;
+
+/// In place of a surface.
+const INNER: u32 = u32::MAX;
+
+impl Bvh {
+    /// Returns the binary tree over all surfaces in words; none for an empty scene. Takes as long as building
+    /// the tree.
+    pub(crate) fn topology(occluders: &Occluders) -> Vec<u32> {
+        let boxes = Self::boxes(occluders);
+        if boxes.is_empty() {
+            return Vec::new();
+        }
+        let binary = Binary::new(&boxes);
+        let mut words = Vec::with_capacity(binary.nodes.len());
+        let mut pending = vec![0];
+        while let Some(node) = pending.pop() {
+            let node = &binary.nodes[node];
+            match node.children() {
+                Some([left, right]) => {
+                    words.push(INNER);
+                    pending.extend([right, left]);
+                }
+                None => words.push(node.surface().0),
+            }
+        }
+        words
+    }
+
+    /// Builds the tree from words; `None` if they are not those of a binary tree over all surfaces.
+    pub(crate) fn of_topology(occluders: &Occluders, words: &[u32]) -> Option<Self> {
+        let boxes = Self::boxes(occluders);
+        if boxes.is_empty() {
+            return words.is_empty().then(|| Self::build(occluders));
+        }
+        if words.len() != 2 * boxes.len() - 1 {
+            return None;
+        }
+        let mut is_there = vec![false; boxes.len()];
+        // How many nodes are due.
+        let mut due = 1_usize;
+        for &word in words {
+            due = due.checked_sub(1)?;
+            if word == INNER {
+                due += 2;
+            } else {
+                let is_there = is_there.get_mut(word as usize)?;
+                if std::mem::replace(is_there, true) {
+                    return None;
+                }
+            }
+        }
+        (due == 0).then(|| Self::of_binary(occluders, &Binary::of_words(words, &boxes, INNER)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use antumbra_geometry::{DVec3, Opacity};
+
+    use super::*;
+
+    fn leaves(count: u32) -> Occluders {
+        let mut builder = Occluders::builder();
+        for number in 0..count {
+            let at = f64::from(number * number % 61);
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+            let corners = corners.map(|corner| corner + DVec3::new(at, 0.3 * at, 0.0));
+            builder.add_face(&corners, Opacity::Opaque).expect("a face");
+        }
+        builder.build()
+    }
+
+    #[test]
+    fn the_same_tree_comes_back() {
+        for count in [0, 1, 2, 5, 100, 1000] {
+            let occluders = leaves(count);
+            let words = Bvh::topology(&occluders);
+            let built = Bvh::build(&occluders);
+            let read = Bvh::of_topology(&occluders, &words).expect("a tree");
+            assert_eq!(format!("{read:?}"), format!("{built:?}"));
+        }
+    }
+
+    #[test]
+    fn words_that_are_no_tree_make_none() {
+        let occluders = leaves(4);
+        let is_tree = |words: &[u32]| Bvh::of_topology(&occluders, words).is_some();
+        assert!(is_tree(&[INNER, INNER, 0, 1, INNER, 2, 3]));
+        assert!(is_tree(&[INNER, 3, INNER, 2, INNER, 1, 0]));
+        for words in [
+            &[][..],
+            &[0],
+            &[INNER, INNER, 0, 1, INNER, 2],
+            &[INNER, INNER, 0, 1, INNER, 2, 3, 3],
+            &[INNER, INNER, 0, 1, INNER, 2, 2],
+            &[INNER, INNER, 0, 1, INNER, 2, 4],
+            &[0, INNER, INNER, 1, INNER, 2, 3],
+            &[INNER, 0, 1, INNER, INNER, 2, 3],
+            &[INNER, INNER, INNER, INNER, 0, 1, 2],
+            &[INNER; 7],
+        ] {
+            assert!(!is_tree(words), "{words:?}");
+        }
+        assert!(!is_tree(&vec![INNER; 1 << 20]));
+    }
+}

@@ -1,0 +1,356 @@
+//! Knowledge that is kept: what an index has found out, in a file for the next process (Paper 7.1).
+//!
+//! In: an index, or a file and what is asked about. Out: a file, or values that need not be made again.
+//! Invariants: a file is whole or the one before; what is not the same scene, settings and light is never
+//! taken; whatever is in a file, and whatever becomes of it meanwhile, nothing panics, hangs or reads out of
+//! range. A checksum tells damage, not malice: who writes a file with right checksums can make answers wrong.
+//! docs/formats.md describes the bytes. The only folder of this crate that touches files.
+//!
+//! | module | what |
+//! |---|---|
+//! | `identity` | whose values they are, as hashes |
+//! | `layout` | the head of a file: where what is, and checksums |
+//! | `map` | a file in memory, and copies of its parts: the only `unsafe` code |
+//! | `volume` | values for other programs, in memory |
+//! | `whole` | writing so that a crash leaves the file before |
+
+mod identity;
+mod layout;
+mod map;
+mod volume;
+mod whole;
+
+use std::path::{Path, PathBuf};
+
+use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
+
+use crate::ShadowIndex;
+use crate::bvh::Bvh;
+use crate::occlusion::{AdaptiveValues, Misfit, Section};
+use identity::hash_of_words;
+use layout::{Head, LightEntry, Settings, TreeEntry};
+use map::Map;
+
+pub use volume::Volume;
+
+/// What became of the values of a light in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeptLight {
+    /// They were taken.
+    Taken,
+    /// The file has none of a light of this kind and pose: it is new or has been moved. Its values are made
+    /// as without a file.
+    Absent,
+    /// They need more memory than [`Refinement::memory`](crate::Refinement::memory) leaves, and are made as
+    /// without a file.
+    NoRoom,
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Saved {
+    /// Length of the file.
+    pub bytes: u64,
+    /// Voxels and lists, of all lights, in whose place finer voxels may still be made.
+    pub pending_count: u64,
+}
+
+/// Why a file of occlusion values is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}: {reason}", path.display())]
+pub struct LoadError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub reason: Refusal,
+}
+
+/// What is wrong with a file of occlusion values.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// The system does not let it be read.
+    #[error("cannot be read: {0}")]
+    Unreadable(String),
+    /// It is something else.
+    #[error("is no file of occlusion values")]
+    Foreign,
+    /// It was written by another version of this library.
+    #[error("has version {found} of the format; this library reads version {expected}")]
+    Version {
+        /// Version of the file.
+        found: u32,
+        /// Version that is read.
+        expected: u32,
+    },
+    /// It has more or fewer bytes than it says.
+    #[error("has {found} bytes, and {expected} are due: it was cut off or added to")]
+    Length {
+        /// Bytes there are.
+        found: u64,
+        /// Bytes there should be, as far as it can be told.
+        expected: u64,
+    },
+    /// A checksum is wrong.
+    #[error("is damaged: the checksum of {0} is wrong")]
+    Damaged(Part),
+    /// The checksums are right, and it makes no sense.
+    #[error("makes no sense in {part}, word {word}: {what}")]
+    Malformed {
+        /// Where.
+        part: Part,
+        /// The word of that part.
+        word: usize,
+        /// What was found.
+        what: &'static str,
+    },
+    /// It is about something else: what changed.
+    #[error("is about {0}")]
+    Stale(Change),
+    /// What the scene is cannot be told.
+    #[error(transparent)]
+    Unidentified(#[from] UnidentifiedCoverage),
+    /// The index keeps no values: only [`Method::Voxel`](crate::Method::Voxel) does.
+    #[error("is of no use to a method without values that are kept")]
+    NoValues,
+}
+
+/// A part of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// What it is about, and where what is.
+    Head,
+    /// The tree over the surfaces.
+    Tree,
+    /// The values of the light of this index.
+    Light(usize),
+}
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Head => write!(f, "the head"),
+            Self::Tree => write!(f, "the tree"),
+            Self::Light(light) => write!(f, "light {light}"),
+        }
+    }
+}
+
+/// What is not as it was when a file was written. A light that changed is no reason to refuse a file
+/// ([`KeptLight::Absent`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// A surface, its opacity, its holes, or the order of surfaces.
+    Scene,
+    /// A setting of [`Refinement`](crate::Refinement), by name; values depend on it.
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// As the file has it; of resolutions the power of two.
+        found: u32,
+        /// As it is wanted.
+        expected: u32,
+    },
+    /// How this library divides space.
+    Cells,
+}
+
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Scene => write!(f, "another scene: its surfaces are not these"),
+            Self::Setting {
+                name,
+                found,
+                expected,
+            } => write!(f, "another {name}: {found}, and {expected} is wanted"),
+            Self::Cells => write!(f, "other voxels than this library's"),
+        }
+    }
+}
+
+/// Why values were not saved. What was at the path is untouched.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SaveError {
+    /// The index keeps no values: only [`Method::Voxel`](crate::Method::Voxel) does.
+    #[error("the method of this index keeps no values")]
+    NoValues,
+    /// What the scene is cannot be told.
+    #[error(transparent)]
+    Unidentified(#[from] UnidentifiedCoverage),
+    /// The system refuses.
+    #[error("cannot write {}: {reason}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+}
+
+impl ShadowIndex {
+    /// Writes what is known of all lights to a file, for [`Builder::occlusion_file`](crate::Builder). What
+    /// was there is replaced at once, when all is written and on the disk; a crash before leaves it whole.
+    /// Queries may be answered meanwhile.
+    ///
+    /// Takes as much memory as the values of the largest light, and as long as building the tree besides: how
+    /// the tree is made is saved, too.
+    ///
+    /// # Errors
+    /// The index keeps no values, a coverage does not say what it is
+    /// ([`Coverage::identify`](antumbra_geometry::Coverage::identify)), or the system refuses.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<Saved, SaveError> {
+        let path = path.as_ref();
+        let values = self.adaptive().ok_or(SaveError::NoValues)?;
+        let scene = identity::of_scene(self.occluders())?;
+        let tree = Bvh::topology(self.occluders());
+        let mut head = Head {
+            settings: Settings::of(values),
+            scene,
+            cells: identity::of_cells(values),
+            tree: TreeEntry {
+                checksum: hash_of_words(&tree),
+                word_count: tree.len() as u64,
+            },
+            lights: Vec::with_capacity(self.lights().len()),
+        };
+        let mut saved = Saved {
+            bytes: 0,
+            pending_count: 0,
+        };
+        let head_bytes = Head::bytes_for(self.lights().len());
+        let written = whole::write(path, |file| {
+            // The head comes last, when all checksums are known.
+            file.skip(head_bytes)?;
+            file.words(tree)?;
+            for (number, light) in self.lights().iter().enumerate() {
+                let Section {
+                    words,
+                    pending_count,
+                } = values.section(number);
+                head.lights.push(LightEntry {
+                    key: identity::of_light(light),
+                    checksum: hash_of_words(&words),
+                    word_count: words.len() as u64,
+                    pending_count,
+                });
+                saved.pending_count += pending_count;
+                file.words(words)?;
+            }
+            saved.bytes = head.file_bytes();
+            file.start(&head.to_bytes())
+        });
+        written.map_err(|error| SaveError::Unwritable {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        })?;
+        Ok(saved)
+    }
+}
+
+impl LoadError {
+    fn new(path: &Path, reason: Refusal) -> Self {
+        Self {
+            path: path.to_owned(),
+            reason,
+        }
+    }
+
+    /// Returns the refusal of a file by a method without values.
+    pub(crate) fn no_values(path: &Path) -> Self {
+        Self::new(path, Refusal::NoValues)
+    }
+}
+
+/// A file that is about a scene and its settings.
+pub(crate) struct Kept<'a> {
+    path: &'a Path,
+    map: Map,
+    head: Head,
+}
+
+impl<'a> Kept<'a> {
+    /// Opens a file, unless it is about something else.
+    pub(crate) fn open(
+        path: &'a Path,
+        values: &AdaptiveValues,
+        occluders: &Occluders,
+    ) -> Result<Self, LoadError> {
+        let open = || {
+            let map = Map::open(path).map_err(unreadable)?;
+            let head = Head::read(&map)?;
+            // Cheap ones first.
+            head.settings.check(&Settings::of(values))?;
+            if head.scene != identity::of_scene(occluders)? {
+                return Err(Refusal::Stale(Change::Scene));
+            }
+            if head.cells != identity::of_cells(values) {
+                return Err(Refusal::Stale(Change::Cells));
+            }
+            Ok(Self { path, map, head })
+        };
+        open().map_err(|reason| LoadError::new(path, reason))
+    }
+
+    /// Builds the tree as the file has it; none if it has none.
+    pub(crate) fn tree(&self, occluders: &Occluders) -> Result<Option<Bvh>, LoadError> {
+        let TreeEntry {
+            checksum,
+            word_count,
+        } = self.head.tree;
+        let words = self.words(Part::Tree, self.head.tree_at(), word_count, &checksum)?;
+        if words.is_empty() {
+            return Ok(None);
+        }
+        let tree = Bvh::of_topology(occluders, &words);
+        let what = "no tree over the surfaces";
+        tree.map(Some)
+            .ok_or_else(|| self.malformed(Part::Tree, 0, what))
+    }
+
+    /// Takes what the file knows of some lights.
+    pub(crate) fn take(
+        &self,
+        values: &AdaptiveValues,
+        occluders: &Occluders,
+        lights: &[LightShape],
+    ) -> Result<Vec<KeptLight>, LoadError> {
+        let take = |(number, light)| {
+            let Some((entry, at)) = self.head.find(&identity::of_light(light)) else {
+                return Ok(KeptLight::Absent);
+            };
+            let part = Part::Light(number);
+            let words = self.words(part, at, entry.word_count, &entry.checksum)?;
+            match values.take(occluders, number, &words) {
+                Ok(()) => Ok(KeptLight::Taken),
+                Err(Misfit::NoRoom) => Ok(KeptLight::NoRoom),
+                Err(Misfit::At(word, what)) => Err(self.malformed(part, word, what)),
+            }
+        };
+        lights.iter().enumerate().map(take).collect()
+    }
+
+    /// Returns a copy of a part, which is checked and which nobody can change any more.
+    fn words(
+        &self,
+        part: Part,
+        at: u64,
+        count: u64,
+        checksum: &identity::Hash,
+    ) -> Result<Vec<u32>, LoadError> {
+        let words = self.map.words(at, count);
+        let words = words.map_err(|error| LoadError::new(self.path, unreadable(error)))?;
+        if hash_of_words(&words) == *checksum {
+            Ok(words)
+        } else {
+            Err(LoadError::new(self.path, Refusal::Damaged(part)))
+        }
+    }
+
+    fn malformed(&self, part: Part, word: usize, what: &'static str) -> LoadError {
+        LoadError::new(self.path, Refusal::Malformed { part, word, what })
+    }
+}
+
+fn unreadable(error: std::io::Error) -> Refusal {
+    Refusal::Unreadable(error.to_string())
+}

@@ -1,0 +1,518 @@
+//! Many starts looked up together in values that are packed.
+//!
+//! In: starts. Out: their answers, a bit each. One step for all starts before the next, and no step branches
+//! on what it reads: which starts go on is a word of bits. So the memory that they need is fetched together.
+//! Invariant: an answer is the reference's; see `lookup`, which answers single starts, and those that are not
+//! where their points are.
+
+use std::hint::black_box;
+
+use antumbra_geometry::{Start, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, f32x16, f64x4, u32x8};
+
+use super::forms::Verdict;
+use super::lattice::Codes;
+use super::lookup::{Asks, Entry, Found, Lookup};
+use super::packed::{Leaf, Packed, STRIDE};
+use super::planes::{StartPlane, tell};
+use super::value::Audience;
+
+/// Starts that are looked up together; a bit each.
+pub(crate) const MANY: usize = 64;
+
+/// So few starts are answered one after the other.
+const FEW: usize = 16;
+
+/// So many planes are not in the near caches: all that a block needs are fetched at once.
+const FAR_PLANES: usize = 1 << 13;
+
+/// Pairs of a start and a possible blocker that are told together.
+const PAIRS: usize = 256;
+/// A list may be so much longer than there is room for.
+const SPARE: usize = 64 + STRIDE;
+
+/// What is known of some starts, a bit for each.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Told {
+    pub(crate) shadowed: u64,
+    /// What a list said.
+    pub(crate) listed: u64,
+    /// Of which nothing is known.
+    pub(crate) unknown: u64,
+}
+
+impl Told {
+    pub(super) fn nothing(count: usize) -> Self {
+        Self {
+            unknown: first_bits(count),
+            ..Self::default()
+        }
+    }
+
+    fn add(&mut self, number: usize, found: Found) {
+        self.shadowed |= u64::from(found.is_shadowed() & !found.is_nothing()) << number;
+        self.listed |= u64::from(found.is_by_list() & !found.is_nothing()) << number;
+        self.unknown |= u64::from(found.is_nothing()) << number;
+    }
+}
+
+/// As many bits as there are starts, at most [`MANY`].
+fn first_bits(count: usize) -> u64 {
+    let spare = MANY.saturating_sub(count) as u32;
+    u64::MAX.checked_shr(spare).unwrap_or(0)
+}
+
+/// The numbers of the bits that are set.
+#[derive(Clone, Copy)]
+struct Numbers(u64);
+
+impl Iterator for Numbers {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let number = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(number % MANY)
+    }
+}
+
+/// Where starts are, coordinate by coordinate.
+type Places = [[f32; MANY]; 3];
+
+/// Where in the root tables starts are looked up.
+type Roots = [u32; MANY];
+
+/// Free starts, those outside all cells where their segments come in.
+struct Entered {
+    starts: [Start; MANY],
+    /// Those whose segments never come in, a bit each.
+    lit: u64,
+    /// Those too far away to tell well.
+    unknown: u64,
+}
+
+/// Starts and possible blockers.
+struct Pairs {
+    surfaces: [u32; PAIRS + SPARE],
+    numbers: [u8; PAIRS + SPARE],
+    count: usize,
+}
+
+impl<S: Simd> Lookup<'_, S> {
+    /// Answers at most [`MANY`] starts.
+    #[inline(always)]
+    pub(super) fn find_many(
+        &self,
+        packed: &Packed,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+    ) -> Told {
+        let mut told = Told::default();
+        match <&[Start; MANY]>::try_from(starts) {
+            Ok(starts) => self.find_block(packed, starts, u64::MAX, &mut told),
+            Err(_) => self.find_fewer(packed, starts, &mut told),
+        }
+        for (number, is_shadowed) in is_shadowed.iter_mut().take(MANY).enumerate() {
+            *is_shadowed = told.shadowed >> number & 1 != 0;
+        }
+        told
+    }
+
+    #[inline(never)]
+    fn find_fewer(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
+        let count = starts.len().min(MANY);
+        if count <= FEW {
+            return self.find_each(packed, &starts[..count], told);
+        }
+        let mut block = [starts[0]; MANY];
+        block[..count].copy_from_slice(&starts[..count]);
+        self.find_block(packed, &block, first_bits(count), told);
+    }
+
+    /// Answers starts one after the other.
+    #[inline(never)]
+    fn find_each(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
+        for (number, start) in starts.iter().enumerate() {
+            told.add(number, self.find_packed(packed, start));
+        }
+    }
+
+    /// Answers those starts of a block that are asked.
+    #[inline(always)]
+    fn find_block(&self, packed: &Packed, starts: &[Start; MANY], asked: u64, told: &mut Told) {
+        let mut surfaces = [0; MANY];
+        let mut on_surface_count = 0;
+        for (surface, start) in surfaces.iter_mut().zip(starts) {
+            on_surface_count += u32::from(start.surface.is_some());
+            *surface = start.surface.map_or(0, |SurfaceId(surface)| surface);
+        }
+        if on_surface_count != 0 && on_surface_count != MANY as u32 {
+            let count = asked.count_ones() as usize;
+            return self.find_each(packed, &starts[..count], told);
+        }
+        let is_free = on_surface_count == 0;
+        let audience = if is_free {
+            Audience::Free
+        } else {
+            Audience::Front
+        };
+        let area = packed.area(audience);
+        let lattice = &self.values.lattices[audience as usize];
+        let mut places = [[0.0; MANY]; 3];
+        self.narrow_many(starts, &mut places);
+        let mut codes = lattice.codes(self.simd, &places);
+        let mut roots = [0; MANY];
+        let entered;
+        let mut near = starts;
+        if !is_free {
+            self.roots_on_surfaces(packed, starts, &surfaces, &places, &codes, &mut roots);
+        } else if codes.high().contains(&u32::MAX) {
+            entered = self.enter_many(starts, &mut places, &codes);
+            near = &entered.starts;
+            codes = lattice.codes(self.simd, &places);
+            self.roots_of_space(packed, &codes, &mut roots);
+            for number in Numbers(entered.lit) {
+                roots[number] = packed.beyond() + Packed::LIT;
+            }
+            for number in Numbers(entered.unknown) {
+                roots[number] = packed.beyond() + Packed::UNKNOWN;
+            }
+        } else {
+            self.roots_of_space(packed, &codes, &mut roots);
+        }
+
+        // The coarsest bricks, whose cells the upper halves of the codes tell.
+        let reader = packed.reader();
+        let mut shift = area.brick_shift;
+        let mut next = [0; MANY];
+        for (next, root) in next.iter_mut().zip(roots) {
+            *next = reader.root(root);
+        }
+        let (mut undecided, mut low) = (0, 0);
+        for number in 0..MANY {
+            let cell = reader.cell(next[number], codes.high()[number] >> (shift - 24));
+            low |= cell.low << number;
+            undecided |= cell.high << number;
+        }
+        undecided &= asked;
+        told.shadowed = low & !undecided & asked;
+        told.listed = low & undecided;
+        for number in Numbers(undecided) {
+            next[number] = reader.next(next[number], codes.high()[number] >> (shift - 24));
+        }
+        let mut deeper = undecided & !low;
+        while deeper != 0 {
+            shift = shift.wrapping_sub(6);
+            (undecided, low) = (0, 0);
+            for number in Numbers(deeper) {
+                let (brick, in_brick) = (next[number], codes.get(number).place_in_brick(shift));
+                let cell = reader.cell(brick, in_brick);
+                low |= cell.low << number;
+                undecided |= cell.high << number;
+                next[number] = reader.next(brick, in_brick);
+            }
+            told.shadowed |= low & !undecided;
+            told.listed |= low & undecided;
+            deeper = undecided & !low;
+        }
+        if told.listed != 0 {
+            self.find_in_lists(packed, [starts, near], &places, &next, told);
+        }
+    }
+
+    /// Brings points into the frame.
+    #[inline(always)]
+    fn narrow_many(&self, starts: &[Start; MANY], places: &mut Places) {
+        let frame = &self.values.frame;
+        for (group, starts) in starts.as_chunks::<8>().0.iter().enumerate() {
+            let mut wide = [[0.0; 8]; 3];
+            for (lane, start) in starts.iter().enumerate() {
+                wide[0][lane] = start.point.x;
+                wide[1][lane] = start.point.y;
+                wide[2][lane] = start.point.z;
+            }
+            for (axis, wide) in wide.iter().enumerate() {
+                let low = f64x4::from_slice(self.simd, &wide[..4]);
+                let high = f64x4::from_slice(self.simd, &wide[4..]);
+                let low = (low - frame.center[axis]) * frame.scale;
+                let high = (high - frame.center[axis]) * frame.scale;
+                let narrow: f32x8<S> = low.narrow(high);
+                places[axis][8 * group..8 * group + 8].copy_from_slice(narrow.as_slice());
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn roots_of_space(&self, packed: &Packed, codes: &Codes<MANY>, roots: &mut Roots) {
+        let area = packed.area(Audience::Free);
+        for first in (0..MANY).step_by(8) {
+            let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
+            let place = (high >> (area.root_shift - 24)).min(area.place_count);
+            roots[first..first + 8].copy_from_slice((place + area.first).as_slice());
+        }
+    }
+
+    #[inline(always)]
+    fn roots_on_surfaces(
+        &self,
+        packed: &Packed,
+        starts: &[Start; MANY],
+        surfaces: &[u32; MANY],
+        places: &Places,
+        codes: &Codes<MANY>,
+        roots: &mut Roots,
+    ) {
+        let (front, back) = (packed.area(Audience::Front), packed.area(Audience::Back));
+        let doubt = packed.beyond() + Packed::DOUBT;
+        let planes = packed.planes();
+        let front_first = u32x8::splat(self.simd, front.first);
+        let back_first = u32x8::splat(self.simd, back.first);
+        let doubt_place = u32x8::splat(self.simd, doubt);
+        if planes.len() >= FAR_PLANES {
+            let mut read = 0;
+            for &surface in surfaces {
+                read |= planes.get(surface as usize).map_or(0, StartPlane::any_word);
+            }
+            black_box(read);
+        }
+        let mut others = 0;
+        for first in (0..MANY).step_by(8) {
+            let mut rows = [&StartPlane::NOWHERE; 8];
+            for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
+                *row = planes.get(surface as usize).unwrap_or(row);
+            }
+            let x = [
+                f32x8::from_slice(self.simd, &places[0][first..first + 8]),
+                f32x8::from_slice(self.simd, &places[1][first..first + 8]),
+                f32x8::from_slice(self.simd, &places[2][first..first + 8]),
+            ];
+            let (are_starts, are_behind) = tell(self.simd, rows, x);
+            let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
+            let place = (high >> (front.root_shift - 24)).min(front.place_count);
+            let table = are_behind.select(back_first, front_first);
+            let place = are_starts.select(place + table, doubt_place);
+            roots[first..first + 8].copy_from_slice(place.as_slice());
+            let surface = u32x8::from_slice(self.simd, &surfaces[first..first + 8]);
+            let are_others = surface.simd_ge(planes.len() as u32);
+            others |= are_others.to_bitmask() << first;
+        }
+        for number in Numbers(others) {
+            let surface = surfaces[number] as usize;
+            roots[number] = match self.audience_on_ball(surface, starts[number].point) {
+                Asks::In(_) => {
+                    let place = codes.get(number).place_in_root(front.root_shift);
+                    front.first + place.min(front.place_count as usize) as u32
+                }
+                Asks::OwnShadow => packed.beyond() + Packed::OWN_SHADOW,
+                Asks::Doubt => doubt,
+            };
+        }
+    }
+
+    /// Takes free starts outside all cells to where their segments come in.
+    #[inline(never)]
+    fn enter_many(
+        &self,
+        starts: &[Start; MANY],
+        places: &mut Places,
+        codes: &Codes<MANY>,
+    ) -> Entered {
+        let mut entered = Entered {
+            starts: *starts,
+            lit: 0,
+            unknown: 0,
+        };
+        for (number, start) in entered.starts.iter_mut().enumerate() {
+            if codes.high()[number] != u32::MAX {
+                continue;
+            }
+            match self.entry(start.point) {
+                Entry::Never => entered.lit |= 1 << number,
+                Entry::Unknown => entered.unknown |= 1 << number,
+                Entry::At(point) => {
+                    start.point = point;
+                    let [x, y, z] = self.values.narrow(point);
+                    places[0][number] = x;
+                    places[1][number] = y;
+                    places[2][number] = z;
+                }
+            }
+        }
+        entered
+    }
+
+    /// Asks the blockers of lists, or says why there are none. Starts are given as they are asked, and as they
+    /// are where they answer the same.
+    #[inline(always)]
+    fn find_in_lists(
+        &self,
+        packed: &Packed,
+        starts: [&[Start; MANY]; 2],
+        places: &Places,
+        leaves: &[u32; MANY],
+        told: &mut Told,
+    ) {
+        let mut pairs = Pairs {
+            surfaces: [0; PAIRS + SPARE],
+            numbers: [0; PAIRS + SPARE],
+            count: 0,
+        };
+        let mut wide = [[0.0; 16]; MANY];
+        for number in Numbers(told.listed) {
+            let leaf = packed.leaf(leaves[number]);
+            let count = leaf.count();
+            if count == 0 {
+                told.listed &= !(1 << number);
+                self.find_elsewhere(leaf, number, &starts[0][number], told);
+                continue;
+            }
+            let [x, y, z] = [places[0][number], places[1][number], places[2][number]];
+            wide[number] = [x, x, x, x, y, y, y, y, z, z, z, z, 1.0, 1.0, 1.0, 1.0];
+            let entries = packed.entries_from(leaf);
+            for first in (0..count).step_by(STRIDE) {
+                // What is beyond the list is written over by the next.
+                let at = pairs.count + first;
+                pairs.surfaces[at..at + STRIDE].copy_from_slice(&entries[first..first + STRIDE]);
+                pairs.numbers[at..at + STRIDE].fill(number as u8);
+            }
+            pairs.count += count;
+            if pairs.count > PAIRS {
+                self.tell_pairs(&pairs, starts, &wide, told);
+                pairs.count = 0;
+            }
+        }
+        self.tell_pairs(&pairs, starts, &wide, told);
+    }
+
+    /// Answers a start whose cell has no list, or that has no cell.
+    #[cold]
+    #[inline(never)]
+    fn find_elsewhere(&self, leaf: Leaf, number: usize, start: &Start, told: &mut Told) {
+        let found = match leaf {
+            Leaf::DOUBT => self.find_off_surface(start),
+            Leaf::OUTSIDE => self.find_from_outside(start),
+            _ => Found::NOTHING,
+        };
+        told.add(number, found);
+    }
+
+    /// Finds which starts are blocked by the surfaces that they are paired with.
+    #[inline(always)]
+    fn tell_pairs(
+        &self,
+        pairs: &Pairs,
+        [starts, near]: [&[Start; MANY]; 2],
+        wide: &[[f32; 16]; MANY],
+        told: &mut Told,
+    ) {
+        let forms = self.tables.all_umbra_forms();
+        let mut left = [0_u16; PAIRS + SPARE];
+        let mut left_count = 0;
+        let all = pairs.surfaces.iter().zip(&pairs.numbers).take(pairs.count);
+        for (pair, (&surface, &number)) in all.enumerate() {
+            let number = usize::from(number) % MANY;
+            let may_block = match forms.get(surface as usize) {
+                Some(forms) => {
+                    !forms.is_outside(self.simd, f32x16::from_slice(self.simd, &wide[number]))
+                }
+                None => {
+                    let start = &near[number];
+                    let verdict = self.curved_verdict(SurfaceId(surface), start, start.point);
+                    verdict != Verdict::Outside
+                }
+            };
+            left[left_count % (PAIRS + SPARE)] = pair as u16;
+            left_count += usize::from(may_block);
+        }
+        let mut doubt_count = 0;
+        for place in 0..left_count {
+            let pair = usize::from(left[place]);
+            let number = usize::from(pairs.numbers[pair]) % MANY;
+            let (start, surface) = (&near[number], SurfaceId(pairs.surfaces[pair]));
+            if told.shadowed >> number & 1 != 0 {
+                continue;
+            }
+            let (verdict, may_hide) = match forms.get(surface.0 as usize) {
+                Some(forms) => {
+                    let is_flat_with = |own| self.tables.are_in_one_plane(own, surface);
+                    if start.surface.is_some_and(is_flat_with) {
+                        continue;
+                    }
+                    let [x, y, z] = [wide[number][0], wide[number][4], wide[number][8]];
+                    let verdict = forms.wide_verdict(self.simd, [x, y, z]);
+                    (verdict, self.occluders.is_opaque_everywhere(surface))
+                }
+                None => (self.curved_verdict(surface, start, start.point), true),
+            };
+            let is_shadowed = verdict == Verdict::Inside && may_hide;
+            told.shadowed |= u64::from(is_shadowed) << number;
+            left[doubt_count] = pair as u16;
+            doubt_count += usize::from(!is_shadowed);
+        }
+        if doubt_count > 0 {
+            self.ask_exactly(pairs, &left[..doubt_count], starts, told);
+        }
+    }
+
+    /// Asks the exact rule about pairs in doubt.
+    #[inline(never)]
+    fn ask_exactly(
+        &self,
+        pairs: &Pairs,
+        in_doubt: &[u16],
+        starts: &[Start; MANY],
+        told: &mut Told,
+    ) {
+        let mut last = None;
+        for &pair in in_doubt {
+            let number = usize::from(pairs.numbers[usize::from(pair)]) % MANY;
+            if told.shadowed >> number & 1 != 0 {
+                continue;
+            }
+            let segment = match last {
+                Some((of, segment)) if of == number => segment,
+                _ => self.occluders.segment(&starts[number], self.light()),
+            };
+            let surface = SurfaceId(pairs.surfaces[usize::from(pair)]);
+            let is_blocked = self.occluders.blocks(surface, &segment);
+            told.shadowed |= u64::from(is_blocked) << number;
+            last = Some((number, segment));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_stand_for_starts() {
+        assert_eq!(
+            [0, 1, 63, 64, 65].map(first_bits),
+            [0, 1, u64::MAX >> 1, u64::MAX, u64::MAX]
+        );
+        for bits in [0, 1, 1 << 63, 0x8000_0000_0001_0010, u64::MAX] {
+            let numbers: Vec<usize> = Numbers(bits).collect();
+            assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
+            let back = numbers.iter().fold(0, |bits, number| bits | 1 << number);
+            assert_eq!(back, bits);
+        }
+    }
+
+    #[test]
+    fn what_is_found_is_told() {
+        let mut told = Told::default();
+        told.add(3, Found::NOTHING);
+        let Told {
+            shadowed,
+            listed,
+            unknown,
+        } = told;
+        assert_eq!((shadowed, listed, unknown), (0, 0, 8));
+    }
+}

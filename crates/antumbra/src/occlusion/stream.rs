@@ -1,0 +1,244 @@
+//! One light's values as words in a row, to be kept, and back.
+//!
+//! In: a store, or words from anywhere. Out: words, or the values in a store. What the words mean is in
+//! docs/formats.md; in short: the links of a table or brick in order, each as it is in memory but without a
+//! place, then in the same order what they lead to. So there are no places that could be wrong, and a brick lies
+//! near those above and below it. Invariant: whatever the words are, reading ends, takes no more than the store
+//! has room for, and leaves a store that no query trips over. Absent here: files, checksums, whose words they
+//! are.
+
+use super::bricks::{PLANES, Store};
+use super::forms::EightForms;
+use super::lattice::Lattice;
+use super::links::{Link, read};
+use super::sync::Ordering;
+use super::value::{Audience, Values64};
+
+/// In place of a link to a brick.
+const BRICK: u32 = 1 << 30;
+/// In place of a link to a list: with its number among the lists of the brick or table, the next number for a
+/// list that was not there yet.
+const LIST: u32 = 2 << 30;
+/// In the length of a list: its forms lie side by side.
+const HAS_FORMS: u32 = 1 << 31;
+
+/// As many lists are looked through for one that is there already: those of a brick.
+const SHARED: usize = 64;
+
+/// One light's values in words.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Section {
+    pub(crate) words: Vec<u32>,
+    /// Links and lists in whose place finer cells may be made.
+    pub(crate) pending_count: u64,
+}
+
+/// Why words are no values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Misfit {
+    /// The store is full.
+    NoRoom,
+    /// Something is wrong at a word.
+    At(usize, &'static str),
+}
+
+/// Writes what a store knows of a light. Values that are made meanwhile may or may not be among it.
+pub(crate) fn write(store: &Store, light: usize, lattices: &[Lattice; 3]) -> Section {
+    let mut section = Section::default();
+    for audience in Audience::ALL {
+        let lattice = &lattices[audience as usize];
+        let finder = store.finder(light, audience, lattice);
+        let links: Vec<Link> = lattice
+            .root_bricks()
+            .map(|brick| read(store.word(finder.place_in_root(brick))))
+            .collect();
+        section.words.push(links.len() as u32);
+        section.write_cells(store, &links);
+    }
+    section
+}
+
+impl Section {
+    /// Writes the links of a brick or a table, then what they lead to.
+    fn write_cells(&mut self, store: &Store, links: &[Link]) {
+        let mut lists: Vec<usize> = Vec::new();
+        let mut is_new = vec![false; links.len()];
+        for (link, is_new) in links.iter().zip(&mut is_new) {
+            self.words.push(if link.brick().is_some() {
+                BRICK
+            } else if let Some(list) = link.list() {
+                let first = lists.len().saturating_sub(SHARED);
+                let known = lists[first..].iter().position(|&known| known == list);
+                *is_new = known.is_none();
+                let number = known.map_or(lists.len(), |known| first + known);
+                if *is_new {
+                    lists.push(list);
+                }
+                LIST | number as u32
+            } else {
+                self.pending_count += u64::from(link.is_pending());
+                link.at_rest().0
+            });
+        }
+        for (link, is_new) in links.iter().zip(is_new) {
+            if let Some(brick) = link.brick() {
+                let (planes, links) = store.brick(brick);
+                let links: Vec<Link> = links.collect();
+                self.words.extend(planes);
+                self.write_cells(store, &links);
+            } else if let (Some(list), true) = (link.list(), is_new) {
+                self.write_list(store, list);
+            }
+        }
+    }
+
+    fn write_list(&mut self, store: &Store, place: usize) {
+        let list = store.list(place);
+        let counter = read(store.word(Store::list_counter(place))).at_rest();
+        self.pending_count += u64::from(counter.is_pending());
+        let forms = if list.forms.is_some() { HAS_FORMS } else { 0 };
+        self.words
+            .extend([list.surfaces.len() as u32 | forms, counter.0]);
+        let surfaces = list.surfaces.iter();
+        self.words
+            .extend(surfaces.map(|surface| surface.load(Ordering::Relaxed)));
+    }
+}
+
+/// Takes words for the values of a light that a store knows nothing of yet. `forms_of` makes the forms of a
+/// list's surfaces side by side. Returns how many links and lists are pending.
+///
+/// # Errors
+/// The words are no values, or the store has no room; the store then knows nothing more than before.
+pub(crate) fn take(
+    words: &[u32],
+    store: &Store,
+    light: usize,
+    lattices: &[Lattice; 3],
+    surface_count: usize,
+    forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
+) -> Result<u64, Misfit> {
+    let mut reader = Reader {
+        words,
+        at: 0,
+        store,
+        surface_count,
+        forms_of,
+        pending_count: 0,
+    };
+    let mut tables = Vec::with_capacity(Audience::ALL.len());
+    for audience in Audience::ALL {
+        let lattice = &lattices[audience as usize];
+        let finder = store.finder(light, audience, lattice);
+        let places: Vec<u32> = lattice
+            .root_bricks()
+            .map(|brick| finder.place_in_root(brick))
+            .collect();
+        let at = reader.at;
+        if reader.word()? as usize != places.len() {
+            return Err(Misfit::At(at, "a table of another size"));
+        }
+        let mut links = vec![Link::OUTSIDE; places.len()];
+        reader.cells(&mut links, lattice.most_bricks())?;
+        tables.push((places, links));
+    }
+    if reader.at != words.len() {
+        return Err(Misfit::At(reader.at, "words after the end"));
+    }
+    let pending_count = reader.pending_count;
+    // All is there; now it may be found.
+    for (places, links) in tables {
+        for (place, link) in places.into_iter().zip(links) {
+            store.publish(place, link);
+        }
+    }
+    Ok(pending_count)
+}
+
+struct Reader<'a, F> {
+    words: &'a [u32],
+    at: usize,
+    store: &'a Store,
+    surface_count: usize,
+    forms_of: F,
+    pending_count: u64,
+}
+
+impl<'a, F: Fn(&[u32]) -> Option<Box<[EightForms]>>> Reader<'a, F> {
+    fn some_words(&mut self, count: usize) -> Result<&'a [u32], Misfit> {
+        let words = self.words[self.at..]
+            .get(..count)
+            .ok_or(Misfit::At(self.at, "an end too early"))?;
+        self.at += count;
+        Ok(words)
+    }
+
+    fn word(&mut self) -> Result<u32, Misfit> {
+        self.some_words(1).map(|words| words[0])
+    }
+
+    /// Reads the links of cells and what they lead to, with so many levels of bricks below.
+    fn cells(&mut self, links: &mut [Link], levels: u32) -> Result<(), Misfit> {
+        let first = self.at;
+        let words = self.some_words(links.len())?;
+        let mut lists = Vec::new();
+        for (number, (&word, link)) in words.iter().zip(links).enumerate() {
+            let bad = |what| Misfit::At(first + number, what);
+            let said = Link(word);
+            *link = if word == BRICK {
+                let levels = levels.checked_sub(1);
+                self.brick(levels.ok_or(bad("a brick too fine"))?)?
+            } else if let Some(number) = said.list() {
+                if number == lists.len() {
+                    lists.push(self.list()?);
+                }
+                *lists.get(number).ok_or(bad("a list that is not there"))?
+            } else if said.is_pending() && said == said.at_rest() {
+                self.pending_count += 1;
+                said
+            } else if said.answer().is_some() || said == Link::RAY {
+                said
+            } else {
+                return Err(bad("a link of no kind"));
+            };
+        }
+        Ok(())
+    }
+
+    fn brick(&mut self, levels: u32) -> Result<Link, Misfit> {
+        let words = self.some_words(PLANES)?;
+        let planes = std::array::from_fn(|word| words[word]);
+        let count = Values64::undecided(&planes);
+        // Before those below, as a query reads them.
+        let place = self.store.take_brick(count).ok_or(Misfit::NoRoom)?;
+        let mut links = [Link::OUTSIDE; 64];
+        let links = &mut links[..count];
+        self.cells(links, levels)?;
+        self.store.put_brick(place, planes, links);
+        Ok(Link::to_brick(place))
+    }
+
+    fn list(&mut self) -> Result<Link, Misfit> {
+        let at = self.at;
+        let head = self.some_words(2)?;
+        let (length, counter) = (head[0] & !HAS_FORMS, Link(head[1]));
+        if length == 0 {
+            return Err(Misfit::At(at, "an empty list"));
+        }
+        let is_open = counter.is_pending() && counter == counter.at_rest();
+        if !is_open && counter != Link::RAY {
+            return Err(Misfit::At(at + 1, "a counter of no kind"));
+        }
+        self.pending_count += u64::from(is_open);
+        let surfaces = self.some_words(length as usize)?;
+        let is_bad = |&surface: &u32| surface as usize >= self.surface_count;
+        if let Some(number) = surfaces.iter().position(is_bad) {
+            return Err(Misfit::At(at + 2 + number, "a surface that is not there"));
+        }
+        let forms = (head[0] & HAS_FORMS != 0)
+            .then(|| (self.forms_of)(surfaces))
+            .flatten();
+        let place = self.store.put_list(surfaces, counter, forms);
+        place.map(Link::to_list).ok_or(Misfit::NoRoom)
+    }
+}
