@@ -25,7 +25,7 @@ pub use light::LightShape;
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{
     Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity,
-    SurfaceId, UnidentifiedCoverage,
+    StartTriangle, SurfaceId, UnidentifiedCoverage,
 };
 pub use patch::Patch;
 pub use ray::{Hit, Ray, Start};

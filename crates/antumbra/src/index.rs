@@ -11,7 +11,7 @@ use crate::grid::{Grid, Layout};
 use crate::kept::{Kept, KeptLight, LoadError};
 use crate::occlusion::{AdaptiveValues, DenseValues, Depth, Making, mark, quick_check};
 use crate::own_rays::{AnyHit, WithRays};
-use crate::shadow::{self, ByVoxel};
+use crate::shadow::{self, ByVoxel, Rays};
 
 /// How shadow queries are answered. Every method gives the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -411,6 +411,24 @@ impl Builder {
     }
 }
 
+/// The index's own rays to one light.
+struct OwnRays<'a> {
+    index: &'a ShadowIndex,
+    light: usize,
+}
+
+impl Rays for OwnRays<'_> {
+    #[inline]
+    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
+        let light = &self.index.lights[self.light];
+        self.index.by_ray(start, light, counters).shadow == Shadow::Shadowed
+    }
+
+    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
+        self.index.by_rays(starts, self.light, is_blocked, counters);
+    }
+}
+
 /// 2^100, as for geometry.
 pub(crate) const LARGEST: f64 = 1.2676506002282294e30;
 
@@ -648,6 +666,16 @@ impl ShadowIndex {
             Some(by_voxel) => by_voxel.answer(starts, is_shadowed, counters, |start| {
                 self.check_query(start, light)
             }),
+            None if self.method == Method::Bvh => {
+                starts
+                    .iter()
+                    .try_for_each(|start| self.check_query(start, light))?;
+                self.by_rays(starts, light, is_shadowed, counters);
+                let shadowed = is_shadowed.iter().filter(|&&is_shadowed| is_shadowed);
+                counters.shadow.shadowed += shadowed.count() as u64;
+                counters.shadow.rays += starts.len() as u64;
+                Ok(())
+            }
             None => {
                 for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
                     *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
@@ -657,27 +685,18 @@ impl ShadowIndex {
         }
     }
 
-    fn by_voxel(
-        &self,
-        light: usize,
-    ) -> Option<ByVoxel<'_, impl Fn(&Start, &mut Counters) -> bool>> {
-        self.by_voxel_or(light, move |start, counters| {
-            self.by_ray(start, &self.lights[light], counters).shadow == Shadow::Shadowed
-        })
+    fn by_voxel(&self, light: usize) -> Option<ByVoxel<'_, OwnRays<'_>>> {
+        self.by_voxel_or(light, OwnRays { index: self, light })
     }
 
-    /// `is_blocked` answers what values and lists do not know.
-    pub(crate) fn by_voxel_or<F: Fn(&Start, &mut Counters) -> bool>(
-        &self,
-        light: usize,
-        is_blocked: F,
-    ) -> Option<ByVoxel<'_, F>> {
+    /// `rays` answer what values and lists do not know.
+    pub(crate) fn by_voxel_or<R: Rays>(&self, light: usize, rays: R) -> Option<ByVoxel<'_, R>> {
         self.adaptive.as_ref().map(|values| ByVoxel {
             occluders: &self.occluders,
             bvh: self.bvh.as_ref(),
             values,
             light_number: light,
-            is_blocked,
+            rays,
         })
     }
 
@@ -734,6 +753,25 @@ impl ShadowIndex {
                 visit(self.occluders.hit(surface, &segment));
             }
         }
+    }
+
+    /// Answers by rays through the tree, or through the grid where there is no tree.
+    fn by_rays(
+        &self,
+        starts: &[Start],
+        light: usize,
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+    ) {
+        let Some(bvh) = &self.bvh else {
+            for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                *is_shadowed =
+                    self.by_ray(start, &self.lights[light], counters).shadow == Shadow::Shadowed;
+            }
+            return;
+        };
+        let (occluders, light) = (&*self.occluders, &self.lights[light]);
+        shadow::many_by_bvh(occluders, bvh, starts, light, is_shadowed, counters);
     }
 
     /// Answers a shadow query by testing every surface: the reference of EXACTNESS.md.

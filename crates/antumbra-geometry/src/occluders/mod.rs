@@ -22,6 +22,7 @@ use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
 
 pub use build::{OccludersBuilder, OccludersError};
 pub use identity::UnidentifiedCoverage;
+pub use query::StartTriangle;
 
 /// Names one surface: a triangle of a face, a sphere, a tube (cone wall) or a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

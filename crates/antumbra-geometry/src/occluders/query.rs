@@ -14,6 +14,22 @@ use crate::segment::{Plane, Segment, StartSurface, largest_move_onto};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
 use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
 
+/// A triangle with an area that a start lies on, still without its corners: whoever asks for many of them
+/// first, and for their corners then, waits once for memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StartTriangle {
+    vertices: [u32; 3],
+    axis: u8,
+}
+
+impl StartTriangle {
+    /// Returns the axis along which the normal is largest.
+    #[inline(always)]
+    pub fn axis(&self) -> usize {
+        self.axis.into()
+    }
+}
+
 impl Occluders {
     /// Prepares the segment from a start to a light.
     #[inline]
@@ -57,6 +73,26 @@ impl Occluders {
                 CurvedShape::Cap(..) | CurvedShape::Disk(..) => f64::INFINITY,
             },
         }
+    }
+
+    /// Returns the triangle that a start is moved onto (EXACTNESS.md, "The start"); `None` where there is no
+    /// triangle, or it has no area.
+    #[inline(always)]
+    pub fn start_triangle(&self, surface: SurfaceId) -> Option<StartTriangle> {
+        let triangle = self.triangles.get(surface.0 as usize)?;
+        let (vertices, axis) = (triangle.vertices, triangle.axis);
+        (axis != NO_AXIS).then_some(StartTriangle { vertices, axis })
+    }
+
+    /// Returns the corners of a triangle of these surfaces.
+    #[inline(always)]
+    pub fn start_corners(&self, triangle: &StartTriangle) -> [DVec3; 3] {
+        let [a, b, c] = triangle.vertices;
+        [
+            self.positions[a as usize],
+            self.positions[b as usize],
+            self.positions[c as usize],
+        ]
     }
 
     /// Returns whether a surface has an own rule (EXACTNESS.md, "Which surfaces block"): curved ones.

@@ -126,6 +126,16 @@ pub(super) struct Members {
     pub(super) whole: u8,
 }
 
+impl Members {
+    /// Returns a bit for each lane of a surface of this number.
+    #[inline(always)]
+    pub(super) fn those_of(&self, surface: u32) -> u32 {
+        (0..LANES).fold(0, |bits, lane| {
+            bits | u32::from(self.surfaces[lane].0 == surface) << lane
+        })
+    }
+}
+
 impl Bvh {
     /// Returns the bytes of a tree of so many surfaces at the height of its building, guessed
     /// generously: some 100 for the binary tree, 50 for the plan, 250 for the wide tree.

@@ -37,10 +37,11 @@
 //! the start is surely outside, which an excess of the bound over `r` says for `|C|`.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4};
+use fearless_simd::{Simd, f32x4, f32x16};
 
 use super::data::{LANES, SphereGroup, TriangleGroup};
-use super::ray::FrameRay;
+use super::ray::{FilterBounds, FrameRay};
+use super::rays::{RAYS, Rays};
 
 /// What a filter found, a bit for each lane.
 #[derive(Clone, Copy, Debug)]
@@ -123,6 +124,83 @@ pub(super) fn triangles<S: Simd>(simd: S, group: &TriangleGroup, ray: &FrameRay)
     let (higher, lower) = (start.max(light), start.min(light));
     let misses_plane = lower.simd_gt(bound) | higher.simd_lt(-bound);
     let crosses_plane = higher.simd_gt(bound) & lower.simd_lt(-bound);
+
+    Verdicts {
+        possible: !(misses_edges | misses_plane).to_bitmask() as u32,
+        sure: (is_inside & crosses_plane).to_bitmask() as u32,
+    }
+}
+
+/// Normals of a group's triangles, `N` above.
+#[inline(always)]
+pub(super) fn normals<S: Simd>(simd: S, group: &TriangleGroup) -> [[f32; LANES]; 3] {
+    let normal = cross(load(simd, &group.edge_ab), load(simd, &group.edge_ac));
+    [normal[0].into(), normal[1].into(), normal[2].into()]
+}
+
+/// One triangle of a group against sixteen segments, by the same signs and bounds; `normals` are the
+/// group's.
+#[inline(always)]
+pub(super) fn triangle_by_rays<S: Simd>(
+    simd: S,
+    group: &TriangleGroup,
+    normals: &[[f32; LANES]; 3],
+    lane: usize,
+    rays: &Rays,
+    bounds: &FilterBounds,
+) -> Verdicts {
+    type Wide<S> = f32x16<S>;
+    let of_lane = |rows: &[[f32; LANES]; 3]| {
+        [
+            Wide::splat(simd, rows[0][lane % LANES]),
+            Wide::splat(simd, rows[1][lane % LANES]),
+            Wide::splat(simd, rows[2][lane % LANES]),
+        ]
+    };
+    let of_rays = |rows: &[[f32; RAYS]; 3]| {
+        [
+            Wide::from_slice(simd, &rows[0]),
+            Wide::from_slice(simd, &rows[1]),
+            Wide::from_slice(simd, &rows[2]),
+        ]
+    };
+    let dot = |a: [Wide<S>; 3], b: [Wide<S>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let (direction, origin) = (of_rays(&rays.direction), of_rays(&rays.origin));
+    let (corner, normal) = (of_lane(&group.corner), of_lane(normals));
+    let (ab, ac) = (of_lane(&group.edge_ab), of_lane(&group.edge_ac));
+    let reach = group.reach[lane % LANES];
+
+    // Rule 3.
+    let seen = [
+        corner[0] - origin[0],
+        corner[1] - origin[1],
+        corner[2] - origin[2],
+    ];
+    let turned = [
+        direction[1] * seen[2] - direction[2] * seen[1],
+        direction[2] * seen[0] - direction[0] * seen[2],
+        direction[0] * seen[1] - direction[1] * seen[0],
+    ];
+    let slope = dot(normal, direction);
+    let side_ab = dot(turned, ab);
+    let minus_side_ca = dot(turned, ac);
+    let side_bc = (slope - side_ab + minus_side_ca) * bounds.third_edge_scale;
+    let side_ca = -minus_side_ca;
+    let bound = reach * bounds.edge;
+    let (above, below) = (Wide::splat(simd, bound), Wide::splat(simd, -bound));
+    let highest = side_ab.max(side_ca).max(side_bc);
+    let lowest = side_ab.min(side_ca).min(side_bc);
+    let misses_edges = highest.simd_gt(above) & lowest.simd_lt(below);
+    let is_inside = lowest.simd_gt(above) | highest.simd_lt(below);
+
+    // Rule 2.
+    let start = dot(normal, seen);
+    let light = (start - slope * Wide::from_slice(simd, &rays.light)) * bounds.light_height_scale;
+    let bound = reach * reach * bounds.height;
+    let (above, below) = (Wide::splat(simd, bound), Wide::splat(simd, -bound));
+    let (higher, lower) = (start.max(light), start.min(light));
+    let misses_plane = lower.simd_gt(above) | higher.simd_lt(below);
+    let crosses_plane = higher.simd_gt(above) & lower.simd_lt(below);
 
     Verdicts {
         possible: !(misses_edges | misses_plane).to_bitmask() as u32,

@@ -5,6 +5,9 @@
 //! (Ylitie et al. 2017); the walk is ours. Boxes and filters are `f32` in a frame of the scene's own
 //! ([`Frame`](crate::frame::Frame)), the rule is `Occluders`'.
 //!
+//! Many rays to one light (`many`) are prepared together (`rays`, `offsets`), in an order by place where theirs
+//! is none (`order`), and walk as one where they start close together (`hull`).
+//!
 //! Invariants: a walk visits every surface that the exact rule may find (`ray`); a filter says *miss*
 //! or *hit* only where the exact rule says the same (`filter`), all else is asked of the rule. Where
 //! an `f32` says nothing - starts far off their surface or far outside the scene - the reference
@@ -16,8 +19,13 @@ mod build;
 mod cull;
 mod data;
 mod filter;
+mod hull;
+mod many;
 mod near;
+mod offsets;
+mod order;
 mod ray;
+mod rays;
 mod topology;
 mod walk;
 

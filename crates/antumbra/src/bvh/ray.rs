@@ -36,20 +36,20 @@ use crate::frame::Frame;
 use crate::grid::point_along;
 
 /// `2^-24`.
-const U: f64 = 1.0 / (1u64 << 24) as f64;
+pub(super) const U: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// How far boxes are moved outwards beside the margin.
 pub(super) const PLANE_ROOM: f64 = 10.01 * U;
 
 /// The farthest parameter inside the frame is 2: the largest component of the direction is at least
 /// 1, and the frame is 2 wide.
-const FARTHEST: f64 = 2.25;
+pub(super) const FARTHEST: f64 = 2.25;
 
 /// Starts farther out than this many frames are left to the reference.
 const FARTHEST_START: f64 = (1u64 << 20) as f64;
 
 /// Starts beyond this lie outside; 2^-19 covers what 1 in `f64` may be.
-const INSIDE: f64 = 1.0;
+pub(super) const INSIDE: f64 = 1.0;
 
 /// What the tree can do for a segment.
 #[derive(Clone, Copy, Debug)]
@@ -207,7 +207,7 @@ impl Bvh {
 }
 
 /// `2^-40`.
-const SMALLEST_COMPONENT: f64 = 1.0 / (1u64 << 40) as f64;
+pub(super) const SMALLEST_COMPONENT: f64 = 1.0 / (1u64 << 40) as f64;
 
 enum Entry {
     /// The segment's parameter and the place in the frame.

@@ -11,7 +11,7 @@ use crate::Counters;
 use crate::grid::{any_hit_by_reference, nearest_of};
 
 /// Trees deeper than this, which no common scene makes, walk with a stack on the heap.
-const USUAL_DEPTH: usize = 32;
+pub(super) const USUAL_DEPTH: usize = 32;
 
 /// As many children may wait in a nearest-hit walk of the usual depth.
 const USUAL_PENDING: usize = 1 + USUAL_DEPTH * (WIDTH - 1);
@@ -140,10 +140,10 @@ pub(super) fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) ->
 }
 
 /// A shadow query, with its segment where the exact rule needs it.
-struct Question<'a> {
-    occluders: &'a Occluders,
-    start: &'a Start,
-    light: &'a LightShape,
+pub(super) struct Question<'a> {
+    pub(super) occluders: &'a Occluders,
+    pub(super) start: &'a Start,
+    pub(super) light: &'a LightShape,
 }
 
 impl Question<'_> {
@@ -160,6 +160,41 @@ impl Question<'_> {
         let segment = self.segment();
         (segment.origin(), segment.origin_error())
     }
+
+    /// Asks the rule about the lanes in doubt.
+    #[inline(never)]
+    pub(super) fn is_blocked_by(&self, members: &Members, verdicts: Verdicts) -> bool {
+        // A sure hit needs no more, unless it is the start's own solid.
+        let sure = verdicts.sure & verdicts.possible & u32::from(members.whole);
+        let Question {
+            occluders, start, ..
+        } = *self;
+        let is_own = |surface: SurfaceId| {
+            start
+                .surface
+                .is_some_and(|own| own == surface || occluders.have_one_own_rule(own, surface))
+        };
+        if lanes(sure).any(|lane| !is_own(members.surfaces[lane])) {
+            return true;
+        }
+        let in_doubt = lanes(verdicts.possible & !sure)
+            .map(|lane| members.surfaces[lane])
+            .filter(|&surface| !is_own(surface));
+        let mut segment = None;
+        in_doubt.into_iter().any(|surface| {
+            let segment = segment.get_or_insert_with(|| self.segment());
+            occluders.blocks(surface, segment)
+        })
+    }
+
+    pub(super) fn blocks(&self, surface: SurfaceId) -> bool {
+        let Question {
+            occluders, start, ..
+        } = *self;
+        start.surface != Some(surface)
+            && occluders.is_opaque(surface)
+            && occluders.blocks(surface, &self.segment())
+    }
 }
 
 /// Returns how far a segment's exact start may lie from its point as given.
@@ -172,9 +207,9 @@ pub(super) fn offset(segment: &Segment) -> f64 {
 
 /// A node whose children of the mask wait for their turn.
 #[derive(Clone, Copy, Debug, Default)]
-struct Waiting {
-    node: u32,
-    mask: u32,
+pub(super) struct Waiting {
+    pub(super) node: u32,
+    pub(super) mask: u32,
 }
 
 struct AnyHit<'a> {
@@ -261,54 +296,19 @@ impl AnyHit<'_> {
             }
             _ => {
                 *tests += 1;
-                return self.blocks(self.bvh.others[child.index()]);
+                return self.question.blocks(self.bvh.others[child.index()]);
             }
         };
         *tests += u64::from(members.opaque.count_ones());
         let possible = verdicts.possible & u32::from(members.opaque);
         possible != 0
-            && self.is_blocked_by(
+            && self.question.is_blocked_by(
                 members,
                 Verdicts {
                     possible,
                     ..verdicts
                 },
             )
-    }
-
-    /// Asks the rule about the lanes in doubt.
-    #[inline(never)]
-    fn is_blocked_by(&self, members: &Members, verdicts: Verdicts) -> bool {
-        // A sure hit needs no more, unless it is the start's own solid.
-        let sure = verdicts.sure & verdicts.possible & u32::from(members.whole);
-        let Question {
-            occluders, start, ..
-        } = *self.question;
-        let is_own = |surface: SurfaceId| {
-            start
-                .surface
-                .is_some_and(|own| own == surface || occluders.have_one_own_rule(own, surface))
-        };
-        if lanes(sure).any(|lane| !is_own(members.surfaces[lane])) {
-            return true;
-        }
-        let in_doubt = lanes(verdicts.possible & !sure)
-            .map(|lane| members.surfaces[lane])
-            .filter(|&surface| !is_own(surface));
-        let mut segment = None;
-        in_doubt.into_iter().any(|surface| {
-            let segment = segment.get_or_insert_with(|| self.question.segment());
-            occluders.blocks(surface, segment)
-        })
-    }
-
-    fn blocks(&self, surface: SurfaceId) -> bool {
-        let Question {
-            occluders, start, ..
-        } = *self.question;
-        start.surface != Some(surface)
-            && occluders.is_opaque(surface)
-            && occluders.blocks(surface, &self.question.segment())
     }
 }
 

@@ -20,3 +20,19 @@ pub(crate) fn by_bvh(
         || bvh.any_hit(occluders, start, light, counters);
     Answer::new(is_shadowed, Decided::Ray)
 }
+
+/// Answers many starts, in an order in which neighbours are near each other if the caller knows one.
+pub(crate) fn many_by_bvh(
+    occluders: &Occluders,
+    bvh: &Bvh,
+    starts: &[Start],
+    light: &LightShape,
+    is_shadowed: &mut [bool],
+    counters: &mut Counters,
+) {
+    for (start, is_shadowed) in starts.iter().zip(&mut *is_shadowed) {
+        *is_shadowed = start.surface.is_some_and(|own| occluders.has_own_rule(own))
+            && occluders.own_rule_blocks(&occluders.segment(start, light));
+    }
+    bvh.any_hits(occluders, starts, light, is_shadowed, counters);
+}

@@ -10,15 +10,33 @@ use crate::occlusion::{
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
+/// Who answers what values do not know, own rules and all.
+pub(crate) trait Rays {
+    /// Returns whether an opaque surface blocks a start's segment.
+    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool;
+
+    /// Tells the same of many starts.
+    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
+        for (start, is_blocked) in starts.iter().zip(is_blocked) {
+            *is_blocked = self.is_blocked(start, counters);
+        }
+    }
+}
+
+impl<F: Fn(&Start, &mut Counters) -> bool> Rays for F {
+    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
+        self(start, counters)
+    }
+}
+
 /// What queries are answered by.
-pub(crate) struct ByVoxel<'a, F> {
+pub(crate) struct ByVoxel<'a, R> {
     pub(crate) occluders: &'a Occluders,
     /// What values are made with.
     pub(crate) bvh: Option<&'a Bvh>,
     pub(crate) values: &'a AdaptiveValues,
     pub(crate) light_number: usize,
-    /// Casts a ray, own rule and all.
-    pub(crate) is_blocked: F,
+    pub(crate) rays: R,
 }
 
 /// After so many queries of a batch what they cost is noted.
@@ -27,7 +45,7 @@ const NOTED: usize = 64 * BLOCK;
 /// One query or block in so many says what using lists has cost, for all of them.
 const SAMPLED: u64 = 16;
 
-impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
+impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
     /// not. `check` says what is no start.
     #[inline]
@@ -153,7 +171,7 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
                 let number = unknown.trailing_zeros() as usize;
                 unknown &= unknown - 1;
                 check(&starts[number])?;
-                is_shadowed[number] = (self.is_blocked)(&starts[number], counters);
+                is_shadowed[number] = self.rays.is_blocked(&starts[number], counters);
                 shadowed_count += u64::from(is_shadowed[number]);
             }
         }
@@ -171,12 +189,11 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
-        for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
-            check(start)?;
-            *is_shadowed = (self.is_blocked)(start, counters);
-            counters.shadow.shadowed += u64::from(*is_shadowed);
-            counters.shadow.rays += 1;
-        }
+        starts.iter().try_for_each(check)?;
+        self.rays.are_blocked(starts, is_shadowed, counters);
+        let shadowed = is_shadowed.iter().filter(|&&is_shadowed| is_shadowed);
+        counters.shadow.shadowed += shadowed.count() as u64;
+        counters.shadow.rays += starts.len() as u64;
         Ok(())
     }
 
@@ -218,18 +235,27 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
             if unknown_count as usize == BLOCK - starts.len() {
                 continue;
             }
+            let mut unknown = [0_usize; BLOCK];
+            let mut asked = [starts[0]; BLOCK];
+            let mut count = 0;
             for (number, start) in starts.iter().enumerate() {
                 if found[number].is_nothing() {
                     check(start)?;
-                    let place = looked.places[number];
-                    let (is_blocked, made_here) =
-                        self.is_blocked_at(store, start, place, weight, counters);
-                    is_shadowed[number] = is_blocked;
-                    made += made_here;
-                    shadowed_count += u64::from(is_shadowed[number]);
-                    ray_count += 1;
+                    (unknown[count], asked[count]) = (number, *start);
+                    count += 1;
                 }
             }
+            let mut blocked = [false; BLOCK];
+            let (asked, blocked) = (&asked[..count], &mut blocked[..count]);
+            let before = *counters;
+            self.rays.are_blocked(asked, blocked, counters);
+            let cost = cost_of_rays(&before, counters, count as u64) / count as u64;
+            for (i, &number) in unknown[..count].iter().enumerate() {
+                is_shadowed[number] = blocked[i];
+                shadowed_count += u64::from(blocked[i]);
+                made += self.charge_ray(store, &asked[i], looked.places[number], cost * weight);
+            }
+            ray_count += count as u64;
         }
         counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
         counters.shadow.blocker_list += list_count;
@@ -244,7 +270,7 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
             let (occluders, light) = (self.occluders, self.light_number);
             let found = self.values.find_packed(packed, occluders, start, light);
             return if found.is_nothing() {
-                Answer::new((self.is_blocked)(start, counters), Decided::Ray)
+                Answer::new(self.rays.is_blocked(start, counters), Decided::Ray)
             } else {
                 Answer::new(found.is_shadowed(), found.decided())
             };
@@ -263,7 +289,7 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
         let before = *counters;
         let answer = match store.filter(|_| is_looked_up) {
             Some(store) => self.look_up_one(&store, start, weight, is_sampled, counters),
-            None => Answer::new((self.is_blocked)(start, counters), Decided::Ray),
+            None => Answer::new(self.rays.is_blocked(start, counters), Decided::Ray),
         };
         if is_sampled {
             let is_ray = u64::from(answer.decided == Decided::Ray);
@@ -313,12 +339,18 @@ impl<F: Fn(&Start, &mut Counters) -> bool> ByVoxel<'_, F> {
         counters: &mut Counters,
     ) -> (bool, u64) {
         let before = *counters;
-        let is_blocked = (self.is_blocked)(start, counters);
-        if place != 0 && self.values.is_refining() {
-            let cost = cost_of_rays(&before, counters, 1);
-            return (is_blocked, self.charge(store, start, place, cost * weight));
+        let is_blocked = self.rays.is_blocked(start, counters);
+        let cost = cost_of_rays(&before, counters, 1);
+        let made = self.charge_ray(store, start, place, cost * weight);
+        (is_blocked, made)
+    }
+
+    /// Lets a cell pay for a ray, and returns what the making of values took, in nanoseconds.
+    fn charge_ray(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) -> u64 {
+        if place == 0 || !self.values.is_refining() {
+            return 0;
         }
-        (is_blocked, 0)
+        self.charge(store, start, place, cost_ns)
     }
 
     #[cold]
