@@ -29,7 +29,6 @@ import argparse
 import json
 import os
 import platform
-import statistics
 import sys
 import time
 from typing import Any, Callable
@@ -86,21 +85,6 @@ def clocks() -> Any:
     return np.array([time.perf_counter(), time.process_time()])
 
 
-def measure(make: Callable[[], Callable[[], Any]], rounds: int) -> tuple[Any, Any, Any]:
-    """Returns wall and CPU seconds of the cold call, the medians of the warm ones, and the answers."""
-    begin = clocks()
-    ask = make()
-    answers = ask()
-    cold = clocks() - begin
-    warm = []
-    for _ in range(rounds):
-        begin = clocks()
-        again = ask()
-        warm.append(clocks() - begin)
-        assert np.array_equal(answers, again), "answers changed"
-    return cold, np.median(warm, axis=0), answers
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rings", type=int, default=224, help="4 * rings^2 faces")
@@ -117,7 +101,7 @@ def main() -> int:
 
     vertices, faces = bumpy_sphere(typed.rings)
     points, ids, moved = sample(vertices, faces, typed.points, typed.sorted)
-    directions = (np.float32(LIGHT) - moved).astype(np.float32)
+    directions = (np.asarray(LIGHT, np.float32) - moved).astype(np.float32)
     light = [antumbra.PointLight(LIGHT)]
     few = typed.trimesh_points
 
@@ -181,16 +165,32 @@ def main() -> int:
         "trimesh with antumbra.ray": (by_trimesh("antumbra"), few),
     }
     kept = [name for name in subjects if not typed.only or name in typed.only]
-    found, answers = {}, {}
+    asks: dict[str, Callable[[], Any]] = {}
+    answers: dict[str, Any] = {}
+    cold: dict[str, Any] = {}
     for name in kept:
-        make, count = subjects[name]
+        begin = clocks()
         try:
-            cold, warm, answers[name] = measure(make, typed.rounds)
+            asks[name] = subjects[name][0]()
         except ImportError as error:
             print(f"{name}: not installed ({error}), NOT measured", flush=True)
             continue
+        answers[name] = asks[name]()
+        cold[name] = clocks() - begin
+    # In turn, so that what else the machine does meets all of them.
+    warm: dict[str, list[Any]] = {name: [] for name in asks}
+    for _ in range(typed.rounds):
+        for name, ask in asks.items():
+            begin = clocks()
+            again = ask()
+            warm[name].append(clocks() - begin)
+            assert np.array_equal(answers[name], again), f"{name}: answers changed"
+
+    found = {}
+    for name in asks:
+        count = subjects[name][1]
         share = float(np.mean(answers[name]))
-        wall, cpu = zip(1e9 * cold / count, 1e9 * warm / count)
+        wall, cpu = zip(1e9 * cold[name] / count, 1e9 * np.median(warm[name], axis=0) / count)
         found[name] = {
             "points": count,
             "blocked": share,
