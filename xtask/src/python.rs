@@ -3,7 +3,8 @@
 //! All work in virtual environments below the target folder, made anew each time, so that nothing of the machine
 //! is used but its interpreter and nothing of it is changed.
 
-use std::ffi::OsStr;
+use std::env::consts::EXE_EXTENSION;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -85,6 +86,8 @@ pub(crate) fn site() -> Result<()> {
 /// A virtual environment.
 struct Environment {
     interpreter: PathBuf,
+    /// The search path with the environment's programs first: pip looks for maturin there.
+    search_path: OsString,
 }
 
 impl Environment {
@@ -93,16 +96,19 @@ impl Environment {
         let base = interpreter()?;
         let folder = target()?.join("python").join(name);
         run::say(&format!("xtask: a fresh virtual environment in {folder:?}"));
+        let search_path = std::env::var_os("PATH").unwrap_or_default();
         let venv = ["-m", "venv", "--clear", text(&folder)?];
-        call(&base, &venv).with_context(|| {
+        call(&base, &venv, &search_path).with_context(|| {
             format!("{base:?} makes no virtual environment; install its module venv with pip")
         })?;
-        let interpreter = if cfg!(windows) {
-            folder.join("Scripts").join("python.exe")
-        } else {
-            folder.join("bin").join("python")
-        };
-        Ok(Self { interpreter })
+        let programs = folder.join(if cfg!(windows) { "Scripts" } else { "bin" });
+        let interpreter = programs.join("python").with_extension(EXE_EXTENSION);
+        let others = std::env::split_paths(&search_path);
+        let search_path = std::env::join_paths(std::iter::once(programs).chain(others))?;
+        Ok(Self {
+            interpreter,
+            search_path,
+        })
     }
 
     /// Runs pip.
@@ -119,7 +125,7 @@ impl Environment {
 
     fn python(&self, arguments: &[&str]) -> Result<()> {
         run::say(&format!("xtask: python {}", arguments.join(" ")));
-        call(&self.interpreter, arguments)
+        call(&self.interpreter, arguments, &self.search_path)
     }
 }
 
@@ -165,9 +171,10 @@ fn text(path: &Path) -> Result<&str> {
         .with_context(|| format!("path {path:?} is not UTF-8"))
 }
 
-fn call(program: impl AsRef<OsStr>, arguments: &[&str]) -> Result<()> {
+fn call(program: impl AsRef<OsStr>, arguments: &[&str], search_path: &OsStr) -> Result<()> {
     let status = Command::new(&program)
         .args(arguments)
+        .env("PATH", search_path)
         .current_dir(run::root())
         .status()
         .with_context(|| format!("{:?} does not start", program.as_ref()))?;

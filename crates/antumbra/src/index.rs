@@ -420,10 +420,8 @@ struct OwnRays<'a> {
 impl Rays for OwnRays<'_> {
     #[inline]
     fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
-        self.index
-            .by_ray(start, &self.index.lights[self.light], counters)
-            .shadow
-            == Shadow::Shadowed
+        let light = &self.index.lights[self.light];
+        self.index.by_ray(start, light, counters).shadow == Shadow::Shadowed
     }
 
     fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
@@ -715,25 +713,6 @@ impl ShadowIndex {
         }
     }
 
-    /// Answers by rays through the tree, or through the grid where there is no tree.
-    fn by_rays(
-        &self,
-        starts: &[Start],
-        light: usize,
-        is_shadowed: &mut [bool],
-        counters: &mut Counters,
-    ) {
-        let Some(bvh) = &self.bvh else {
-            for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
-                *is_shadowed =
-                    self.by_ray(start, &self.lights[light], counters).shadow == Shadow::Shadowed;
-            }
-            return;
-        };
-        let (occluders, light) = (&*self.occluders, &self.lights[light]);
-        shadow::many_by_bvh(occluders, bvh, starts, light, is_shadowed, counters);
-    }
-
     /// Answers a query about a light that is none of the index's: without values.
     pub(crate) fn answer_to(
         &self,
@@ -774,6 +753,25 @@ impl ShadowIndex {
                 visit(self.occluders.hit(surface, &segment));
             }
         }
+    }
+
+    /// Answers by rays through the tree, or through the grid where there is no tree.
+    fn by_rays(
+        &self,
+        starts: &[Start],
+        light: usize,
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+    ) {
+        let Some(bvh) = &self.bvh else {
+            for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                *is_shadowed =
+                    self.by_ray(start, &self.lights[light], counters).shadow == Shadow::Shadowed;
+            }
+            return;
+        };
+        let (occluders, light) = (&*self.occluders, &self.lights[light]);
+        shadow::many_by_bvh(occluders, bvh, starts, light, is_shadowed, counters);
     }
 
     /// Answers a shadow query by testing every surface: the reference of EXACTNESS.md.
