@@ -162,6 +162,23 @@ fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
     answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
+/// Starts of a slice that values which are made before answer together.
+const TOGETHER: usize = 64;
+
+/// Returns the answers to a start that is asked so often at once.
+fn are_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> [bool; TOGETHER] {
+    let mut found = [false; TOGETHER];
+    index
+        .shadows(
+            &[*start; TOGETHER],
+            light,
+            &mut found,
+            &mut Counters::default(),
+        )
+        .expect("a fine query");
+    found
+}
+
 /// Asks one question of the oracle, the reference and all methods; returns the differences.
 fn differences(
     label: &str,
@@ -205,6 +222,9 @@ fn differences(
             if !name.contains("Asked") {
                 break;
             }
+        }
+        if name.contains("Eager") && are_shadowed(index, &start, light) != [truth; TOGETHER] {
+            note(name, format!("{} in a slice", !truth));
         }
     }
     found

@@ -92,8 +92,8 @@ impl Leaf {
 const COUNT_BITS: u32 = 6;
 const LONGEST: u32 = (1 << COUNT_BITS) - 1;
 
-/// So many entries may be read from where a list starts, and from each eighth of it.
-pub(super) const STRIDE: usize = 8;
+/// So many entries may be read at once from where a list starts, and from every so many of it on.
+pub(super) const STRIDE: usize = 16;
 
 /// Bricks that are always there.
 #[derive(Clone, Copy)]
