@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use antumbra::{GridResolution, Method, ShadowIndex};
+use antumbra_baselines::rival::ShadowVolumes;
 use antumbra_baselines::{RivalError, RivalKind, RivalOptions, Work};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
@@ -160,16 +161,20 @@ impl Questions {
 
 /// Coarse, fine, and seen from somewhere.
 fn settings() -> [([u32; 3], RivalOptions); 3] {
-    let options = |buffer_resolution, viewpoint| RivalOptions {
+    let options = |buffer_resolution, most_polygons, viewpoint| RivalOptions {
+        most_polygons,
         buffer_resolution: Some(buffer_resolution),
         viewpoint,
         map_resolution: 64,
         ..RivalOptions::default()
     };
     [
-        ([1; 3], options(1, None)),
-        ([5, 3, 4], options(8, None)),
-        ([11, 7, 13], options(64, Some(DVec3::new(3.3, 2.1, 1.7)))),
+        ([1; 3], options(1, None, None)),
+        ([5, 3, 4], options(8, Some(u64::MAX), None)),
+        (
+            [11, 7, 13],
+            options(64, Some(u64::MAX), Some(DVec3::new(3.3, 2.1, 1.7))),
+        ),
     ]
 }
 
@@ -177,8 +182,9 @@ fn settings() -> [([u32; 3], RivalOptions); 3] {
 fn check(all: impl Iterator<Item = Questions>) {
     let exact = RivalKind::ALL.into_iter().filter(|kind| kind.is_exact());
     let exact: Vec<_> = exact.collect();
-    let mut known = vec![0; exact.len()];
+    let (mut known, mut asked) = (vec![0; exact.len()], 0);
     for questions in all {
+        asked += settings().len() as u64 * questions.queries.len() as u64;
         for (number, &kind) in exact.iter().enumerate() {
             for (grid, options) in settings() {
                 let (wrong, work) = questions.wrong(kind, grid, &options);
@@ -190,7 +196,11 @@ fn check(all: impl Iterator<Item = Questions>) {
     }
     // A rival that leaves everything to shadow rays would be exact and no rival.
     for (kind, known) in exact.iter().zip(known) {
-        assert!(known > 0, "{} decides nothing by itself", kind.name());
+        let name = kind.name();
+        assert!(
+            4 * known > asked,
+            "{name} decides {known} of {asked} by itself"
+        );
     }
 }
 
@@ -209,6 +219,35 @@ fn exact_rivals_answer_nasty_scenes_as_the_reference_does() {
         Err(_) => 0..240,
     };
     check(seeds.map(Questions::of_nasty));
+}
+
+/// Not only whether there is one.
+#[test]
+fn shadow_volumes_are_counted_right() {
+    let (mut most, mut asked) = (0, 0);
+    for questions in Questions::of_fixtures()
+        .into_iter()
+        .chain((0..60).map(Questions::of_nasty))
+    {
+        let index = questions.index([1; 3]);
+        let volumes = ShadowVolumes::new(&index, &RivalOptions::default()).unwrap();
+        for (start, light) in &questions.queries {
+            let occluders = index.occluders();
+            let segment = occluders.segment(start, &index.lights()[*light]);
+            if occluders.own_rule_blocks(&segment) {
+                continue;
+            }
+            let blocking = occluders
+                .surfaces()
+                .filter(|&surface| occluders.blocks(surface, &segment));
+            let expected = blocking.count() as u64;
+            let found = volumes.volumes_holding(&index, start, *light);
+            assert_eq!(found, Ok(expected), "{}: {start:?}", questions.label);
+            most = most.max(expected);
+            asked += 1;
+        }
+    }
+    assert!(most > 3 && asked > 1000, "{most} in {asked}");
 }
 
 /// An inexact rival says so, and is wrong somewhere: a test that compares it with the reference can fail.

@@ -239,14 +239,27 @@ impl Buffer {
         work: &mut Work,
     ) -> Answer {
         let occluders = index.occluders();
-        let segment = occluders.segment(start, light);
+        let segment = || occluders.segment(start, light);
         // The far side of a closed solid, whatever lies between.
-        if occluders.own_rule_blocks(&segment) {
+        let has_own_rule = start
+            .surface
+            .is_some_and(|surface| occluders.has_own_rule(surface));
+        if has_own_rule && occluders.own_rule_blocks(&segment()) {
             return answer(true, Decided::FirstPass);
         }
         work.counters.steps += 1;
-        let (plane, cell, depth, error) = match self.planes.place(&segment) {
-            Place::InDoubt => return by_all(index, &segment, work),
+        // The exact start takes longer to find than its cell.
+        let place = self
+            .planes
+            .place(start.point, occluders.start_offset(start));
+        let place = if place == Place::InDoubt {
+            let segment = segment();
+            self.planes.place(segment.origin(), segment.origin_error())
+        } else {
+            place
+        };
+        let (plane, cell, depth, error) = match place {
+            Place::InDoubt => return by_all(index, &segment(), work),
             Place::Outside => return answer(false, Decided::FirstPass),
             Place::Cell {
                 plane,
@@ -266,7 +279,7 @@ impl Buffer {
                 .is_some_and(|own| own == full || occluders.have_one_own_rule(own, full));
             // A start far off its own surface: what is behind is not listed.
             return if is_own {
-                by_all(index, &segment, work)
+                by_all(index, &segment(), work)
             } else {
                 answer(true, Decided::FirstPass)
             };
@@ -279,9 +292,12 @@ impl Buffer {
             .iter()
             .take_while(|&&nearest| f64::from(nearest) <= depth + error)
             .count();
+        if nearer == 0 {
+            return answer(false, Decided::FirstPass);
+        }
         let candidates = grid.surfaces[list][..nearer].iter().copied().map(SurfaceId);
         answer(
-            any_blocks(index, &segment, candidates, work),
+            any_blocks(index, &segment(), candidates, work),
             Decided::BlockerList,
         )
     }

@@ -98,6 +98,9 @@ impl RivalKind {
 pub struct RivalOptions {
     /// Where the scene is seen from, world space: `hybrid` counts from there.
     pub viewpoint: Option<DVec3>,
+    /// The most shadow polygons that `hybrid` tests before it sends a shadow ray; without it what costs least for
+    /// some sample queries.
+    pub most_polygons: Option<u64>,
     /// Cells along each side of a plane of `light-buffer`, rounded up to a power of two, at most 4096;
     /// without it the number of surfaces tells.
     pub buffer_resolution: Option<u32>,
@@ -111,6 +114,7 @@ impl Default for RivalOptions {
     fn default() -> Self {
         Self {
             viewpoint: None,
+            most_polygons: None,
             buffer_resolution: None,
             map_resolution: 1024,
             memory_limit: u64::MAX,

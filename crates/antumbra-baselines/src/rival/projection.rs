@@ -16,7 +16,7 @@
 //! coordinate plus its size, rounding is below `2^-50 s`, `2^-38 s` is allowed for the start, and cells are
 //! inflated by `2^-36 s`. Starts in doubt are those with larger errors.
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Segment, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, SurfaceId};
 
 /// What cells are inflated by, round a point.
 const POINT_MARGIN: f64 = 1.0 / (1 << 22) as f64;
@@ -157,10 +157,9 @@ impl Planes {
         }
     }
 
-    /// Finds the cell of a segment's start.
+    /// Finds the cell of a start that is so far off a point, in any coordinate, at most.
     #[inline]
-    pub(super) fn place(&self, segment: &Segment) -> Place {
-        let (origin, error) = (segment.origin(), segment.origin_error());
+    pub(super) fn place(&self, origin: DVec3, error: f64) -> Place {
         let number = match self.light {
             LightShape::Point(position) => {
                 let from_light = origin - position;

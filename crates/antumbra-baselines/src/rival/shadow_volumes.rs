@@ -165,8 +165,8 @@ impl Block {
         let margin =
             BALL_MARGIN * (scale + from.abs().element_sum()) + 2.0 * segment.origin_error();
         let radius = self.radius + margin;
-        // Also for what is not a number.
-        !(off.length_squared() > radius * radius)
+        let distance_squared = off.length_squared();
+        distance_squared <= radius * radius || distance_squared.is_nan()
     }
 }
 
@@ -187,7 +187,7 @@ impl Rival for ShadowVolumes {
         let segment = occluders.segment(start, &index.lights()[light]);
         // The far side of a closed solid is dark without any volume.
         let is_shadowed = occluders.own_rule_blocks(&segment)
-            || self.is_held(&self.lights[light], occluders, &segment, work);
+            || self.count(light, occluders, &segment, 1, work) > 0;
         let answer = answer(is_shadowed, Decided::FirstPass);
         work.counters.shadow.count(answer);
         Ok(answer)
@@ -207,14 +207,34 @@ impl Rival for ShadowVolumes {
 }
 
 impl ShadowVolumes {
-    /// Returns whether some volume holds the start.
-    fn is_held(
+    /// Counts the volumes that hold a start, curved and alpha-tested surfaces that block it included; the far
+    /// side of its own closed solid is none.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
+    pub fn volumes_holding(
         &self,
-        volumes: &Volumes,
+        index: &ShadowIndex,
+        start: &Start,
+        light: usize,
+    ) -> Result<u64, QueryError> {
+        index.check_query(start, light)?;
+        let occluders = index.occluders();
+        let segment = occluders.segment(start, &index.lights()[light]);
+        Ok(self.count(light, occluders, &segment, u64::MAX, &mut Work::default()))
+    }
+
+    /// Counts the volumes that hold the start, up to so many.
+    fn count(
+        &self,
+        light: usize,
         occluders: &Occluders,
         segment: &Segment,
+        most: u64,
         work: &mut Work,
-    ) -> bool {
+    ) -> u64 {
+        let volumes = &self.lights[light];
+        let mut count = 0;
         let own = segment.start().surface;
         let start = self.frame.start(segment);
         let mut first = 0;
@@ -236,10 +256,13 @@ impl ShadowVolumes {
                     pyramid.volume_holds(start)
                 });
                 if by_volume.unwrap_or_else(|| occluders.blocks(member.surface, segment)) {
-                    return true;
+                    count += 1;
+                    if count == most {
+                        return count;
+                    }
                 }
             }
         }
-        false
+        count
     }
 }

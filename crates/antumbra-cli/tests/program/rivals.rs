@@ -48,8 +48,8 @@ fn a_picture_that_differs_is_not_passed_off() {
 #[test]
 fn rivals_have_figures_that_add_up() {
     let (folder, scene) = Folder::with_scene();
-    let shadowed = |figures| count(figures, "/shadow/shadowed");
-    let expected = shadowed(&figures(&folder, &scene, &["--shadows", "naive"]));
+    let naive = figures(&folder, &scene, &["--shadows", "naive"]);
+    let expected = count(&naive, "/shadow/shadowed");
     for method in EXACT {
         let figures = figures(&folder, &scene, &["--shadows", method, "--rays", "grid"]);
         let of = |path| count(&figures, path);
@@ -60,9 +60,12 @@ fn rivals_have_figures_that_add_up() {
                 + of("/shadow/rays"),
             of("/shadow/queries") - of("/shadow/facing_away") - of("/shadow/out_of_cone")
         );
-        assert_eq!(shadowed(&figures), expected, "{method}");
-        assert!(of("/shadow/first_pass") > 0, "{method}");
-        assert!(of("/traversal/candidates") > 0, "{method}");
+        assert_eq!(of("/shadow/shadowed"), expected, "{method}");
+        // Where shadow rays cost less than shadow polygons, hybrid sends them all.
+        if method != "hybrid" {
+            assert!(of("/shadow/first_pass") > 0, "{method}");
+            assert!(of("/traversal/candidates") > 0, "{method}");
+        }
         assert!(figures["memory"]["bytes_per_light"].as_f64() > Some(0.0));
         assert_eq!(figures["settings"]["shadows_used"], method);
         assert_eq!(figures["settings"]["is_exact"], true);

@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use super::bricks::{Decision, Finer, Store};
+use super::bricks::Store;
 use super::lattice::{Code, Lattice};
 use super::links::Link;
 use super::planes::StartPlane;
@@ -210,6 +210,53 @@ impl Packed {
         }
     }
 
+    /// Returns what is known of the coarsest bricks that hold a part of the scene's box, with numbers of
+    /// bricks and leaves in place of places.
+    pub(super) fn roots(&self, lattice: &Lattice, audience: Audience) -> Vec<Link> {
+        let (area, reader) = (self.area(audience), self.reader());
+        let link = |brick: u32| match brick {
+            lit if lit == Whole::Lit as u32 => Link::LIT,
+            dark if dark == Whole::Shadowed as u32 => Link::SHADOWED,
+            other if other <= Whole::Doubt as u32 => Link::RAY,
+            brick => Link::to_brick(brick),
+        };
+        let bricks = lattice.root_bricks();
+        bricks
+            .map(|brick| link(reader.root(area.first + Code::place_of(brick.at) as u32)))
+            .collect()
+    }
+
+    /// Returns the planes of a brick in words, and what is known of its cells that have no answer.
+    pub(super) fn brick(&self, number: usize) -> ([u32; 4], Vec<Link>) {
+        let reader = self.reader();
+        let Brick { low, high, .. } = self.bricks[number];
+        let halves = |plane: u64| [plane as u32, (plane >> 32) as u32];
+        let [a, b] = halves(low);
+        let [c, d] = halves(high);
+        let mut links: Vec<Link> = Vec::with_capacity(high.count_ones() as usize);
+        for place in (0..64).filter(|place| high >> place & 1 != 0) {
+            let next = reader.next(number as u32, place);
+            if low >> place & 1 == 0 {
+                links.push(Link::to_brick(next));
+                continue;
+            }
+            let leaf = self.leaf(next);
+            // A list that cells share is told once.
+            let same = |link: &Link| link.list().filter(|&known| self.leaves[known] == leaf);
+            let known = links.iter().find_map(same);
+            links.push(match leaf.count() {
+                0 => Link::RAY,
+                _ => Link::to_list(known.map_or(next, |known| known as u32)),
+            });
+        }
+        ([a, b, c, d], links)
+    }
+
+    /// Returns the surfaces of the list of a leaf, by its number.
+    pub(super) fn list_of(&self, leaf: usize) -> &[u32] {
+        self.list(self.leaves[leaf])
+    }
+
     /// Returns the bytes of values and of the index to lists.
     pub(crate) fn value_bytes(&self) -> u64 {
         (size_of_val(&*self.roots) + size_of_val(&*self.bricks) + size_of_val(&*self.leaves)) as u64
@@ -223,55 +270,6 @@ impl Packed {
     /// Returns the bytes of the planes of starts.
     pub(crate) fn plane_bytes(&self) -> u64 {
         size_of_val(&*self.planes) as u64
-    }
-}
-
-/// Writing it out again, for those who want a store.
-impl Packed {
-    /// Writes all that is known into a store in which nothing is known of this light; `None` if there is no
-    /// room.
-    pub(super) fn unpack(
-        &self,
-        store: &Store,
-        light: usize,
-        lattices: &[Lattice; 3],
-    ) -> Option<()> {
-        for audience in Audience::ALL {
-            let lattice = &lattices[audience as usize];
-            let finder = store.finder(light, audience, lattice);
-            for cell in lattice.root_bricks() {
-                let place = self.area(audience).first + Code::place_of(cell.at) as u32;
-                let brick = self.reader().root(place);
-                self.unpack_brick(store, finder.place_in_root(cell), brick)?;
-            }
-        }
-        Some(())
-    }
-
-    fn unpack_brick(&self, store: &Store, place: u32, brick: u32) -> Option<()> {
-        let reader = self.reader();
-        let decisions = std::array::from_fn(|number| {
-            let Cell { low, high } = reader.cell(brick, number as u32);
-            if high == 0 {
-                return Decision::Known(low != 0);
-            }
-            if low == 0 {
-                return Decision::Pending;
-            }
-            let leaf = self.leaf(reader.next(brick, number as u32));
-            match leaf.count() {
-                0 => Decision::Ray,
-                _ => Decision::List(self.list(leaf).into(), Finer::Never),
-            }
-        });
-        let link = store.write(&decisions, 0, |_| None)?;
-        store.publish(place, link);
-        if let Some(written) = link.brick() {
-            for (place, number) in store.unfinished(written) {
-                self.unpack_brick(store, place, reader.next(brick, number))?;
-            }
-        }
-        Some(())
     }
 }
 
@@ -308,7 +306,7 @@ struct Packer {
     leaves: Vec<Leaf>,
     entries: Vec<u32>,
     lists: HashMap<Box<[u32]>, Leaf>,
-    /// A list is too long to be told, or empty.
+    /// A list is too long to be told, or empty; or something may still be made.
     is_odd: bool,
 }
 
@@ -428,6 +426,8 @@ impl Packer {
     /// Returns what is told of a cell without an answer and without a brick.
     fn leaf_of(&mut self, store: &Store, link: Link) -> Leaf {
         let Some(list) = link.list() else {
+            // What may still be made is for a store.
+            self.is_odd |= link.is_pending();
             return Leaf::RAY;
         };
         let surfaces = store.list(list).surfaces();

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `boundary` | the polygons: triangles, and walls behind the edges where the number changes |
 //! | `voxels` | which voxels a polygon meets, and which a ray visits |
+//! | `switch` | from how many polygons on a shadow ray costs less |
 //!
 //! Invariant: answers are the reference's. A polygon that the way may only touch leaves the number in doubt, and
 //! a shadow ray is asked; so it is where curved or alpha-tested surfaces, which have no polygons, may darken the
@@ -18,14 +19,18 @@
 //!
 //! Where this departs from the paper, which keeps the number up to date along every ray of the picture: a query
 //! knows no ray, so each goes straight from one reference, the viewpoint if it is in the grid or else the point
-//! of the grid next to it. For eye rays that is the same way. `N_th` is there computed from statistics of the
-//! polygons by a formula that could not be had; here it is measured: what shadow rays from the middles of some
-//! surfaces take.
+//! of the grid next to it. For eye rays that is nearly the same way; its voxels are counted as steps, although
+//! there the eye ray has entered them anyway. `N_th` is computed there from statistics of the polygons, by a
+//! formula that could not be had; here it is the number that costs least for queries from the middles of some
+//! surfaces, zero where that is to send every shadow ray. Mailboxes spare second tests.
 
 mod boundary;
+mod switch;
 mod voxels;
 
-use antumbra::{Answer, Counters, Decided, QueryError, ShadowIndex};
+use std::cell::RefCell;
+
+use antumbra::{Answer, Decided, QueryError, ShadowIndex};
 use antumbra_geometry::{
     DVec3, ElementKind, LightShape, Occluders, Opacity, Segment, Start, SurfaceId,
 };
@@ -35,10 +40,6 @@ use super::formulas::{self, PaperMemory};
 use super::{Rival, RivalError, RivalKind, RivalOptions, Work, answer};
 use voxels::{Lists, Voxels};
 
-/// How many shadow rays tell what one takes.
-const SAMPLES: usize = 256;
-/// Fewer polygons than this are always tested.
-const FEWEST_TESTS: u64 = 8;
 /// References tried before the number of volumes is given up.
 const TRIES: u32 = 16;
 
@@ -86,11 +87,17 @@ impl Hybrid {
             left = left.saturating_sub(polygons.bytes());
             lights.push(polygons);
         }
-        Ok(Self {
+        let mut hybrid = Self {
             frame,
             voxels,
             lights,
-        })
+        };
+        for light in 0..index.lights().len() {
+            hybrid.lights[light].most_tests = options
+                .most_polygons
+                .unwrap_or_else(|| switch::most_tests(&hybrid, index, light));
+        }
+        Ok(hybrid)
     }
 }
 
@@ -119,11 +126,10 @@ impl Polygons {
             lists: Lists::default(),
             caps,
             is_darkened: darkened(occluders, &light, voxels),
-            most_tests: 0,
+            most_tests: u64::MAX,
         };
         let left = most_bytes.checked_sub(all.bytes())?;
         all.lists = Lists::new(voxels, &all.polygons, left)?;
-        all.most_tests = usual_work(index, light_number).max(FEWEST_TESTS);
         Some(all)
     }
 
@@ -174,24 +180,6 @@ fn darkened(occluders: &Occluders, light: &LightShape, voxels: &Voxels) -> Vec<u
     bits
 }
 
-/// Returns the mean work of shadow rays from the middles of some surfaces.
-fn usual_work(index: &ShadowIndex, light: usize) -> u64 {
-    let occluders = index.occluders();
-    let step = occluders.surface_count().div_ceil(SAMPLES).max(1);
-    let (mut counters, mut count) = (Counters::default(), 0);
-    for surface in occluders.surfaces().step_by(step) {
-        let start = Start {
-            point: occluders.surface_bounds(surface).center(),
-            surface: None,
-        };
-        // Middles of boxes are finite where their surfaces are.
-        if index.shadow(&start, light, &mut counters).is_ok() {
-            count += 1;
-        }
-    }
-    (counters.steps + counters.intersections) / count.max(1)
-}
-
 impl Rival for Hybrid {
     fn kind(&self) -> RivalKind {
         RivalKind::Hybrid
@@ -207,19 +195,19 @@ impl Rival for Hybrid {
         index.check_query(start, light)?;
         let occluders = index.occluders();
         let segment = occluders.segment(start, &index.lights()[light]);
-        let known = if occluders.own_rule_blocks(&segment) {
-            Some(true)
+        let count = if occluders.own_rule_blocks(&segment) {
+            Count::Known(true)
         } else {
             self.by_count(&self.lights[light], &segment, work)
         };
-        match known {
-            Some(is_shadowed) => {
+        match count {
+            Count::Known(is_shadowed) => {
                 let answer = answer(is_shadowed, Decided::FirstPass);
                 work.counters.shadow.count(answer);
                 Ok(answer)
             }
             // Counts for itself.
-            None => index.shadow(start, light, &mut work.counters),
+            Count::Unknown => index.shadow(start, light, &mut work.counters),
         }
     }
 
@@ -232,45 +220,104 @@ impl Rival for Hybrid {
     }
 }
 
+/// How a count ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Count {
+    /// With an answer.
+    Known(bool),
+    /// Without, and a shadow ray is to be asked.
+    Unknown,
+}
+
 impl Hybrid {
-    /// Counts the volumes that hold the start; `None` if there are too many polygons on the way, or in doubt.
-    fn by_count(&self, light: &Polygons, segment: &Segment, work: &mut Work) -> Option<bool> {
+    /// Counts the volumes that hold the start, until there are too many polygons on the way or one is in doubt.
+    fn by_count(&self, light: &Polygons, segment: &Segment, work: &mut Work) -> Count {
+        if light.most_tests == 0 {
+            return Count::Unknown;
+        }
+        let count = MAILBOX.with_borrow_mut(|mailbox| {
+            mailbox.begin(light.polygons.len());
+            self.count(light, segment, mailbox, work)
+        });
+        match count {
+            None => Count::Unknown,
+            Some(0) => {
+                let voxel = self.voxels.holding(segment.origin());
+                if light.is_darkened[voxel / 64] >> (voxel % 64) & 1 != 0 {
+                    Count::Unknown
+                } else {
+                    Count::Known(false)
+                }
+            }
+            Some(_) => Count::Known(true),
+        }
+    }
+
+    fn count(
+        &self,
+        light: &Polygons,
+        segment: &Segment,
+        mailbox: &mut Mailbox,
+        work: &mut Work,
+    ) -> Option<i32> {
         let (reference, mut count) = light.reference?;
         let start = self.frame.start(segment)?;
         let from = self.frame.seen(reference);
-        count -= light.own_volume(segment.start().surface, from, start)?;
         let own = segment.start().surface;
+        count -= light.own_volume(own, from, start)?;
 
         let mut tests = 0;
-        // Polygons reach over several voxels: those that were crossed are few.
-        let mut crossed: Vec<u32> = Vec::new();
         for voxel in self.voxels.walk(reference, segment.origin()) {
             work.counters.steps += 1;
             let list = light.lists.of(voxel);
-            tests += list.len() as u64;
             work.candidates += list.len() as u64;
-            if tests > light.most_tests {
-                return None;
-            }
-            work.counters.intersections += list.len() as u64;
             for &number in list {
                 let polygon = &light.polygons[number as usize];
-                if own == Some(SurfaceId(polygon.triangle)) {
+                if !mailbox.is_first(number) || own == Some(SurfaceId(polygon.triangle)) {
                     continue;
                 }
-                let change = polygon.crossing(from, start)?;
-                if change != 0 && !crossed.contains(&number) {
-                    crossed.push(number);
-                    count += change;
+                tests += 1;
+                if tests > light.most_tests {
+                    return None;
                 }
+                work.counters.intersections += 1;
+                count += polygon.crossing(from, start)?;
             }
         }
-        if count != 0 {
-            return Some(true);
+        Some(count)
+    }
+}
+
+thread_local! {
+    static MAILBOX: RefCell<Mailbox> = const { RefCell::new(Mailbox::new()) };
+}
+
+/// Which polygons the query at hand has tested.
+#[derive(Debug)]
+struct Mailbox {
+    /// For each polygon the last query that tested it; numbers are of this thread and never come again.
+    last: Vec<u64>,
+    query: u64,
+}
+
+impl Mailbox {
+    const fn new() -> Self {
+        Self {
+            last: Vec::new(),
+            query: 0,
         }
-        let voxel = self.voxels.holding(segment.origin());
-        let is_darkened = light.is_darkened[voxel / 64] >> (voxel % 64) & 1 != 0;
-        (!is_darkened).then_some(false)
+    }
+
+    fn begin(&mut self, polygon_count: usize) {
+        self.query += 1;
+        if self.last.len() < polygon_count {
+            self.last.resize(polygon_count, 0);
+        }
+    }
+
+    fn is_first(&mut self, polygon: u32) -> bool {
+        let last = &mut self.last[polygon as usize];
+        std::mem::replace(last, self.query) != self.query
     }
 }
 

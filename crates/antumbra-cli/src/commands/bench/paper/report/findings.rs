@@ -50,7 +50,13 @@ impl Findings {
             .iter()
             .filter_map(|scene| Some((&*scene.name, scene.methods.get(name)?.speedup)))
             .collect();
-        let (won, lost): (Vec<_>, Vec<_>) = all.iter().partition(|(_, speedup)| *speedup > 1.0);
+        let (won, lost, even) = sorted(&all);
+        if !even.is_empty() {
+            self.notes.push(format!(
+                "{name} and plain traversal take the same time, as far as can be told, on {}.",
+                list(&even)
+            ));
+        }
         if !won.is_empty() {
             self.wins.push(format!(
                 "{name} takes less time than plain traversal on {} of {} scenes: {}.",
@@ -80,7 +86,7 @@ impl Findings {
             self.wins.push(format!(
                 "With the values that the first picture left, voxel renders a second one faster than plain \
                  traversal by {}.",
-                list(&all.iter().collect::<Vec<_>>())
+                list(&all)
             ));
         }
     }
@@ -98,8 +104,7 @@ impl Findings {
                     Some((&*scene.name, rival?.total_s / ours?.total_s))
                 });
                 let ratios: Vec<(&str, f64)> = ratios.collect();
-                let (won, lost): (Vec<_>, Vec<_>) =
-                    ratios.iter().partition(|(_, ratio)| *ratio > 1.0);
+                let (won, lost, even) = sorted(&ratios);
                 let (ours, rival) = (ours.name(), method.name());
                 if !won.is_empty() {
                     self.wins
@@ -110,9 +115,13 @@ impl Findings {
                         .iter()
                         .map(|(scene, ratio)| (*scene, 1.0 / ratio))
                         .collect();
-                    self.losses.push(format!(
-                        "{rival} beats {ours} on {}.",
-                        list(&inverse.iter().collect::<Vec<_>>())
+                    self.losses
+                        .push(format!("{rival} beats {ours} on {}.", list(&inverse)));
+                }
+                if !even.is_empty() {
+                    self.notes.push(format!(
+                        "{ours} and {rival} take the same time, as far as can be told, on {}.",
+                        list(&even)
                     ));
                 }
             }
@@ -207,10 +216,42 @@ impl Findings {
     }
 }
 
+/// Scenes, each with a ratio of times.
+type Ratios<'a> = Vec<(&'a str, f64)>;
+
+/// Times nearer to each other than this share are not told apart.
+const NOISE: f64 = 0.02;
+
+/// Returns those that are clearly above 1, clearly below, and neither.
+fn sorted<'a>(all: &[(&'a str, f64)]) -> (Ratios<'a>, Ratios<'a>, Ratios<'a>) {
+    let chosen = |is_chosen: &dyn Fn(f64) -> bool| {
+        let chosen = all.iter().filter(|(_, ratio)| is_chosen(*ratio));
+        chosen.copied().collect()
+    };
+    (
+        chosen(&|ratio| ratio > 1.0 + NOISE),
+        chosen(&|ratio| ratio < 1.0 - NOISE),
+        chosen(&|ratio| (ratio - 1.0).abs() <= NOISE),
+    )
+}
+
 /// Returns `graph 1.50, bars 1.20`.
-fn list(all: &[&(&str, f64)]) -> String {
+fn list(all: &[(&str, f64)]) -> String {
     let items = all
         .iter()
         .map(|(scene, ratio)| format!("{scene} {ratio:.2}"));
     items.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_within_noise_is_neither_won_nor_lost() {
+        let (won, lost, even) = sorted(&[("a", 1.5), ("b", 0.99), ("c", 0.5), ("d", 1.01)]);
+        assert_eq!(list(&won), "a 1.50");
+        assert_eq!(list(&lost), "c 0.50");
+        assert_eq!(list(&even), "b 0.99, d 1.01");
+    }
 }
