@@ -219,7 +219,8 @@ fn slices_are_answered_as_one_by_one() {
                 let counted = found.iter().filter(|&&is_shadowed| is_shadowed).count();
                 assert_eq!(counters.shadow.shadowed, counted as u64);
                 if length == starts.len() {
-                    assert_eq!(counters, one_by_one, "{method:?}");
+                    // Rays of a slice walk together and share steps and tests.
+                    assert_eq!(counters.shadow, one_by_one.shadow, "{method:?}");
                 }
             }
         }
