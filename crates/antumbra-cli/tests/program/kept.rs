@@ -241,7 +241,7 @@ fn a_volume_is_an_array_with_its_place() {
         header.contains("'|u1'") && header.contains("'fortran_order': False"),
         "{header}"
     );
-    assert!(header.contains(&format!("({x}, {y}, {z}, 2)")), "{header}");
+    assert!(header.contains(&format!("({x}, {y}, {z}, 2")), "{header}");
     assert!(
         said.starts_with(&format!("{x} x {y} x {z} cells")),
         "{said}"
