@@ -2,6 +2,7 @@
 
 mod layers;
 mod paths;
+mod python;
 mod run;
 
 use std::process::ExitCode;
@@ -13,7 +14,10 @@ usage: cargo xtask CHORE
 
 chores:
   lint     formatting, clippy, documentation, layers and paths in Markdown; no warning passes
-  test     all tests
+  test     all tests, those of the Python package too
+  python   only the tests of the Python package
+  wheel    the Python package's wheel for users, into target/wheels
+  site     the documentation's site, into target/site
   layers   only the check that crates and modules look downwards
   paths    only the check that files named in our Markdown exist
   gallery  remakes the pictures of the README into docs/images
@@ -23,7 +27,12 @@ fn main() -> ExitCode {
     let chore = std::env::args().nth(1);
     let outcome = match chore.as_deref() {
         Some("lint") => lint(),
-        Some("test") => run::cargo(&["test", "--workspace", "--locked"], &[]),
+        Some("test") => {
+            run::cargo(&["test", "--workspace", "--locked"], &[]).and_then(|()| python::test())
+        }
+        Some("python") => python::test(),
+        Some("wheel") => python::wheel(),
+        Some("site") => python::site(),
         Some("layers") => layers::check(),
         Some("paths") => paths::check(),
         Some("gallery") => gallery(),

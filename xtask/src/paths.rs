@@ -7,7 +7,9 @@ use anyhow::{Result, bail};
 use crate::run;
 
 /// First parts of paths that are looked up; other back-ticked words are not paths of ours.
-const ROOTS: &[&str] = &["crates/", "docs/", "scenes/", "xtask/", "bench/", ".ci/"];
+const ROOTS: &[&str] = &[
+    "crates/", "python/", "docs/", "scenes/", "xtask/", "bench/", ".ci/",
+];
 
 /// Checks all Markdown files of the repository.
 pub(crate) fn check() -> Result<()> {

@@ -194,7 +194,8 @@ fn check(all: impl Iterator<Item = Questions>) {
             }
         }
     }
-    // A rival that leaves everything to shadow rays would be exact and no rival.
+    // A rival that leaves everything to shadow rays would be exact and no rival. Many of these starts lie where
+    // everything is in doubt.
     for (kind, known) in exact.iter().zip(known) {
         let name = kind.name();
         assert!(

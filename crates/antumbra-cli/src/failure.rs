@@ -3,8 +3,6 @@
 //! In: what went wrong. Out: an exit code by meaning and a report. The codes are part of the
 //! program's interface and listed in `--help`.
 
-use std::process::ExitCode;
-
 use antumbra_render::prepare::PrepareError;
 use antumbra_scene::ReadError;
 use miette::MietteDiagnostic;
@@ -21,12 +19,12 @@ pub(crate) enum Outcome {
 }
 
 impl Outcome {
-    pub(crate) fn exit_code(self) -> ExitCode {
-        ExitCode::from(match self {
+    pub(crate) fn exit_code(self) -> u8 {
+        match self {
             Self::Done => 0,
             Self::Differences => 1,
             Self::Interrupted => crate::interrupt::EXIT_CODE,
-        })
+        }
     }
 }
 
@@ -64,11 +62,11 @@ impl Failure {
         }
     }
 
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
             Self::Input { .. } => 2,
             Self::System { .. } => 3,
-        })
+        }
     }
 
     /// Returns the failure in the form that `miette` draws.
@@ -103,6 +101,9 @@ impl From<PrepareError> for Failure {
             }
             PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
             PrepareError::Rival(_) => "raise --memory-limit, or choose another method",
+            PrepareError::Build(BuildError::Occlusion(refused)) => {
+                crate::commands::kept::help(refused)
+            }
             _ => "",
         };
         Self::input(error.to_string(), help)

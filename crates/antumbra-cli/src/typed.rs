@@ -44,6 +44,10 @@ pub(crate) enum Command {
     Query(Query),
     /// Compare every exact shadow method with the reference
     Verify(Verify),
+    /// Make all occlusion values of a scene and keep them in a file
+    Bake(crate::commands::bake::Bake),
+    /// Write occlusion values as a regular grid of cells
+    Export(crate::commands::export::Export),
     /// Write one of the built-in scenes
     Scene(Scene),
     /// Write a scene in another format
@@ -179,6 +183,9 @@ pub(crate) struct Render {
     /// Evaluate the quick check of the paper, and say or do what it advises
     #[arg(long, value_enum, value_name = "ACTION")]
     pub(crate) quick_check: Option<QuickCheckAction>,
+
+    #[command(flatten)]
+    pub(crate) kept: crate::commands::kept::KeptFiles,
 
     #[command(flatten)]
     pub(crate) cost: IndexCost,
@@ -330,6 +337,9 @@ pub(crate) struct Query {
     /// How shadow queries are answered, by a method of ours; the answers are the same
     #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
     pub(crate) shadows: Shadows,
+
+    #[command(flatten)]
+    pub(crate) kept: crate::commands::kept::KeptFiles,
 
     #[command(flatten)]
     pub(crate) cost: IndexCost,

@@ -271,3 +271,43 @@ fn rivals_are_rows_where_they_are_named() {
     let verdicts = &scene["coherent"]["differences"]["shadow_map"];
     assert_eq!(verdicts["judged"], verdicts["rival_wrong"]);
 }
+
+#[test]
+fn a_second_process_is_measured_with_a_file_and_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["scene", "city", "--size", "30", "-o", "city.nff"];
+    assert_success(&antumbra(folder.path(), &scene, None));
+    for refine in ["lazy", "eager"] {
+        let arguments = [
+            &["bench", "kept", "city.nff", "--size", "40x30"][..],
+            &["--queries", "3000", "--learn", "3", "--rounds", "2"],
+            &["--refine", refine, "--resolution", "64"],
+            &["--json", "figures.json"],
+        ]
+        .concat();
+        let output = antumbra(folder.path(), &arguments, None);
+        assert_success(&output);
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(said.contains("0 answers differ"), "{said}");
+        let figures = json(&folder.path().join("figures.json"));
+        assert_eq!(figures["refine"], refine);
+        assert!(figures["file_bytes"].as_u64().unwrap() > 1000);
+        let ratio = |name: &str| figures[name].as_f64().unwrap();
+        assert!(ratio("ratio_from_scene") > 0.0 && ratio("ratio_whole") > 0.0);
+        for name in ["with_file", "without"] {
+            let rounds = figures[name].as_array().unwrap();
+            assert_eq!(rounds.len(), 2);
+            for round in rounds {
+                let count = |name: &str| round[name].as_u64().unwrap();
+                let answered = count("first_pass") + count("blocker_list") + count("rays");
+                assert_eq!(answered, 3000);
+                assert_eq!(count("differences"), 0);
+            }
+        }
+        if refine == "eager" {
+            // The same values, whether they were taken or made.
+            let known = |name: &str| figures[name][0]["first_pass"].clone();
+            assert_eq!(known("with_file"), known("without"));
+        }
+    }
+}

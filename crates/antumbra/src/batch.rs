@@ -157,6 +157,16 @@ pub enum BatchError {
         /// What it is.
         normal: DVec3,
     },
+    /// What a point looks at, or the direction of a ray, is NaN, infinite or beyond 2^100.
+    #[error("{what} {index} is {found}: coordinates must be finite and at most 2^100 in magnitude")]
+    BadTarget {
+        /// An end or a direction.
+        what: &'static str,
+        /// Which point's.
+        index: usize,
+        /// What it is.
+        found: DVec3,
+    },
     /// A point names a surface that is not there.
     #[error("point {index}: surface {surface} does not exist")]
     UnknownSurface {
@@ -182,7 +192,8 @@ impl ShadowIndex {
     /// order), and writes a byte each: 1 where the light is blocked, 0 where not. The lights of a point lie
     /// together, point after point: NumPy's shape `(points, lights)` in C order.
     ///
-    /// Runs on all threads of the current rayon pool; answers, errors and counts do not depend on them.
+    /// Runs on all threads of the current rayon pool; answers, errors and how queries were decided do not depend
+    /// on them. How many nodes rays visit and surfaces they test does: rays of a chunk walk together.
     /// Takes memory for the work of each thread, some two mebibytes at most, and nothing for each query.
     ///
     /// ```
@@ -341,7 +352,11 @@ fn split_off<'o>(rest: &mut &'o mut [u8], length: usize) -> &'o mut [u8] {
     first
 }
 
-fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), BatchError> {
+pub(crate) fn check_length(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), BatchError> {
     if expected == found {
         return Ok(());
     }
@@ -353,13 +368,19 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
 }
 
 /// A batch that is checked as a whole; its points are not.
-struct Run<'a, A, P> {
+pub(crate) struct Run<'a, A, P> {
     answers: &'a A,
     batch: &'a Batch<'a, P>,
     lights: &'a [usize],
     tolerance: f64,
     /// A multiple of 8, so that no two chunks share a byte of bits.
     chunk_length: usize,
+}
+
+/// Returns how many points a thread takes at a time: a multiple of 8.
+pub(crate) fn chunk_length(count: usize) -> usize {
+    let share = count / (CHUNKS_A_THREAD * rayon::current_num_threads());
+    share.clamp(CHUNK[0], CHUNK[1]).next_multiple_of(8)
 }
 
 /// What a thread works with.
@@ -373,7 +394,7 @@ struct Buffers {
 }
 
 impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
-    fn new(
+    pub(crate) fn new(
         answers: &'a A,
         batch: &'a Batch<'a, P>,
         lights: &'a [usize],
@@ -403,13 +424,12 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
         if let Some(&light) = lights.iter().find(|&&light| light >= index.lights().len()) {
             return Err(BatchError::UnknownLight(light));
         }
-        let share = count / (CHUNKS_A_THREAD * rayon::current_num_threads());
         Ok(Self {
             answers,
             batch,
             lights,
             tolerance,
-            chunk_length: share.clamp(CHUNK[0], CHUNK[1]).next_multiple_of(8),
+            chunk_length: chunk_length(count),
         })
     }
 
@@ -544,7 +564,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
 
     /// Returns the start that a point means.
     #[inline]
-    fn start(&self, index: usize) -> Result<Start, BatchError> {
+    pub(crate) fn start(&self, index: usize) -> Result<Start, BatchError> {
         let point = self.batch.points[index].as_f64();
         if !is_fine(point) {
             return Err(BatchError::BadPoint { index, point });
@@ -588,6 +608,6 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
 
 /// Not for NaN.
 #[inline]
-fn is_fine(v: DVec3) -> bool {
+pub(crate) fn is_fine(v: DVec3) -> bool {
     v.abs().cmple(DVec3::splat(LARGEST)).all()
 }

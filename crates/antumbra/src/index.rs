@@ -420,7 +420,8 @@ struct OwnRays<'a> {
 impl Rays for OwnRays<'_> {
     #[inline]
     fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
-        self.index.by_ray(start, self.light, counters).shadow == Shadow::Shadowed
+        let light = &self.index.lights[self.light];
+        self.index.by_ray(start, light, counters).shadow == Shadow::Shadowed
     }
 
     fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
@@ -629,7 +630,7 @@ impl ShadowIndex {
                 let values = &self.values[light];
                 shadow::by_voxel_1990(occluders, self.grid(), values, &segment, counters)
             }
-            Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
+            Method::Voxel | Method::Bvh => self.by_ray(start, &self.lights[light], counters),
             Method::Grid | Method::Naive => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 match self.method {
@@ -701,13 +702,55 @@ impl ShadowIndex {
 
     /// Answers by a ray through the tree, or through the grid where there is no tree.
     #[inline]
-    fn by_ray(&self, start: &Start, light: usize, counters: &mut Counters) -> Answer {
-        let (occluders, light) = (&*self.occluders, &self.lights[light]);
+    fn by_ray(&self, start: &Start, light: &LightShape, counters: &mut Counters) -> Answer {
+        let occluders = &*self.occluders;
         match &self.bvh {
             Some(bvh) => shadow::by_bvh(occluders, bvh, start, light, counters),
             None => {
                 let segment = occluders.segment(start, light);
                 shadow::by_grid(occluders, self.grid(), &segment, counters)
+            }
+        }
+    }
+
+    /// Answers a query about a light that is none of the index's: without values.
+    pub(crate) fn answer_to(
+        &self,
+        start: &Start,
+        light: &LightShape,
+        counters: &mut Counters,
+    ) -> Answer {
+        let occluders = &*self.occluders;
+        let answer = match self.method {
+            Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
+            Method::Voxel1990 | Method::Grid => {
+                let segment = occluders.segment(start, light);
+                shadow::by_grid(occluders, self.grid(), &segment, counters)
+            }
+            Method::Naive => {
+                let segment = occluders.segment(start, light);
+                shadow::by_reference(occluders, &segment, counters)
+            }
+        };
+        counters.shadow.count(answer);
+        answer
+    }
+
+    /// Visits every surface that a ray crosses, in any order.
+    pub(crate) fn all_crossed(
+        &self,
+        ray: &Ray,
+        counters: &mut Counters,
+        mut visit: impl FnMut(Hit),
+    ) {
+        let segment = self.occluders.ray_segment(ray);
+        if let Some(bvh) = &self.bvh {
+            return bvh.all(&self.occluders, &segment, counters, visit);
+        }
+        counters.intersections += self.surface_count as u64;
+        for surface in self.occluders.surfaces() {
+            if self.occluders.crosses(surface, &segment) {
+                visit(self.occluders.hit(surface, &segment));
             }
         }
     }
@@ -722,7 +765,8 @@ impl ShadowIndex {
     ) {
         let Some(bvh) = &self.bvh else {
             for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
-                *is_shadowed = self.by_ray(start, light, counters).shadow == Shadow::Shadowed;
+                *is_shadowed =
+                    self.by_ray(start, &self.lights[light], counters).shadow == Shadow::Shadowed;
             }
             return;
         };

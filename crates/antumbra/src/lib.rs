@@ -10,6 +10,7 @@ mod kept;
 mod locate;
 mod occlusion;
 mod own_rays;
+mod rays;
 mod shadow;
 mod stats;
 
@@ -20,4 +21,5 @@ pub use index::{
 };
 pub use kept::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved, Volume};
 pub use own_rays::{AnyHit, WithRays};
+pub use rays::{Hits, RayBatch, Towards};
 pub use stats::{Counters, ShadowCounters};

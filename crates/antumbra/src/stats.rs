@@ -5,7 +5,7 @@ use crate::{Answer, Decided, Shadow};
 /// Work of rays through the grid and the tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Voxels entered and nodes visited, all ray types.
+    /// Voxels entered and nodes visited, all ray types; a node that rays of a batch visit together counts once.
     pub steps: u64,
     /// Surfaces tested, all ray types.
     pub intersections: u64,

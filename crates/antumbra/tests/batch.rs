@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra::{
     AnyHit, Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Decided,
-    GridResolution, Method, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
+    GridResolution, Method, RayBatch, RayMethod, Refine, Refinement, Shadow, ShadowIndex, Towards,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
@@ -202,8 +202,15 @@ fn answers<P: Coordinates>(
         (bytes, counters)
     };
     let found = on_threads(1, ask);
-    assert_eq!(on_threads(3, ask), found);
+    assert_eq!(decided(on_threads(3, ask)), decided(found.clone()));
     found
+}
+
+/// Without the work of rays: those of a batch walk together, so it depends on who is together.
+fn decided((bytes, mut counted): (Vec<u8>, BatchCounters)) -> (Vec<u8>, BatchCounters) {
+    counted.counters.steps = 0;
+    counted.counters.intersections = 0;
+    (bytes, counted)
 }
 
 /// The same one by one; `None` for what is not asked and shadowed.
@@ -228,7 +235,7 @@ fn one_by_one(
             }
         }
     }
-    (bytes, counters)
+    decided((bytes, counters))
 }
 
 #[test]
@@ -251,13 +258,17 @@ fn batches_answer_as_single_queries_do() {
                 let points = &made.points[..count];
                 let always = |_, _| true;
                 assert_eq!(
-                    answers(&index, &Batch::free(points), lights),
+                    decided(answers(&index, &Batch::free(points), lights)),
                     one_by_one(&index, &free[..count], lights, always),
                     "{method:?}, {lights:?}, {count} free"
                 );
                 let surfaces = &made.surfaces[..count];
                 assert_eq!(
-                    answers(&index, &Batch::on_surfaces(points, surfaces), lights),
+                    decided(answers(
+                        &index,
+                        &Batch::on_surfaces(points, surfaces),
+                        lights
+                    )),
                     one_by_one(&index, &on[..count], lights, always),
                     "{method:?}, {lights:?}, {count} on surfaces"
                 );
@@ -266,7 +277,7 @@ fn batches_answer_as_single_queries_do() {
                     let normal = DVec3::from_array(normals[number]);
                     lamps()[light].side_of(free[number].point, normal) > 0
                 };
-                let found = answers(&index, &Batch::facing(points, normals), lights);
+                let found = decided(answers(&index, &Batch::facing(points, normals), lights));
                 assert_eq!(
                     found,
                     one_by_one(&index, &free[..count], lights, faces),
@@ -431,7 +442,11 @@ fn points_find_their_surfaces_in_batches() {
             },
         };
         let expected = one_by_one(&index, &starts, &[2, 1], |_, _| true);
-        assert_eq!(answers(&index, &batch, &[2, 1]), expected, "{method:?}");
+        assert_eq!(
+            decided(answers(&index, &batch, &[2, 1])),
+            expected,
+            "{method:?}"
+        );
         for (number, start) in starts.iter().enumerate().step_by(7) {
             let reference = index.shadow_by_reference(start, 1).expect("a fine query");
             assert_eq!(
@@ -806,4 +821,70 @@ fn single_queries_with_own_rays_say_how_they_were_decided() {
         .with_rays(&rays)
         .shadow(&bad, 0, &mut Counters::default());
     assert!(answer.is_err());
+}
+
+#[test]
+fn rays_of_many_do_not_depend_on_threads_and_refuse_by_number() {
+    let occluders = hall();
+    let index = index_of(&occluders, Method::Voxel);
+    let random = &mut Random(11);
+    let mut point = || (4.0 * random.in_cube()).to_array();
+    let origins: Vec<[f64; 3]> = (0..5000).map(|_| point()).collect();
+    let mut directions: Vec<[f64; 3]> = (0..5000).map(|_| point()).collect();
+    directions[7] = [0.0; 3];
+    // Products of such a direction vanish.
+    directions[8] = directions[9].map(|x| x * 1e-200);
+    let rays = RayBatch {
+        origins: &origins,
+        directions: &directions,
+        leaves: None,
+    };
+    let batch = Batch::free(&origins);
+    let on_threads = |count| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+        pool.expect("threads").install(|| {
+            let mut hits = vec![None; origins.len()];
+            index.nearest_hits(&rays, &mut hits).expect("hits");
+            let mut blocked = vec![2; origins.len()];
+            index
+                .occluded_towards(&batch, Towards::Directions(&directions), &mut blocked)
+                .expect("answers");
+            let all = index.all_hits(&rays).expect("hits");
+            (hits, blocked, all.hits, all.ends)
+        })
+    };
+    let one = on_threads(1);
+    assert_eq!(one, on_threads(3));
+    assert_eq!((one.0[7], one.1[7]), (None, 0));
+    let hit_count = one.0.iter().flatten().count();
+    assert!(hit_count > 1000, "{hit_count}");
+    for (number, hit) in one.0.iter().enumerate() {
+        let first = one.3[number.max(1) - 1] * usize::from(number > 0);
+        assert_eq!(*hit, one.2[first..one.3[number]].first().copied());
+    }
+
+    let refused = |number: usize, x: f64| {
+        let mut bad = directions.clone();
+        bad[number] = [1.0, x, 0.0];
+        index.occluded_towards(&batch, Towards::Points(&bad), &mut vec![0; 5000])
+    };
+    for (number, x) in [(4999, f64::NAN), (3, f64::INFINITY), (2500, 1e31)] {
+        let error = refused(number, x).expect_err("no number for a point");
+        let text = error.to_string();
+        assert!(text.starts_with(&format!("end {number} is ")), "{text}");
+    }
+    let short = RayBatch {
+        directions: &directions[1..],
+        ..rays
+    };
+    let error = index.all_hits(&short).expect_err("a direction is missing");
+    assert_eq!(error.to_string(), "directions: expected 5000, found 4999");
+    let beyond = vec![u32::MAX; 5000];
+    let leaving = RayBatch {
+        leaves: Some(&beyond),
+        ..rays
+    };
+    let error = index.nearest_hits(&leaving, &mut vec![None; 5000]);
+    let expected = "point 0: surface 4294967295 does not exist";
+    assert_eq!(error.expect_err("no such surface").to_string(), expected);
 }

@@ -5,7 +5,10 @@
 
 use std::sync::Arc;
 
-use antumbra::{Counters, GridResolution, Method, Refine, Refinement, Shadow, ShadowIndex};
+use antumbra::{
+    Batch, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow, ShadowIndex,
+    Towards,
+};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
 };
@@ -159,6 +162,23 @@ fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
     answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
+/// Starts of a slice that values which are made before answer together.
+const TOGETHER: usize = 64;
+
+/// Returns the answers to a start that is asked so often at once.
+fn are_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> [bool; TOGETHER] {
+    let mut found = [false; TOGETHER];
+    index
+        .shadows(
+            &[*start; TOGETHER],
+            light,
+            &mut found,
+            &mut Counters::default(),
+        )
+        .expect("a fine query");
+    found
+}
+
 /// Asks one question of the oracle, the reference and all methods; returns the differences.
 fn differences(
     label: &str,
@@ -202,6 +222,9 @@ fn differences(
             if !name.contains("Asked") {
                 break;
             }
+        }
+        if name.contains("Eager") && are_shadowed(index, &start, light) != [truth; TOGETHER] {
+            note(name, format!("{} in a slice", !truth));
         }
     }
     found
@@ -362,5 +385,115 @@ fn start_shift_that_underflows() {
             (point, Some(0), 0),
         );
         assert!(found.is_empty(), "{}", found.join("\n"));
+    }
+}
+
+#[test]
+fn rays_of_many_agree_with_the_oracle() {
+    for seed in 0..24 {
+        let scene = nasty::scene(seed);
+        let oracle = Oracle::new(scene.surfaces.clone());
+        let occluders = occluders(&scene.surfaces);
+        for method in [Method::Bvh, Method::Grid, Method::Naive] {
+            let index = ShadowIndex::builder(occluders.clone(), Vec::new())
+                .method(method)
+                .build()
+                .expect("settings are in range");
+            for &light in &scene.lights {
+                ask_many(&index, &oracle, &scene, light);
+            }
+        }
+    }
+}
+
+/// Asks all queries of a scene about one light as segments or rays of the points' own.
+fn ask_many(index: &ShadowIndex, oracle: &Oracle, scene: &nasty::NastyScene, light: OracleLight) {
+    let on_surface = |on: bool| {
+        let queries = scene.queries.iter();
+        queries.filter(move |query| query.surface.is_some() == on)
+    };
+    for is_free in [false, true] {
+        let points: Vec<[f64; 3]> = on_surface(!is_free).map(|query| query.point).collect();
+        let surfaces: Vec<u32> = on_surface(!is_free)
+            .filter_map(|query| query.surface.map(|surface| surface as u32))
+            .collect();
+        let batch = if is_free {
+            Batch::free(&points)
+        } else {
+            Batch::on_surfaces(&points, &surfaces)
+        };
+        let mut is_blocked = vec![2; points.len()];
+        let targets = |target| vec![target; points.len()];
+        let towards = match light {
+            OracleLight::Point(point) => {
+                index.occluded_towards(&batch, Towards::Points(&targets(point)), &mut is_blocked)
+            }
+            OracleLight::Direction(direction) => index.occluded_towards(
+                &batch,
+                Towards::Directions(&targets(direction)),
+                &mut is_blocked,
+            ),
+        };
+        towards.expect("numbers are in range");
+        for (query, &found) in on_surface(!is_free).zip(&is_blocked) {
+            let expected = oracle.is_blocked(query.point, query.surface, light);
+            let label = scene.label();
+            assert_eq!(found, u8::from(expected), "{label}: {query:?} {light:?}");
+        }
+        let OracleLight::Direction(direction) = light else {
+            continue;
+        };
+        let rays = RayBatch {
+            origins: &points,
+            directions: &targets(direction),
+            leaves: (!is_free).then_some(&surfaces),
+        };
+        check_hits(index, oracle, scene, &rays, on_surface(!is_free));
+    }
+}
+
+/// Compares what rays meet with what blocks, and the nearest of many rays with each ray's.
+fn check_hits<'a>(
+    index: &ShadowIndex,
+    oracle: &Oracle,
+    scene: &nasty::NastyScene,
+    rays: &RayBatch,
+    queries: impl Iterator<Item = &'a nasty::NastyQuery>,
+) {
+    let all = index.all_hits(rays).expect("numbers are in range");
+    let mut nearest = vec![None; rays.origins.len()];
+    index
+        .nearest_hits(rays, &mut nearest)
+        .expect("numbers are in range");
+    let mut first = 0;
+    for (number, query) in queries.enumerate() {
+        let label = scene.label();
+        let hits = &all.hits[first..all.ends[number]];
+        first = all.ends[number];
+        assert!(
+            hits.is_sorted_by_key(|hit| hit.distance),
+            "{label}: {query:?}"
+        );
+        let occluders = index.occluders();
+        // By the own rule all parts of a solid and its twins block, or none; it is left through one of them.
+        let is_own = |surface: &usize| {
+            query.surface.is_some_and(|own| {
+                occluders.have_one_own_rule(SurfaceId(own as u32), SurfaceId(*surface as u32))
+            })
+        };
+        let mut found: Vec<usize> = hits.iter().map(|hit| hit.surface.0 as usize).collect();
+        let exits = found.iter().copied().filter(is_own).count();
+        let light = OracleLight::Direction(rays.directions[number]);
+        let mut expected = oracle.blockers(query.point, query.surface, light);
+        assert!(exits <= 1, "{label}: {query:?}");
+        assert!(
+            exits == 1 || !expected.iter().any(is_own),
+            "{label}: {query:?}"
+        );
+        found.retain(|surface| !is_own(surface) && occluders.is_opaque(SurfaceId(*surface as u32)));
+        found.sort_unstable();
+        expected.retain(|surface| !is_own(surface));
+        assert_eq!(found, expected, "{label}: {query:?} {light:?}");
+        assert_eq!(nearest[number], hits.first().copied(), "{label}: {query:?}");
     }
 }

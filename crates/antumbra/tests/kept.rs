@@ -253,8 +253,11 @@ fn eager_values_come_back_whole() {
         assert_eq!(taken.kept_lights(), [KeptLight::Taken; 2]);
         // Whether it pays or not.
         taken.set_refining(false);
-        // What is known is what was known: bytes and how each query is decided.
-        assert_eq!(taken.occlusion_bytes(), made.occlusion_bytes());
+        // What is known is what was known: bytes, if they are packed as well, and how each query is decided.
+        let bytes = taken.occlusion_bytes();
+        if refine == Refine::Eager {
+            assert_eq!(bytes, made.occlusion_bytes());
+        }
         for light in 0..2 {
             let (by_made, made_how) = ask(&made, &starts, light);
             let (by_taken, taken_how) = ask(&taken, &starts, light);
@@ -262,7 +265,7 @@ fn eager_values_come_back_whole() {
             assert_eq!(made_how.shadow, taken_how.shadow, "{refine:?}");
         }
         // Nothing more was made, and nothing is lost by saving again.
-        assert_eq!(taken.occlusion_bytes(), made.occlusion_bytes());
+        assert_eq!(taken.occlusion_bytes(), bytes);
         let again = folder.file("again.antumbra");
         taken.save(&again).expect("a file");
         assert!(fs::read(&again).expect("a file") == fs::read(&path).expect("a file"));

@@ -1,8 +1,11 @@
 //! The sub-commands, one file each.
 
+pub(crate) mod bake;
 pub(crate) mod bench;
 pub(crate) mod convert;
+pub(crate) mod export;
 pub(crate) mod inspect;
+pub(crate) mod kept;
 pub(crate) mod query;
 pub(crate) mod render;
 pub(crate) mod scene;

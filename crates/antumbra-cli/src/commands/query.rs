@@ -3,13 +3,14 @@
 //! In: a scene, an array of points, perhaps of normals. Out: an array of answers, and a line that counts them.
 //! Absent here: what a point means and how it is answered.
 
-mod arrays;
+pub(super) mod arrays;
 
 use antumbra::{Batch, BatchCounters, BatchError, BatchKind, Refine, ShadowIndex};
 use antumbra_render::aov::light_names;
 use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
 
+use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
@@ -46,7 +47,7 @@ fn work(
 ) -> Result<Outcome, Failure> {
     let shape = shape(files.points.count, chosen.columns.len(), typed.packed);
     let out_bytes = shape.iter().product::<u64>();
-    let index = index(typed, scene, chosen, files.bytes() + out_bytes)?;
+    let index = index(typed, scene, chosen, files.bytes() + out_bytes, screen)?;
     let (points, normals) = files.read()?;
     let normals = normals.as_deref();
     let batch = Batch {
@@ -69,6 +70,7 @@ fn work(
     };
     let counted = counted.map_err(|error| failure(typed, &error))?;
     arrays::write(&typed.output, &shape, &out)?;
+    kept::save_if_typed(&typed.kept, &index, screen)?;
     tell(points.len(), chosen, &counted, screen);
     Ok(Outcome::Done)
 }
@@ -201,6 +203,7 @@ fn index(
     scene: &Scene,
     chosen: &Chosen,
     array_bytes: u64,
+    screen: &Screen,
 ) -> Result<ShadowIndex, Failure> {
     let limit = memory::limit(typed.cost.memory_limit);
     let mut need = Need {
@@ -233,7 +236,13 @@ fn index(
         .lights
         .iter()
         .map(|&light| scene.lights[light].clone());
-    Ok(gathered.index(&lights.collect::<Vec<_>>(), &options)?)
+    let lights: Vec<_> = lights.collect();
+    let file = typed.kept.occlusion.as_deref();
+    let index = gathered.index_from(&lights, &options, file)?;
+    if let Some(path) = file {
+        kept::tell(&index, &lights, path, screen);
+    }
+    Ok(index)
 }
 
 /// Names the file that holds what is wrong.

@@ -1,10 +1,11 @@
 //! `antumbra verify`: every exact method against the reference.
 //!
-//! In: a scene and a number of queries. Out: each difference, and their number; of a rival that is not exact
-//! the share of its wrong answers, which are no differences. The queries are a
-//! pure function of scene and seed: points as random views see them, points spread over all
-//! surfaces, points on edges, vertices, and free points; or, with `--attack`, points at delicate
-//! places. They are made, asked and forgotten one by one, so there may be very many.
+//! In: a scene and a number of queries. Out: each difference, and their number; of a rival that is not
+//! exact the share of its wrong answers, which are no differences. Every query is asked alone, and of our
+//! methods once more with others of its light. The queries are a pure function of scene and seed: points
+//! as random views see them, points spread over all surfaces, points on edges, vertices, and free points;
+//! or, with `--attack`, points at delicate places. They are made, asked and forgotten some thousands at a
+//! time, so there may be very many.
 
 mod attack;
 mod lights;
@@ -12,6 +13,8 @@ mod random;
 mod starts;
 mod surfaces;
 mod tally;
+
+use std::ops::Range;
 
 use antumbra::{Counters, Method, Refine, Shadow, ShadowIndex};
 use antumbra_baselines::IndexMethod;
@@ -28,8 +31,9 @@ use attack::{Attack, Kind};
 use surfaces::Surfaces;
 use tally::{Difference, Tally};
 
-/// Queries between two looks of a thread at what is left.
-const RUN_QUERIES: u64 = 256;
+/// Queries that a thread asks at a time: one by one, then those of each light together. So many that those that
+/// are together lie close together.
+const RUN_QUERIES: u64 = 1 << 14;
 
 /// Builds one index a method, asks, compares.
 pub(crate) fn run(typed: &Verify, screen: &Screen) -> Result<Outcome, Failure> {
@@ -173,7 +177,7 @@ impl Comparison<'_> {
             .fold(new, |mut tally, run| {
                 let first = run * RUN_QUERIES;
                 let end = query_count.min(first + RUN_QUERIES);
-                (first..end).for_each(|query| self.ask(query, &mut tally));
+                self.ask_run(first..end, &mut tally);
                 bar.inc(end - first);
                 tally
             })
@@ -198,38 +202,109 @@ impl Comparison<'_> {
         }
     }
 
-    /// Asks query number `query` of the judge and of every method.
-    fn ask(&self, query: u64, tally: &mut Tally) {
-        let light = (query % self.surfaces.scene.lights.len() as u64) as usize;
-        let (kind, start) = self.start(query, light);
-        let judge = self.surfaces.index;
-        let expected = match self.typed.against {
-            Against::Reference => judge.shadow_by_reference(&start, light),
-            Against::Bvh => judge
-                .shadow(&start, light, &mut Counters::default())
-                .map(|answer| answer.shadow),
-        };
-        let expected: Shadow = expected.expect("starts are finite, surfaces exist");
-        if let Some(kind) = kind {
-            tally.count_kind(kind);
+    /// Asks some queries of the judge, and of every method one by one and together.
+    fn ask_run(&self, queries: Range<u64>, tally: &mut Tally) {
+        let light_count = self.surfaces.scene.lights.len();
+        let mut asked = vec![Asked::default(); light_count];
+        for query in queries {
+            let light = (query % light_count as u64) as usize;
+            let (kind, start) = self.start(query, light);
+            if let Some(kind) = kind {
+                tally.count_kind(kind);
+            }
+            let difference = |method, found, expected| Difference {
+                query,
+                kind,
+                start,
+                light,
+                method,
+                found,
+                expected,
+            };
+            let expected = self.expected(&start, light);
+            for (number, &(method, ref answering)) in self.indices.iter().enumerate() {
+                let answer = answering.shadow(&start, light, tally.counters(number));
+                let found = answer.expect(VALID).shadow;
+                if found != expected && !method.is_exact() {
+                    tally.count_wrong(number);
+                } else if found != expected {
+                    tally.add_difference(number, difference(method, found, expected));
+                }
+            }
+            asked[light].queries.push((query, kind));
+            asked[light].starts.push(start);
+            asked[light].expected.push(expected);
         }
+        for (light, asked) in asked.iter().enumerate() {
+            self.ask_together(light, asked, tally);
+        }
+    }
+
+    /// Asks our own methods the queries of one light again, all at once.
+    fn ask_together(&self, light: usize, asked: &Asked, tally: &mut Tally) {
+        let mut is_shadowed = vec![false; asked.starts.len()];
         for (number, &(method, ref answering)) in self.indices.iter().enumerate() {
-            let answer = answering.shadow(&start, light, tally.counters(number));
-            let found = answer.expect("starts are finite, surfaces exist").shadow;
-            if found != expected && !method.is_exact() {
-                tally.count_wrong(number);
-            } else if found != expected {
-                let difference = Difference {
-                    query,
-                    kind,
-                    start,
+            if method.rival().is_some() {
+                continue;
+            }
+            let index = answering.index();
+            index
+                .shadows(
+                    &asked.starts,
                     light,
-                    method,
-                    found,
-                    expected,
+                    &mut is_shadowed,
+                    &mut Counters::default(),
+                )
+                .expect(VALID);
+            for (place, &is_shadowed) in is_shadowed.iter().enumerate() {
+                let found = if is_shadowed {
+                    Shadow::Shadowed
+                } else {
+                    Shadow::Lit
                 };
-                tally.add_difference(number, difference);
+                let (start, expected) = (asked.starts[place], asked.expected[place]);
+                if found == expected {
+                    continue;
+                }
+                let alone = index.shadow(&start, light, &mut Counters::default());
+                // Else it was told already.
+                if alone.expect(VALID).shadow == expected {
+                    let (query, kind) = asked.queries[place];
+                    let difference = Difference {
+                        query,
+                        kind,
+                        start,
+                        light,
+                        method,
+                        found,
+                        expected,
+                    };
+                    tally.add_difference(number, difference);
+                }
             }
         }
     }
+
+    /// Returns what the judge says.
+    fn expected(&self, start: &Start, light: usize) -> Shadow {
+        let judge = self.surfaces.index;
+        let expected = match self.typed.against {
+            Against::Reference => judge.shadow_by_reference(start, light),
+            Against::Bvh => judge
+                .shadow(start, light, &mut Counters::default())
+                .map(|answer| answer.shadow),
+        };
+        expected.expect(VALID)
+    }
+}
+
+/// Why every query has an answer.
+const VALID: &str = "starts are finite, surfaces exist";
+
+/// Queries of one light.
+#[derive(Clone, Debug, Default)]
+struct Asked {
+    queries: Vec<(u64, Option<Kind>)>,
+    starts: Vec<Start>,
+    expected: Vec<Shadow>,
 }

@@ -1,6 +1,7 @@
 //! Drives the real `antumbra` program.
 
 mod attack;
+mod kept;
 mod lazy;
 mod outputs;
 mod query;
@@ -24,6 +25,8 @@ fn help_names_every_command_and_the_exit_codes() {
         "query",
         "scene",
         "convert",
+        "bake",
+        "export",
         "bench",
         "Exit codes",
         "130",
@@ -31,7 +34,7 @@ fn help_names_every_command_and_the_exit_codes() {
         assert!(stdout(&output).contains(part), "{part}");
     }
     for command in [
-        "render", "inspect", "query", "verify", "scene", "convert", "bench",
+        "render", "inspect", "query", "verify", "scene", "convert", "bake", "export", "bench",
     ] {
         assert_code(&antumbra(&[command, "--help"]), 0);
     }

@@ -1,5 +1,6 @@
 //! Objects become numbered surfaces.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use antumbra::ShadowIndex;
@@ -106,18 +107,35 @@ impl Gathered {
         lights: &[Light],
         options: &PrepareOptions,
     ) -> Result<ShadowIndex, PrepareError> {
+        self.index_from(lights, options, None)
+    }
+
+    /// Builds an index over the surfaces for `lights`, with the values that a file has of them
+    /// ([`antumbra::Builder::occlusion_file`]). Their power and colour play no part.
+    ///
+    /// # Errors
+    /// As [`Gathered::index`], or the file is refused.
+    pub fn index_from(
+        &self,
+        lights: &[Light],
+        options: &PrepareOptions,
+        occlusion: Option<&Path>,
+    ) -> Result<ShadowIndex, PrepareError> {
         let shapes = lights
             .iter()
             .map(|light| light_shape(&light.kind))
             .collect();
-        Ok(ShadowIndex::builder(Arc::clone(&self.occluders), shapes)
+        let mut builder = ShadowIndex::builder(Arc::clone(&self.occluders), shapes)
             .method(options.method)
             .rays(options.rays)
             .grid(options.grid)
             .quick_check(options.quick_check)
             .refinement(options.refinement)
-            .memory_limit(options.memory_limit)
-            .build()?)
+            .memory_limit(options.memory_limit);
+        if let Some(path) = occlusion {
+            builder = builder.occlusion_file(path);
+        }
+        Ok(builder.build()?)
     }
 
     /// Returns where the element of a surface comes from.

@@ -18,6 +18,8 @@ mod masks;
 mod memory;
 mod surface;
 
+use std::path::Path;
+
 use antumbra::{
     Answer, BuildError, Counters, GridResolution, Method, QueryError, QuickCheck, RayMethod,
     Refinement, ShadowIndex,
@@ -153,7 +155,21 @@ impl Prepared {
         gathered: Gathered,
         options: &PrepareOptions,
     ) -> Result<Self, PrepareError> {
-        let index = gathered.index(&scene.lights, options)?;
+        Self::of_gathered_from(scene, gathered, options, None)
+    }
+
+    /// Builds the index as [`Prepared::of_gathered`] does, with the values that a file has of the lights
+    /// ([`Gathered::index_from`]).
+    ///
+    /// # Errors
+    /// As [`Prepared::new`], or the file is refused.
+    pub fn of_gathered_from(
+        scene: Scene,
+        gathered: Gathered,
+        options: &PrepareOptions,
+        occlusion: Option<&Path>,
+    ) -> Result<Self, PrepareError> {
+        let index = gathered.index_from(&scene.lights, options, occlusion)?;
         let rival = options.rival(&index)?;
         Ok(Self {
             scene,

@@ -84,9 +84,9 @@ impl Child {
     }
 }
 
-/// Up to four triangles in the frame's units, with what the filter needs of each.
+/// Up to four triangles in the frame's units, with what the filter needs of each: three cache lines.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(16))]
+#[repr(C, align(64))]
 pub(super) struct TriangleGroup {
     /// The first corner.
     pub(super) corner: [[f32; LANES]; 3],
@@ -160,5 +160,6 @@ mod tests {
             assert_eq!((child.kind(), child.index()), (kind, 123_456_789));
         }
         assert_eq!(size_of::<Node>(), 256);
+        assert_eq!(size_of::<TriangleGroup>(), 192);
     }
 }

@@ -517,7 +517,10 @@ mod tests {
             shadowed_count > 1_000 && lit_count > 1_000,
             "{shadowed_count} {lit_count}"
         );
-        assert!(2 * step_count < each_count, "{step_count} of {each_count}");
+        assert!(
+            4 * step_count < 3 * each_count,
+            "{step_count} of {each_count}"
+        );
     }
 
     #[test]

@@ -13,6 +13,7 @@
 //! an `f32` says nothing - starts far off their surface or far outside the scene - the reference
 //! answers. Absent here: lights, occlusion values, threads.
 
+mod all;
 mod binary;
 mod build;
 mod cull;

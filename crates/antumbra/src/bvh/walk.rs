@@ -147,6 +147,12 @@ pub(super) struct Question<'a> {
 }
 
 impl Question<'_> {
+    /// Returns the number of the start's surface; of a free start that of no surface.
+    #[inline(always)]
+    fn own(&self) -> u32 {
+        self.start.surface.map_or(u32::MAX, |surface| surface.0)
+    }
+
     #[cold]
     #[inline(never)]
     fn segment(&self) -> Segment {
@@ -198,7 +204,7 @@ impl Question<'_> {
 }
 
 /// Returns how far a segment's exact start may lie from its point as given.
-fn offset(segment: &Segment) -> f64 {
+pub(super) fn offset(segment: &Segment) -> f64 {
     (segment.origin() - segment.start().point)
         .abs()
         .max_element()
@@ -300,7 +306,9 @@ impl AnyHit<'_> {
             }
         };
         *tests += u64::from(members.opaque.count_ones());
-        let possible = verdicts.possible & u32::from(members.opaque);
+        // The start's own surface is in doubt as a rule, and blocks nothing.
+        let own = members.those_of(self.question.own());
+        let possible = verdicts.possible & u32::from(members.opaque) & !own;
         possible != 0
             && self.question.is_blocked_by(
                 members,
@@ -313,7 +321,7 @@ impl AnyHit<'_> {
 }
 
 /// The numbers of the bits set.
-fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let lane = mask.trailing_zeros() as usize;

@@ -21,7 +21,7 @@ use super::links::{Link, charge, claim, publish, read};
 use super::packed::Packed;
 use super::planes;
 use super::refine::{Care, Depth, Refiner};
-use super::stream::{self, Misfit, Section};
+use super::stream::{self, Misfit, Nothing, Section, Stored, Told};
 use super::tables::{LightTables, SceneTables, Tables};
 use super::value::Audience;
 use super::volume::Cells;
@@ -137,10 +137,9 @@ impl AdaptiveValues {
 
     /// Makes what is wanted before the first query, on all threads.
     pub(crate) fn make_first(&self, occluders: &Occluders, bvh: &Bvh) {
-        let is_due = |light: &LightValues| light.is_ordinary && !light.is_complete();
         match self.refine {
-            Refine::Eager if self.lights.iter().any(is_due) => self.make_all(occluders, bvh),
-            Refine::Lazy | Refine::Eager => {}
+            Refine::Eager => self.make_all(occluders, bvh),
+            Refine::Lazy => {}
             Refine::Asked => (0..self.lights.len()).for_each(|light| {
                 if self.lights[light].is_ordinary {
                     self.make_tables(occluders, light);
@@ -273,10 +272,13 @@ impl AdaptiveValues {
         };
         let scene = Scene { occluders, bvh };
         for light in 0..self.lights.len() {
-            if !self.lights[light].is_ordinary || self.lights[light].is_complete() {
+            if !self.lights[light].is_ordinary {
                 continue;
             }
             self.make_whole_tables(occluders, light);
+            if self.lights[light].is_complete() {
+                continue;
+            }
             for audience in Audience::ALL {
                 let lattice = &self.lattices[audience as usize];
                 let finder = store.finder(light, audience, lattice);
@@ -295,6 +297,8 @@ impl AdaptiveValues {
         let packed: Option<Vec<_>> = (0..self.lights.len())
             .filter(|&light| self.lights[light].is_ordinary)
             .map(|light| {
+                // Of a light that was kept there may be none yet.
+                self.make_whole_tables(occluders, light);
                 let tables = self.tables(occluders, light)?;
                 let planes = planes::all(&tables);
                 Some((light, Packed::new(store, light, &self.lattices, planes)?))
@@ -374,9 +378,25 @@ impl AdaptiveValues {
 
     /// Writes what is known of a light, to be kept.
     pub(crate) fn section(&self, light: usize) -> Section {
-        match self.store() {
-            Some(store) => stream::write(&store, light, &self.lattices),
-            None => Section::default(),
+        match (self.packed(light), self.store()) {
+            (Some(packed), _) => stream::write(&self.told(packed)),
+            (None, Some(store)) => stream::write(&self.stored(&store, light)),
+            (None, None) => stream::write(&Nothing(&self.lattices)),
+        }
+    }
+
+    fn told<'a>(&'a self, packed: &'a Packed) -> Told<'a> {
+        Told {
+            packed,
+            lattices: &self.lattices,
+        }
+    }
+
+    fn stored<'a>(&'a self, store: &'a Store, light: usize) -> Stored<'a> {
+        Stored {
+            store,
+            light,
+            lattices: &self.lattices,
         }
     }
 
@@ -388,6 +408,10 @@ impl AdaptiveValues {
         words: &[u32],
     ) -> Result<(), Misfit> {
         let values = &self.lights[light];
+        if !values.is_ordinary {
+            // Nothing is ever known of it.
+            return Ok(());
+        }
         let store = self.store().ok_or(Misfit::NoRoom)?;
         // Even if nothing is pending lists want forms, and queries sides.
         self.make_tables(occluders, light);
@@ -415,9 +439,11 @@ impl AdaptiveValues {
 
     /// Says of all cells what is known about a light, every `step`th value from the first on.
     pub(crate) fn fill_cells(&self, light: usize, cells: &Cells, values: &mut [u8], step: usize) {
-        if let (Some(store), true) = (self.store(), self.lights[light].is_ordinary) {
-            let lattice = &self.lattices[Audience::Free as usize];
-            cells.fill(&store, light, lattice, values, step);
+        let lattice = &self.lattices[Audience::Free as usize];
+        match (self.packed(light), self.store()) {
+            (Some(packed), _) => cells.fill(&self.told(packed), lattice, values, step),
+            (None, Some(store)) => cells.fill(&self.stored(&store, light), lattice, values, step),
+            (None, None) => {}
         }
     }
 

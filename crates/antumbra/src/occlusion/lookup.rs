@@ -331,7 +331,17 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
     pub(super) fn find_packed(&self, packed: &Packed, start: &Start) -> Found {
         let x = self.values.narrow(start.point);
-        match self.audience(start, x) {
+        // Told as many starts are, so that it does not matter in whose company one is asked.
+        let surface = start.surface.map(|SurfaceId(surface)| surface as usize);
+        let asks = match surface.and_then(|surface| packed.planes().get(surface)) {
+            Some(plane) => match plane.tell_one(self.simd, x) {
+                Some(true) => Asks::In(Audience::Back),
+                Some(false) => Asks::In(Audience::Front),
+                None => Asks::Doubt,
+            },
+            None => self.audience(start, x),
+        };
+        match asks {
             Asks::In(audience) => {
                 let lattice = &self.values.lattices[audience as usize];
                 let code = lattice.code_of(self.simd, x);

@@ -28,7 +28,7 @@ const FEW: usize = 16;
 const FAR_PLANES: usize = 1 << 13;
 
 /// Pairs of a start and a possible blocker that are told together.
-const PAIRS: usize = 256;
+const PAIRS: usize = 192;
 /// A list may be so much longer than there is room for.
 const SPARE: usize = 64 + STRIDE;
 

@@ -92,8 +92,8 @@ impl Leaf {
 const COUNT_BITS: u32 = 6;
 const LONGEST: u32 = (1 << COUNT_BITS) - 1;
 
-/// So many entries may be read from where a list starts, and from each eighth of it.
-pub(super) const STRIDE: usize = 8;
+/// So many entries may be read at once from where a list starts, and from every so many of it on.
+pub(super) const STRIDE: usize = 16;
 
 /// Bricks that are always there.
 #[derive(Clone, Copy)]
@@ -210,6 +210,53 @@ impl Packed {
         }
     }
 
+    /// Returns what is known of the coarsest bricks that hold a part of the scene's box, with numbers of
+    /// bricks and leaves in place of places.
+    pub(super) fn roots(&self, lattice: &Lattice, audience: Audience) -> Vec<Link> {
+        let (area, reader) = (self.area(audience), self.reader());
+        let link = |brick: u32| match brick {
+            lit if lit == Whole::Lit as u32 => Link::LIT,
+            dark if dark == Whole::Shadowed as u32 => Link::SHADOWED,
+            other if other <= Whole::Doubt as u32 => Link::RAY,
+            brick => Link::to_brick(brick),
+        };
+        let bricks = lattice.root_bricks();
+        bricks
+            .map(|brick| link(reader.root(area.first + Code::place_of(brick.at) as u32)))
+            .collect()
+    }
+
+    /// Returns the planes of a brick in words, and what is known of its cells that have no answer.
+    pub(super) fn brick(&self, number: usize) -> ([u32; 4], Vec<Link>) {
+        let reader = self.reader();
+        let Brick { low, high, .. } = self.bricks[number];
+        let halves = |plane: u64| [plane as u32, (plane >> 32) as u32];
+        let [a, b] = halves(low);
+        let [c, d] = halves(high);
+        let mut links: Vec<Link> = Vec::with_capacity(high.count_ones() as usize);
+        for place in (0..64).filter(|place| high >> place & 1 != 0) {
+            let next = reader.next(number as u32, place);
+            if low >> place & 1 == 0 {
+                links.push(Link::to_brick(next));
+                continue;
+            }
+            let leaf = self.leaf(next);
+            // A list that cells share is told once.
+            let same = |link: &Link| link.list().filter(|&known| self.leaves[known] == leaf);
+            let known = links.iter().find_map(same);
+            links.push(match leaf.count() {
+                0 => Link::RAY,
+                _ => Link::to_list(known.map_or(next, |known| known as u32)),
+            });
+        }
+        ([a, b, c, d], links)
+    }
+
+    /// Returns the surfaces of the list of a leaf, by its number.
+    pub(super) fn list_of(&self, leaf: usize) -> &[u32] {
+        self.list(self.leaves[leaf])
+    }
+
     /// Returns the bytes of values and of the index to lists.
     pub(crate) fn value_bytes(&self) -> u64 {
         (size_of_val(&*self.roots) + size_of_val(&*self.bricks) + size_of_val(&*self.leaves)) as u64
@@ -259,7 +306,7 @@ struct Packer {
     leaves: Vec<Leaf>,
     entries: Vec<u32>,
     lists: HashMap<Box<[u32]>, Leaf>,
-    /// A list is too long to be told, or empty.
+    /// A list is too long to be told, or empty; or something may still be made.
     is_odd: bool,
 }
 
@@ -379,6 +426,8 @@ impl Packer {
     /// Returns what is told of a cell without an answer and without a brick.
     fn leaf_of(&mut self, store: &Store, link: Link) -> Leaf {
         let Some(list) = link.list() else {
+            // What may still be made is for a store.
+            self.is_odd |= link.is_pending();
             return Leaf::RAY;
         };
         let surfaces = store.list(list).surfaces();

@@ -92,6 +92,20 @@ impl StartPlane {
     }
 }
 
+impl StartPlane {
+    /// Returns whether the light is behind, if a point is where the start on this triangle is.
+    #[inline(always)]
+    pub(super) fn tell_one<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> Option<bool> {
+        let x = [
+            f32x8::splat(simd, x),
+            f32x8::splat(simd, y),
+            f32x8::splat(simd, z),
+        ];
+        let (are_starts, are_behind) = tell(simd, [self; 8], x);
+        (are_starts.to_bitmask() & 1 != 0).then(|| are_behind.to_bitmask() & 1 != 0)
+    }
+}
+
 /// Returns the planes of all triangles.
 pub(super) fn all(tables: &Tables<'_>) -> Box<[StartPlane]> {
     let plane = |triangle: usize| {

@@ -11,7 +11,7 @@ use super::bricks::{PLANES, Store};
 use super::forms::EightForms;
 use super::lattice::Lattice;
 use super::links::{Link, read};
-use super::sync::Ordering;
+use super::packed::Packed;
 use super::value::{Audience, Values64};
 
 /// In place of a link to a brick.
@@ -42,25 +42,118 @@ pub(crate) enum Misfit {
     At(usize, &'static str),
 }
 
-/// Writes what a store knows of a light. Values that are made meanwhile may or may not be among it.
-pub(crate) fn write(store: &Store, light: usize, lattices: &[Lattice; 3]) -> Section {
+/// What is known of one light, cell by cell.
+pub(super) trait Known {
+    /// Returns what is known of an audience's coarsest bricks that hold a part of the scene's box, in order.
+    fn roots(&self, audience: Audience) -> Vec<Link>;
+
+    /// Returns the planes of the brick that a link leads to, and what its links say.
+    fn brick(&self, place: usize) -> ([u32; PLANES], Vec<Link>);
+
+    /// Returns the list that a link leads to.
+    fn list(&self, place: usize) -> KnownList;
+}
+
+/// A list as it is kept.
+pub(super) struct KnownList {
+    pub(super) surfaces: Vec<u32>,
+    pub(super) counter: Link,
+    pub(super) has_forms: bool,
+}
+
+/// What a store knows of a light.
+pub(super) struct Stored<'a> {
+    pub(super) store: &'a Store,
+    pub(super) light: usize,
+    pub(super) lattices: &'a [Lattice; 3],
+}
+
+impl Known for Stored<'_> {
+    fn roots(&self, audience: Audience) -> Vec<Link> {
+        let lattice = &self.lattices[audience as usize];
+        let finder = self.store.finder(self.light, audience, lattice);
+        let bricks = lattice.root_bricks();
+        bricks
+            .map(|brick| read(self.store.word(finder.place_in_root(brick))))
+            .collect()
+    }
+
+    fn brick(&self, place: usize) -> ([u32; PLANES], Vec<Link>) {
+        let (planes, links) = self.store.brick(place);
+        (planes, links.collect())
+    }
+
+    fn list(&self, place: usize) -> KnownList {
+        let list = self.store.list(place);
+        KnownList {
+            surfaces: list.surfaces().into(),
+            counter: read(self.store.word(Store::list_counter(place))).at_rest(),
+            has_forms: list.forms.is_some(),
+        }
+    }
+}
+
+/// What was packed of a light: nothing more is made.
+pub(super) struct Told<'a> {
+    pub(super) packed: &'a Packed,
+    pub(super) lattices: &'a [Lattice; 3],
+}
+
+impl Known for Told<'_> {
+    fn roots(&self, audience: Audience) -> Vec<Link> {
+        self.packed
+            .roots(&self.lattices[audience as usize], audience)
+    }
+
+    fn brick(&self, place: usize) -> ([u32; PLANES], Vec<Link>) {
+        self.packed.brick(place)
+    }
+
+    fn list(&self, place: usize) -> KnownList {
+        KnownList {
+            surfaces: self.packed.list_of(place).to_vec(),
+            counter: Link::RAY,
+            has_forms: false,
+        }
+    }
+}
+
+/// Nothing, for want of room.
+pub(super) struct Nothing<'a>(pub(super) &'a [Lattice; 3]);
+
+impl Known for Nothing<'_> {
+    fn roots(&self, audience: Audience) -> Vec<Link> {
+        let bricks = self.0[audience as usize].root_bricks();
+        bricks.map(|_| Link::pending(0)).collect()
+    }
+
+    fn brick(&self, _: usize) -> ([u32; PLANES], Vec<Link>) {
+        ([0; PLANES], Vec::new())
+    }
+
+    fn list(&self, _: usize) -> KnownList {
+        KnownList {
+            surfaces: Vec::new(),
+            counter: Link::RAY,
+            has_forms: false,
+        }
+    }
+}
+
+/// Writes what is known of a light. Values that are made meanwhile may or may not be among it.
+pub(super) fn write(known: &impl Known) -> Section {
     let mut section = Section::default();
     for audience in Audience::ALL {
-        let lattice = &lattices[audience as usize];
-        let finder = store.finder(light, audience, lattice);
-        let links: Vec<Link> = lattice
-            .root_bricks()
-            .map(|brick| read(store.word(finder.place_in_root(brick))))
-            .collect();
+        let links = known.roots(audience);
         section.words.push(links.len() as u32);
-        section.write_cells(store, &links);
+        section.write_cells(known, &links);
     }
     section
 }
 
 impl Section {
     /// Writes the links of a brick or a table, then what they lead to.
-    fn write_cells(&mut self, store: &Store, links: &[Link]) {
+    fn write_cells(&mut self, known: &impl Known, links: &[Link]) {
         let mut lists: Vec<usize> = Vec::new();
         let mut is_new = vec![false; links.len()];
         for (link, is_new) in links.iter().zip(&mut is_new) {
@@ -82,26 +175,21 @@ impl Section {
         }
         for (link, is_new) in links.iter().zip(is_new) {
             if let Some(brick) = link.brick() {
-                let (planes, links) = store.brick(brick);
-                let links: Vec<Link> = links.collect();
+                let (planes, links) = known.brick(brick);
                 self.words.extend(planes);
-                self.write_cells(store, &links);
+                self.write_cells(known, &links);
             } else if let (Some(list), true) = (link.list(), is_new) {
-                self.write_list(store, list);
+                self.write_list(&known.list(list));
             }
         }
     }
 
-    fn write_list(&mut self, store: &Store, place: usize) {
-        let list = store.list(place);
-        let counter = read(store.word(Store::list_counter(place))).at_rest();
-        self.pending_count += u64::from(counter.is_pending());
-        let forms = if list.forms.is_some() { HAS_FORMS } else { 0 };
+    fn write_list(&mut self, list: &KnownList) {
+        self.pending_count += u64::from(list.counter.is_pending());
+        let forms = if list.has_forms { HAS_FORMS } else { 0 };
         self.words
-            .extend([list.surfaces.len() as u32 | forms, counter.0]);
-        let surfaces = list.surfaces.iter();
-        self.words
-            .extend(surfaces.map(|surface| surface.load(Ordering::Relaxed)));
+            .extend([list.surfaces.len() as u32 | forms, list.counter.0]);
+        self.words.extend(&list.surfaces);
     }
 }
 

@@ -1,13 +1,14 @@
 //! What is known of points of space, in cells of one size.
 //!
-//! In: a store, a level of cells. Out: for each cell whether all its points are lit, all in shadow, or neither or not
+//! In: what is known, a level of cells. Out: for each cell whether all its points are lit, all in shadow, or neither or not
 //! known. Invariant: what is said of a cell holds for every point in it.
 
 use antumbra_geometry::{Bounds, DVec3};
 
-use super::bricks::{Store, cell_in_brick};
+use super::bricks::cell_in_brick;
 use super::lattice::{Cell, Lattice};
-use super::links::{Link, read};
+use super::links::Link;
+use super::stream::Known;
 use super::value::{Audience, Values64};
 
 /// A cell that nothing was said of yet.
@@ -47,18 +48,17 @@ impl Cells {
         self.counts.iter().map(|&count| u64::from(count)).product()
     }
 
-    /// Says of all cells what a store knows about a light, every `step`th value from the first on; z runs fastest.
-    pub(crate) fn fill(
+    /// Says of all cells what is known about a light, every `step`th value from the first on; z runs fastest.
+    pub(super) fn fill(
         &self,
-        store: &Store,
-        light: usize,
+        known: &impl Known,
         lattice: &Lattice,
         values: &mut [u8],
         step: usize,
     ) {
         let mut filling = Filling {
             cells: self,
-            store,
+            known,
             values,
             step,
         };
@@ -67,9 +67,8 @@ impl Cells {
             .iter_mut()
             .step_by(step)
             .for_each(|value| *value = NOTHING);
-        let finder = store.finder(light, Audience::Free, lattice);
-        for brick in lattice.root_bricks() {
-            let link = read(store.word(finder.place_in_root(brick)));
+        let links = known.roots(Audience::Free);
+        for (brick, link) in lattice.root_bricks().zip(links) {
             filling.link(brick, link);
         }
         let nothing = filling.values.iter_mut().step_by(step);
@@ -84,21 +83,21 @@ pub(crate) const LIT: u8 = 0;
 pub(crate) const SHADOWED: u8 = 1;
 pub(crate) const MIXED: u8 = 2;
 
-struct Filling<'a> {
+struct Filling<'a, K> {
     cells: &'a Cells,
-    store: &'a Store,
+    known: &'a K,
     values: &'a mut [u8],
     step: usize,
 }
 
-impl Filling<'_> {
+impl<K: Known> Filling<'_, K> {
     /// Says what a link says of its cell.
     fn link(&mut self, cell: Cell, link: Link) {
         let Some(brick) = link.brick() else {
             return self.all(cell, known(link.answer()));
         };
-        let (planes, links) = self.store.brick(brick);
-        let mut links = links;
+        let (planes, links) = self.known.brick(brick);
+        let mut links = links.into_iter();
         for number in 0..64 {
             let finer = cell_in_brick(cell, number);
             let (value, _) = Values64::read(number, |word| planes[word]);

@@ -12,6 +12,7 @@
 //! | values that are made while they are measured | [`cold`] |
 //! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
+//! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
 //! | the paper's scenes and tables | [`paper`] |
 
@@ -21,6 +22,7 @@ mod frames;
 mod frames_report;
 mod head;
 mod judge;
+mod kept;
 mod measure;
 mod methods;
 mod oracle;
@@ -45,12 +47,13 @@ pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Fail
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
         typed::What::Paper(typed) => paper::run(typed, screen),
+        typed::What::Kept(typed) => kept::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
     }
 }
 
 /// Writes figures as JSON.
-fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
+pub(super) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
     let write = || -> Result<(), std::io::Error> {
         let mut text = serde_json::to_string_pretty(figures)?;
         text.push('\n');

@@ -23,6 +23,8 @@ pub(crate) enum What {
     Frames(Frames),
     /// Rebuild the tables of the paper on its scenes
     Paper(Paper),
+    /// Time a second process to its first million answers, with a file of values and without
+    Kept(super::kept::Kept),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
 }

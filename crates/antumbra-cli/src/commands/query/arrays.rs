@@ -180,7 +180,7 @@ fn triples(
 }
 
 /// Writes bytes of a shape, whole or not at all.
-pub(super) fn write(path: &Path, shape: &[u64], bytes: &[u8]) -> Result<(), Failure> {
+pub(in crate::commands) fn write(path: &Path, shape: &[u64], bytes: &[u8]) -> Result<(), Failure> {
     let written = whole_file::write(
         path,
         |error| error,

@@ -16,6 +16,7 @@ use antumbra_render::film::{self, Watch};
 use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::{self, Gathered, PrepareOptions, Prepared};
 
+use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::load;
@@ -50,7 +51,7 @@ fn work(
 ) -> Result<Outcome, Failure> {
     // Once, whatever the number of frames.
     let begin = Instant::now();
-    let (prepared, predicted_bytes) = prepared(lit.scene, meant, screen)?;
+    let (prepared, predicted_bytes) = prepared(typed, lit.scene, meant, screen)?;
     let prepare_time = begin.elapsed();
     say_prepared(&prepared, prepare_time, screen);
     if !typed.shadows.is_exact() {
@@ -109,6 +110,7 @@ fn work(
         }
     }
     bar.finish_and_clear();
+    kept::save_if_typed(&typed.kept, prepared.index(), screen)?;
 
     figures::tell(typed, &run.statistics(typed, meant, &prepared), screen)?;
     Ok(if run.is_complete {
@@ -120,6 +122,7 @@ fn work(
 
 /// Prepares the scene, unless it needs more memory than it may take; says how much it needs.
 fn prepared(
+    typed: &Render,
     scene: antumbra_scene::model::Scene,
     meant: &Meant,
     screen: &Screen,
@@ -139,10 +142,12 @@ fn prepared(
         memory_limit: meant.memory_limit - (need.total() - need.index),
         ..meant.prepare
     };
-    Ok((
-        Prepared::of_gathered(scene, gathered, &options)?,
-        need.total(),
-    ))
+    let file = typed.kept.occlusion.as_deref();
+    let prepared = Prepared::of_gathered_from(scene, gathered, &options, file)?;
+    if let Some(path) = file {
+        kept::tell(prepared.index(), &prepared.scene().lights, path, screen);
+    }
+    Ok((prepared, need.total()))
 }
 
 fn say_prepared(prepared: &Prepared, time: Duration, screen: &Screen) {

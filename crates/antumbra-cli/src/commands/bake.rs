@@ -1,0 +1,132 @@
+//! `antumbra bake`: makes the values of all lights and keeps them in a file.
+//!
+//! In: a scene, perhaps the file as it was. Out: the file. What still holds of the file before is not made again:
+//! after a light was moved only that light's values are.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use antumbra::{BuildError, Refine, Refusal, ShadowIndex};
+use antumbra_render::prepare::{
+    Gathered, PrepareError, PrepareOptions, scene_bytes, surface_bytes,
+};
+use antumbra_scene::model::Scene;
+use clap::Args;
+
+use super::kept;
+use crate::failure::{Failure, Outcome};
+use crate::load;
+use crate::memory::{self, Need};
+use crate::screen::Screen;
+use crate::typed::{IndexCost, RefineWhen, SceneFile, Threads};
+use crate::values::format_bytes;
+
+#[derive(Args, Debug)]
+pub(crate) struct Bake {
+    #[command(flatten)]
+    pub(crate) file: SceneFile,
+
+    /// File to write; values that it has already are taken from it, for all lights that still are as they were
+    #[arg(long, short, value_name = "FILE.antumbra")]
+    pub(crate) output: PathBuf,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+}
+
+/// Reads, makes what is missing, writes.
+pub(crate) fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
+    if matches!(
+        typed.cost.refine,
+        Some(RefineWhen::Lazy | RefineWhen::Asked)
+    ) {
+        return Err(Failure::input(
+            "bake makes all values, so --refine can only be eager",
+            "render and query write those that they have made with --save-occlusion",
+        ));
+    }
+    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
+    super::on_threads(&typed.threads, || work(typed, &scene, screen))?
+}
+
+fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
+    let begin = Instant::now();
+    let (gathered, options) = gathered(scene, &typed.cost)?;
+    let path = &typed.output;
+    let (index, taken_count) = if path.exists() {
+        match gathered.index_from(&scene.lights, &options, Some(path)) {
+            Ok(index) => {
+                let taken_count = kept::tell(&index, &scene.lights, path, screen);
+                (index, taken_count)
+            }
+            Err(error) => (anew(error, &gathered, scene, &options, screen)?, 0),
+        }
+    } else {
+        (gathered.index(&scene.lights, &options)?, 0)
+    };
+    let saved = kept::save(&index, path)?;
+    if saved.pending_count > 0 {
+        screen.warning(format!(
+            "{} voxels and lists are not made to the end, for --occlusion-memory is full",
+            saved.pending_count
+        ));
+    }
+    screen.result(format!(
+        "{}: {}, {} lights, of which {taken_count} as they were, in {:.2} s",
+        path.display(),
+        format_bytes(saved.bytes),
+        scene.lights.len(),
+        begin.elapsed().as_secs_f64()
+    ));
+    Ok(Outcome::Done)
+}
+
+/// Makes all values, unless what is in the way of the file is none of ours.
+fn anew(
+    error: PrepareError,
+    gathered: &Gathered,
+    scene: &Scene,
+    options: &PrepareOptions,
+    screen: &Screen,
+) -> Result<ShadowIndex, Failure> {
+    let PrepareError::Build(BuildError::Occlusion(refused)) = &error else {
+        return Err(error.into());
+    };
+    match refused.reason {
+        Refusal::Foreign | Refusal::Unreadable(_) => {
+            let message = format!("{refused}, and is not replaced");
+            Err(Failure::input(message, "give -o another name"))
+        }
+        _ => {
+            screen.note(format!("{refused}; all values are made anew"));
+            Ok(gathered.index(&scene.lights, options)?)
+        }
+    }
+}
+
+/// Gathers a scene for an index with all values, unless that needs more memory than may be taken.
+pub(super) fn gathered(
+    scene: &Scene,
+    cost: &IndexCost,
+) -> Result<(Gathered, PrepareOptions), Failure> {
+    let limit = memory::limit(cost.memory_limit);
+    let mut need = Need {
+        scene: scene_bytes(scene),
+        surfaces: surface_bytes(scene),
+        ..Need::default()
+    };
+    need.check(limit)?;
+    let gathered = Gathered::of(scene)?;
+    let mut options = PrepareOptions {
+        grid: cost.grid.unwrap_or_default(),
+        refinement: cost.refinement(Refine::Eager),
+        ..PrepareOptions::default()
+    };
+    need.index = gathered.predict_bytes(scene.lights.len(), &options)?;
+    need.check(limit)?;
+    options.memory_limit = limit - (need.total() - need.index);
+    Ok((gathered, options))
+}

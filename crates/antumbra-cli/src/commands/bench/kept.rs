@@ -1,0 +1,404 @@
+//! `antumbra bench kept`: what a second process gains by a file of values.
+//!
+//! In: a scene, the queries of one camera. Out: the time to the answers in processes of their own, with a file
+//! of values and without. The file is what a process before has left: all values, where they are eager, or those
+//! that it made while it answered other queries of the same camera. With and without take turns, each in a fresh
+//! process; answers are compared inside the timed loop.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use antumbra::{Counters, Refine, ShadowCounters, ShadowIndex};
+use antumbra_geometry::{DVec3, Start, SurfaceId};
+use antumbra_render::prepare::{Gathered, PrepareOptions};
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use crate::commands::kept as files;
+use crate::failure::{Failure, Outcome};
+use crate::screen::Screen;
+use crate::values;
+use crate::{load, memory};
+
+use super::head::Head;
+use super::measure::{SLICE, Stopwatch, median};
+use super::record::{self, Recorded};
+use super::subject::Subject;
+use super::typed::Subjects;
+use super::write_json;
+
+#[derive(Args, Debug)]
+pub(crate) struct Kept {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Frames whose eye rays hit what is asked about, jittered
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub(crate) size: [u32; 2],
+
+    /// How many answers are timed
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub(crate) queries: u64,
+
+    /// Frames that the process before has answered, where values are not eager
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) learn: u32,
+
+    /// Pairs of processes, one with the file and one without. Figures are medians
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Be the second process: answer these queries
+    #[arg(long, hide = true)]
+    child: Option<PathBuf>,
+
+    /// The file that it takes
+    #[arg(long, hide = true)]
+    occlusion: Option<PathBuf>,
+}
+
+/// What a process took, in seconds, and how it answered.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+struct Took {
+    /// Reading the scene and gathering its surfaces.
+    scene_s: f64,
+    /// Building the index, the file included.
+    index_s: f64,
+    answers_s: f64,
+    differences: u64,
+    first_pass: u64,
+    blocker_list: u64,
+    rays: u64,
+}
+
+impl Took {
+    /// From the scene in memory to the last answer.
+    fn from_scene(&self) -> f64 {
+        self.index_s + self.answers_s
+    }
+
+    /// From the start of the process on.
+    fn whole(&self) -> f64 {
+        self.scene_s + self.from_scene()
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct Report {
+    #[serde(flatten)]
+    head: Head,
+    scene: String,
+    light: String,
+    refine: &'static str,
+    queries: usize,
+    file_bytes: u64,
+    pending: u64,
+    /// Making the index and the file, learning included.
+    bake_s: f64,
+    with_file: Vec<Took>,
+    without: Vec<Took>,
+    /// Medians of the rounds' ratios.
+    ratio_from_scene: f64,
+    ratio_whole: f64,
+}
+
+/// Measures, or is measured.
+pub(super) fn run(typed: &Kept, screen: &Screen) -> Result<Outcome, Failure> {
+    let [scene] = &typed.subjects.scenes[..] else {
+        return Err(Failure::input(
+            "bench kept takes one scene",
+            "measure them one by one",
+        ));
+    };
+    let threads = crate::typed::Threads {
+        threads: Some(typed.subjects.threads),
+    };
+    crate::commands::on_threads(&threads, || match &typed.child {
+        Some(queries) => answer(typed, scene, queries, screen),
+        None => measure(typed, scene, screen),
+    })?
+}
+
+/// A folder for what the processes share, gone when all is done.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Result<Self, Failure> {
+        let name = format!("antumbra-bench-kept-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        fs::create_dir_all(&path).map_err(|error| unwritable(&path, &error))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What cannot be removed does no harm.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::system(format!("cannot write {}: {error}", path.display()))
+}
+
+fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failure> {
+    let stopwatch = Stopwatch::new(typed.subjects.threads.into());
+    let threads = typed.subjects.threads.into();
+    let head = Head::new(
+        stopwatch.name(),
+        threads,
+        typed.rounds,
+        typed.size,
+        "not asked".into(),
+    );
+    screen.result(head.text());
+    let subject = Subject::load(scene, &typed.subjects, typed.size, screen)?;
+    let folder = Folder::new()?;
+    let (queries, file) = (folder.0.join("queries"), folder.0.join("values.antumbra"));
+
+    let view = subject.view(0, 1)?;
+    let frame = |number| {
+        let aim = typed.subjects.jitter(number);
+        record::frame(&subject.recorder, &view, 0, aim)
+    };
+    // The timed frames are not among those that values come from.
+    let wanted = usize::try_from(typed.queries).unwrap_or(usize::MAX);
+    let (mut timed, mut number) = (frame(0), 1);
+    while timed.is_shadowed.len() < wanted {
+        let more = frame(number);
+        if more.is_shadowed.is_empty() {
+            return Err(Failure::input("the camera sees nothing to ask about", ""));
+        }
+        timed.batch.starts.extend(more.batch.starts);
+        timed.is_shadowed.extend(more.is_shadowed);
+        number += 1;
+    }
+    timed.batch.starts.truncate(wanted);
+    timed.is_shadowed.truncate(wanted);
+    write_queries(&queries, &timed)?;
+
+    let (saved, bake) = stopwatch.time(|| -> Result<_, Failure> {
+        let index = index(typed, subject.recorder.gathered(), &subject, None)?;
+        if !is_eager(typed) {
+            for number in number..number + typed.learn {
+                let starts = frame(number).batch.starts;
+                let mut found = vec![false; starts.len()];
+                ask(&index, &starts, &mut found, &mut Counters::default());
+            }
+        }
+        files::save(&index, &file)
+    });
+    let saved = saved?;
+    screen.detail(format!("{}: the first process is done", scene.display()));
+
+    let (mut with_file, mut without) = (Vec::new(), Vec::new());
+    for round in 0..typed.rounds {
+        for turn in 0..2 {
+            if (round + turn) % 2 == 0 {
+                with_file.push(process(&queries, Some(&file))?);
+            } else {
+                without.push(process(&queries, None)?);
+            }
+        }
+    }
+    let ratio = |time: fn(&Took) -> f64| {
+        let rounds = with_file.iter().zip(&without);
+        median(rounds.map(|(with, without)| time(with) / time(without)))
+    };
+    let report = Report {
+        scene: subject.name.clone(),
+        light: subject.light(),
+        refine: if is_eager(typed) { "eager" } else { "lazy" },
+        queries: wanted,
+        file_bytes: saved.bytes,
+        pending: saved.pending_count,
+        bake_s: bake.as_secs_f64(),
+        ratio_from_scene: ratio(Took::from_scene),
+        ratio_whole: ratio(Took::whole),
+        head,
+        with_file,
+        without,
+    };
+    screen.result(report.table());
+    if let Some(path) = &typed.subjects.json {
+        write_json(path, &report)?;
+    }
+    let all = report.with_file.iter().chain(&report.without);
+    Ok(if all.map(|took| took.differences).sum::<u64>() == 0 {
+        Outcome::Done
+    } else {
+        Outcome::Differences
+    })
+}
+
+impl Report {
+    fn table(&self) -> String {
+        let mut lines = vec![format!(
+            "{}, {}, {} values: file of {}, made in {:.2} s; {} queries",
+            self.scene,
+            self.light,
+            self.refine,
+            values::format_bytes(self.file_bytes),
+            self.bake_s,
+            self.queries
+        )];
+        lines.push(
+            "              scene     index   answers   by value, list, ray (median of the rounds)"
+                .into(),
+        );
+        for (name, all) in [("with file", &self.with_file), ("without", &self.without)] {
+            let of = |time: fn(&Took) -> f64| median(all.iter().map(time));
+            let share = |count: fn(&Took) -> u64| {
+                100.0 * median(all.iter().map(|took| count(took) as f64)) / self.queries as f64
+            };
+            lines.push(format!(
+                "  {name:<10} {:7.3} s {:7.3} s {:7.3} s   {:.2}, {:.2}, {:.2} %",
+                of(|took| took.scene_s),
+                of(|took| took.index_s),
+                of(|took| took.answers_s),
+                share(|took| took.first_pass),
+                share(|took| took.blocker_list),
+                share(|took| took.rays)
+            ));
+        }
+        let wrong: u64 = self
+            .with_file
+            .iter()
+            .chain(&self.without)
+            .map(|took| took.differences)
+            .sum();
+        lines.push(format!(
+            "  with / without: {:.3} from the scene in memory, {:.3} from the start of the process; \
+             {wrong} answers differ",
+            self.ratio_from_scene, self.ratio_whole
+        ));
+        lines.join("\n")
+    }
+}
+
+fn is_eager(typed: &Kept) -> bool {
+    typed.subjects.cost.refinement(Refine::Lazy).refine == Refine::Eager
+}
+
+/// Runs this program again with the same command line, and reads what it took.
+fn process(queries: &Path, file: Option<&Path>) -> Result<Took, Failure> {
+    let failed = |what: String| Failure::system(format!("the second process: {what}"));
+    let program = std::env::current_exe().map_err(|error| failed(error.to_string()))?;
+    let mut command = Command::new(program);
+    command.args(std::env::args_os().skip(1));
+    command.arg("--child").arg(queries);
+    if let Some(file) = file {
+        command.arg("--occlusion").arg(file);
+    }
+    let output = command.output();
+    let output = output.map_err(|error| failed(error.to_string()))?;
+    if !output.status.success() {
+        return Err(failed(String::from_utf8_lossy(&output.stderr).into_owned()));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|error| failed(error.to_string()))
+}
+
+/// The second process: from the scene's file to the last answer.
+fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result<Outcome, Failure> {
+    let (starts, expected) = read_queries(queries)?;
+    let mut found = vec![false; starts.len()];
+    let stopwatch = Stopwatch::new(typed.subjects.threads.into());
+    let (loaded, scene_time) = stopwatch.time(|| -> Result<_, Failure> {
+        let file = typed.subjects.light.file(scene);
+        let mut scene = load::lit_scene(&file, &typed.subjects.cost, screen)?.scene;
+        scene.lights = vec![scene.lights.swap_remove(typed.subjects.light_number)];
+        let gathered = Gathered::of(&scene)?;
+        Ok((scene, gathered))
+    });
+    let (scene, gathered) = loaded?;
+    let file = typed.occlusion.as_deref();
+    let (index, index_time) =
+        stopwatch.time(|| gathered.index_from(&scene.lights, &options(typed), file));
+    let index = index?;
+    let mut counters = Counters::default();
+    let ((), answer_time) = stopwatch.time(|| ask(&index, &starts, &mut found, &mut counters));
+    let ShadowCounters {
+        first_pass,
+        blocker_list,
+        rays,
+        ..
+    } = counters.shadow;
+    let differences = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
+    let took = Took {
+        scene_s: scene_time.as_secs_f64(),
+        index_s: index_time.as_secs_f64(),
+        answers_s: answer_time.as_secs_f64(),
+        differences: differences as u64,
+        first_pass,
+        blocker_list,
+        rays,
+    };
+    let json = serde_json::to_string(&took);
+    screen.result(json.map_err(|error| Failure::system(error.to_string()))?);
+    Ok(Outcome::Done)
+}
+
+fn options(typed: &Kept) -> PrepareOptions {
+    let cost = &typed.subjects.cost;
+    PrepareOptions {
+        grid: cost.grid.unwrap_or_default(),
+        refinement: cost.refinement(Refine::Lazy),
+        memory_limit: memory::limit(cost.memory_limit),
+        ..PrepareOptions::default()
+    }
+}
+
+fn index(
+    typed: &Kept,
+    gathered: &Gathered,
+    subject: &Subject,
+    file: Option<&Path>,
+) -> Result<ShadowIndex, Failure> {
+    let lights = &subject.recorder.scene().lights;
+    Ok(gathered.index_from(lights, &options(typed), file)?)
+}
+
+/// Asks slice by slice, as a caller with many points does.
+fn ask(index: &ShadowIndex, starts: &[Start], found: &mut [bool], counters: &mut Counters) {
+    for (starts, found) in starts.chunks(SLICE).zip(found.chunks_mut(SLICE)) {
+        index
+            .shadows(starts, 0, found, counters)
+            .expect("starts are hits, and the scene has the light");
+    }
+}
+
+/// Bytes of a query: a point, its surface, the answer.
+const QUERY: usize = 24 + 4 + 1;
+
+fn write_queries(path: &Path, recorded: &Recorded) -> Result<(), Failure> {
+    let mut bytes = Vec::with_capacity(QUERY * recorded.is_shadowed.len());
+    for (start, &is_shadowed) in recorded.batch.starts.iter().zip(&recorded.is_shadowed) {
+        for x in start.point.to_array() {
+            bytes.extend(x.to_le_bytes());
+        }
+        let surface = start.surface.map_or(u32::MAX, |surface| surface.0);
+        bytes.extend(surface.to_le_bytes());
+        bytes.push(u8::from(is_shadowed));
+    }
+    fs::write(path, bytes).map_err(|error| unwritable(path, &error))
+}
+
+fn read_queries(path: &Path) -> Result<(Vec<Start>, Vec<bool>), Failure> {
+    let unreadable = |what: &str| Failure::input(format!("{}: {what}", path.display()), "");
+    let bytes = fs::read(path).map_err(|error| unreadable(&error.to_string()))?;
+    let number = |bytes: &[u8]| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes);
+    let query = |bytes: &[u8]| {
+        let [x, y, z] = [0, 8, 16].map(|at| number(&bytes[at..at + 8]));
+        let surface = bytes[24..28]
+            .try_into()
+            .map_or(u32::MAX, u32::from_le_bytes);
+        let start = Start {
+            point: DVec3::new(x, y, z),
+            surface: (surface != u32::MAX).then_some(SurfaceId(surface)),
+        };
+        (start, bytes[28] != 0)
+    };
+    Ok(bytes.chunks_exact(QUERY).map(query).unzip())
+}

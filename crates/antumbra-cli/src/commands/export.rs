@@ -1,0 +1,135 @@
+//! `antumbra export`: values as a regular grid of cells, for other programs.
+//!
+//! In: a scene, perhaps a file of its values. Out: a NumPy array, and where its cells are.
+
+use std::path::{Path, PathBuf};
+
+use antumbra::Volume;
+use antumbra_render::aov::light_names;
+use antumbra_scene::model::Scene;
+use clap::Args;
+use serde::Serialize;
+
+use super::{bake, kept, query};
+use crate::failure::{Failure, Outcome};
+use crate::load;
+use crate::memory::{self, Need};
+use crate::screen::Screen;
+use crate::typed::{IndexCost, SceneFile, Threads};
+
+#[derive(Args, Debug)]
+pub(crate) struct Export {
+    #[command(flatten)]
+    pub(crate) file: SceneFile,
+
+    /// Take values from this file instead of making them; `antumbra bake` writes one
+    #[arg(long, value_name = "FILE.antumbra")]
+    pub(crate) occlusion: Option<PathBuf>,
+
+    /// Cells along the longest axis, rounded up to a power of two
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
+    pub(crate) cells: u32,
+
+    /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2 where it
+    /// reaches some or that is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
+    #[arg(long, short, value_name = "OUT.npy")]
+    pub(crate) output: PathBuf,
+
+    /// Write where the cells are and what the lights are called as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+}
+
+/// Where the cells of an array are: cell (i, j, k) begins at `min + edge * (i, j, k)`.
+#[derive(Serialize)]
+struct Place<'a> {
+    cells: [u32; 3],
+    min: [f64; 3],
+    max: [f64; 3],
+    edge: f64,
+    lights: &'a [String],
+    lit: u8,
+    shadowed: u8,
+    mixed: u8,
+}
+
+/// Reads, makes what is missing, writes.
+pub(crate) fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
+    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
+    super::on_threads(&typed.threads, || work(typed, &scene, screen))?
+}
+
+fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
+    let (gathered, options) = bake::gathered(scene, &typed.cost)?;
+    let file = typed.occlusion.as_deref();
+    let index = gathered.index_from(&scene.lights, &options, file)?;
+    if let Some(path) = file {
+        kept::tell(&index, &scene.lights, path, screen);
+    }
+    let nothing = || Failure::input("the scene has no surfaces, so there are no cells", "");
+    let need = Need {
+        arrays: index.volume_bytes(typed.cells).ok_or_else(nothing)?,
+        ..Need::default()
+    };
+    need.check(memory::limit(typed.cost.memory_limit))?;
+    let volume = index.volume(typed.cells).ok_or_else(nothing)?;
+    let mut shape: Vec<u64> = volume.cells.iter().map(|&count| count.into()).collect();
+    if volume.light_count != 1 {
+        shape.push(volume.light_count as u64);
+    }
+    query::arrays::write(&typed.output, &shape, &volume.values)?;
+    let names = light_names(&scene.lights);
+    if let Some(path) = &typed.json {
+        write_place(path, &volume, &names)?;
+    }
+    tell(&volume, &names, screen);
+    Ok(Outcome::Done)
+}
+
+fn max_of(volume: &Volume) -> [f64; 3] {
+    let min = volume.min.to_array();
+    std::array::from_fn(|axis| min[axis] + volume.edge * f64::from(volume.cells[axis]))
+}
+
+fn write_place(path: &Path, volume: &Volume, names: &[String]) -> Result<(), Failure> {
+    let place = Place {
+        cells: volume.cells,
+        min: volume.min.to_array(),
+        max: max_of(volume),
+        edge: volume.edge,
+        lights: names,
+        lit: Volume::LIT,
+        shadowed: Volume::SHADOWED,
+        mixed: Volume::MIXED,
+    };
+    super::bench::write_json(path, &place)
+}
+
+fn tell(volume: &Volume, names: &[String], screen: &Screen) {
+    let [x, y, z] = volume.cells;
+    let ([a, b, c], [d, e, f]) = (volume.min.to_array(), max_of(volume));
+    screen.result(format!(
+        "{x} x {y} x {z} cells, edge {}, from ({a}, {b}, {c}) to ({d}, {e}, {f})",
+        volume.edge
+    ));
+    let count = (volume.values.len() / volume.light_count.max(1)).max(1) as f64;
+    for (light, name) in names.iter().enumerate() {
+        let of_light = || volume.values[light..].iter().step_by(volume.light_count);
+        let share = |wanted: u8| {
+            let found = of_light().filter(|&&value| value == wanted).count();
+            100.0 * found as f64 / count
+        };
+        screen.result(format!(
+            "{name}: lit {:.1} %, shadowed {:.1} %, mixed or not known {:.1} %",
+            share(Volume::LIT),
+            share(Volume::SHADOWED),
+            share(Volume::MIXED)
+        ));
+    }
+}

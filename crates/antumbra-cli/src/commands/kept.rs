@@ -1,0 +1,85 @@
+//! Files of occlusion values, for all commands that take or write them.
+//!
+//! In: what was typed, an index. Out: a file, and what to tell about one.
+
+use std::path::{Path, PathBuf};
+
+use antumbra::{KeptLight, LoadError, Refusal, SaveError, Saved, ShadowIndex};
+use antumbra_render::aov::light_names;
+use antumbra_scene::model::Light;
+use clap::Args;
+
+use crate::failure::Failure;
+use crate::screen::Screen;
+
+/// Where values come from and go to.
+#[derive(Args, Debug)]
+pub(crate) struct KeptFiles {
+    /// Take values of method voxel from this file instead of making them, for all lights that are in it;
+    /// `antumbra bake` writes one
+    #[arg(long, value_name = "FILE.antumbra")]
+    pub(crate) occlusion: Option<PathBuf>,
+
+    /// Write the values of method voxel to this file when all is done, those made on the way too
+    #[arg(long, value_name = "FILE.antumbra")]
+    pub(crate) save_occlusion: Option<PathBuf>,
+}
+
+/// Says which lights were not taken from a file; returns how many were.
+pub(super) fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
+    let names = light_names(lights);
+    let mut taken_count = 0;
+    for (name, kept) in names.iter().zip(index.kept_lights()) {
+        match kept {
+            KeptLight::Taken => taken_count += 1,
+            KeptLight::Absent => screen.note(format!(
+                "{}: has no values of {name}, which is new or was moved; they are made anew",
+                path.display()
+            )),
+            KeptLight::NoRoom => screen.note(format!(
+                "{}: the values of {name} need more than --occlusion-memory; they are made anew",
+                path.display()
+            )),
+        }
+    }
+    taken_count
+}
+
+/// Writes a file of values, whole or not at all.
+pub(super) fn save(index: &ShadowIndex, path: &Path) -> Result<Saved, Failure> {
+    index.save(path).map_err(|error| match error {
+        SaveError::Unwritable { .. } => Failure::system(error.to_string()),
+        SaveError::NoValues => Failure::input(error.to_string(), "leave --shadows out"),
+        SaveError::Unidentified(_) => Failure::input(error.to_string(), ""),
+    })
+}
+
+/// Writes the values that were asked for, and says so.
+pub(super) fn save_if_typed(
+    typed: &KeptFiles,
+    index: &ShadowIndex,
+    screen: &Screen,
+) -> Result<(), Failure> {
+    if let Some(path) = &typed.save_occlusion {
+        let saved = save(index, path)?;
+        let path = path.display();
+        screen.detail(format!("values in {path}: {} bytes", saved.bytes));
+    }
+    Ok(())
+}
+
+/// Returns what to do about a file that is refused.
+pub(crate) fn help(error: &LoadError) -> &'static str {
+    match error.reason {
+        Refusal::Stale(_) => {
+            "write it again for this scene and these settings: antumbra bake SCENE -o FILE.antumbra"
+        }
+        Refusal::Version { .. }
+        | Refusal::Length { .. }
+        | Refusal::Damaged(_)
+        | Refusal::Malformed { .. } => "write it again: antumbra bake SCENE -o FILE.antumbra",
+        Refusal::Foreign | Refusal::Unreadable(_) => "give a file that antumbra bake wrote",
+        Refusal::NoValues => "leave --shadows or --occlusion out",
+        Refusal::Unidentified(_) => "leave --occlusion out",
+    }
+}

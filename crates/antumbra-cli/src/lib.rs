@@ -1,0 +1,73 @@
+//! The `antumbra` program, to be called by whoever has a command line: the binary, or Python.
+//!
+//! In: a command line. Out: pictures, figures, and an exit code by meaning. What was typed is in
+//! [`typed`] (with the small values' parsers in [`values`]), what was meant is made of it by the
+//! sub-commands under [`commands`], and all printing is in [`screen`]. Absent here: rules of
+//! geometry and of shadows.
+
+mod commands;
+mod failure;
+mod interrupt;
+mod load;
+mod machine;
+mod memory;
+mod scene_source;
+mod screen;
+mod typed;
+mod values;
+
+use std::ffi::OsString;
+
+use clap::Parser as _;
+
+use crate::failure::{Failure, Outcome};
+use crate::screen::Screen;
+use crate::typed::{Command, Typed};
+
+/// Runs the program on a command line, whose first word is the program's name, and returns its exit code.
+///
+/// Takes over Ctrl-C for the whole process, and may end the process by it. So it is called once, by a
+/// process that does nothing else.
+pub fn run<I>(command_line: I) -> u8
+where
+    I: IntoIterator,
+    I::Item: Into<OsString> + Clone,
+{
+    let typed = match Typed::try_parse_from(command_line) {
+        Ok(typed) => typed,
+        // Bad usage, with code 2, or help, with code 0.
+        Err(said) => {
+            // Nobody is left to tell where it cannot be printed.
+            let _ = said.print();
+            return u8::try_from(said.exit_code()).unwrap_or(2);
+        }
+    };
+    let screen = Screen::new(typed.quiet, typed.verbose);
+    let done = interrupt::Interrupt::install()
+        .and_then(|interrupt| do_command(&typed.command, &screen, &interrupt));
+    match done {
+        Ok(outcome) => outcome.exit_code(),
+        Err(failure) => {
+            screen.failure(&failure);
+            failure.exit_code()
+        }
+    }
+}
+
+fn do_command(
+    command: &Command,
+    screen: &Screen,
+    interrupt: &interrupt::Interrupt,
+) -> Result<Outcome, Failure> {
+    match command {
+        Command::Render(typed) => commands::render::run(typed, screen, interrupt),
+        Command::Inspect(typed) => commands::inspect::run(typed, screen),
+        Command::Verify(typed) => commands::verify::run(typed, screen),
+        Command::Query(typed) => commands::query::run(typed, screen),
+        Command::Bake(typed) => commands::bake::run(typed, screen),
+        Command::Export(typed) => commands::export::run(typed, screen),
+        Command::Scene(typed) => commands::scene::run(typed, screen),
+        Command::Convert(typed) => commands::convert::run(typed, screen),
+        Command::Bench(typed) => commands::bench::run(typed, screen),
+    }
+}

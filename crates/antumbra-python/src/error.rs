@@ -1,0 +1,115 @@
+//! Our errors as Python's: `OSError` for files that the system refuses, `MemoryError` for limits,
+//! `ValueError` for the rest.
+
+use antumbra::{BatchError, BuildError, LoadError, Refusal, SaveError};
+use antumbra_geometry::DVec3;
+use antumbra_render::camera::CameraError;
+use antumbra_render::image_file::ImageFileError;
+use antumbra_render::prepare::PrepareError;
+use antumbra_scene::{ReadError, ReadErrorKind};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyIndexError, PyMemoryError, PyOSError, PyRuntimeError, PyValueError,
+};
+use pyo3::prelude::*;
+
+/// What Python shall be told.
+pub(crate) trait ToPython {
+    fn to_python(&self) -> PyErr;
+}
+
+impl ToPython for ReadError {
+    fn to_python(&self) -> PyErr {
+        match &self.kind {
+            ReadErrorKind::Io(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                PyFileNotFoundError::new_err(self.to_string())
+            }
+            ReadErrorKind::Io(_) => PyOSError::new_err(self.to_string()),
+            _ => PyValueError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl ToPython for PrepareError {
+    fn to_python(&self) -> PyErr {
+        match self {
+            Self::Build(error) => error.to_python(),
+            _ => PyValueError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl ToPython for BuildError {
+    fn to_python(&self) -> PyErr {
+        match self {
+            Self::Memory { .. } => PyMemoryError::new_err(self.to_string()),
+            Self::Occlusion(LoadError {
+                reason: Refusal::Unreadable(_),
+                ..
+            }) => PyOSError::new_err(self.to_string()),
+            _ => PyValueError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl ToPython for SaveError {
+    fn to_python(&self) -> PyErr {
+        match self {
+            Self::Unwritable { .. } => PyOSError::new_err(self.to_string()),
+            _ => PyValueError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl ToPython for CameraError {
+    fn to_python(&self) -> PyErr {
+        PyValueError::new_err(format!("camera: {self}"))
+    }
+}
+
+impl ToPython for ImageFileError {
+    fn to_python(&self) -> PyErr {
+        match self {
+            Self::Io { .. } => PyOSError::new_err(self.to_string()),
+            Self::Encode { .. } => PyRuntimeError::new_err(self.to_string()),
+        }
+    }
+}
+
+/// Arrays are worked on in blocks: `first` is the place of the block's first point among all.
+pub(crate) fn batch_error(error: &BatchError, first: usize) -> PyErr {
+    const RANGE: &str = "must be finite and at most 2^100 in magnitude";
+    let row = |v: &DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
+    match error {
+        BatchError::Length { .. } | BatchError::BadTolerance(_) => {
+            PyValueError::new_err(error.to_string())
+        }
+        BatchError::UnknownLight(_) => PyIndexError::new_err(error.to_string()),
+        BatchError::BadPoint { index, point } => {
+            let (index, point) = (first + index, row(point));
+            PyValueError::new_err(format!("points[{index}] is {point}: coordinates {RANGE}"))
+        }
+        BatchError::BadNormal { index, normal } => {
+            let (index, normal) = (first + index, row(normal));
+            PyValueError::new_err(format!("normals[{index}] is {normal}: components {RANGE}"))
+        }
+        BatchError::BadTarget { what, index, found } => {
+            let (index, found) = (first + index, row(found));
+            PyValueError::new_err(format!("{what}s[{index}] is {found}: coordinates {RANGE}"))
+        }
+        BatchError::UnknownSurface { index, surface } => {
+            let index = first + index;
+            PyIndexError::new_err(format!("face_ids[{index}] is {surface}: no such face"))
+        }
+        BatchError::NoSurface {
+            index,
+            point,
+            tolerance,
+        } => {
+            let (index, point) = (first + index, row(point));
+            PyValueError::new_err(format!(
+                "points[{index}] is {point}: no surface within {tolerance:e} of it; raise tolerance, or ask \
+                 without on_surface"
+            ))
+        }
+    }
+}

@@ -1,0 +1,450 @@
+//! The shadow index and its batches.
+//!
+//! In: a scene, lights, settings; then arrays of points. Out: arrays of answers. Points are answered in blocks,
+//! between which Ctrl-C is looked for.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use antumbra::{
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, KeptLight, Method,
+    Refine, Refinement, Towards,
+};
+use antumbra_render::prepare::PrepareOptions;
+use numpy::{
+    Element, PyArray1, PyArray2, PyArray4, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2,
+};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{Rows, rows};
+use crate::error::{ToPython as _, batch_error};
+use crate::lights::{LightTuple, from_tuples, to_tuple};
+use crate::scene::Scene;
+use crate::work::{BLOCK, on_threads};
+
+/// How an index is made.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Settings {
+    method: String,
+    refine: String,
+    resolution: u32,
+    space_resolution: u32,
+    memory: u64,
+    memory_limit: Option<u64>,
+    grid: Option<[u32; 3]>,
+    pub(crate) threads: usize,
+}
+
+impl Settings {
+    pub(crate) fn options(&self) -> PyResult<PrepareOptions> {
+        let method = match self.method.as_str() {
+            "voxel" => Method::Voxel,
+            "voxel-1990" => Method::Voxel1990,
+            "grid" => Method::Grid,
+            "bvh" => Method::Bvh,
+            "naive" => Method::Naive,
+            other => {
+                let known = "\"voxel\", \"voxel-1990\", \"grid\", \"bvh\" or \"naive\"";
+                let message = format!("method is {other:?}: expected {known}");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let refine = match self.refine.as_str() {
+            "lazy" => Refine::Lazy,
+            "asked" => Refine::Asked,
+            "eager" => Refine::Eager,
+            other => {
+                let message =
+                    format!("refine is {other:?}: expected \"lazy\", \"asked\" or \"eager\"");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        Ok(PrepareOptions {
+            method,
+            grid: self
+                .grid
+                .map_or(GridResolution::Automatic, GridResolution::Fixed),
+            refinement: Refinement {
+                resolution: self.resolution,
+                space_resolution: self.space_resolution,
+                refine,
+                memory: self.memory,
+                ..Refinement::default()
+            },
+            memory_limit: self.memory_limit.unwrap_or(u64::MAX),
+            ..PrepareOptions::default()
+        })
+    }
+}
+
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Voxel => "voxel",
+        Method::Voxel1990 => "voxel-1990",
+        Method::Grid => "grid",
+        Method::Bvh => "bvh",
+        Method::Naive => "naive",
+    }
+}
+
+/// A scene and lights, ready for queries.
+#[pyclass(frozen, module = "antumbra._antumbra")]
+pub(crate) struct ShadowIndex {
+    pub(crate) index: antumbra::ShadowIndex,
+    lights: Vec<LightTuple>,
+    prepare_seconds: f64,
+    counted: Mutex<BatchCounters>,
+}
+
+/// What the points of a question are besides points.
+struct Meant<'a, T> {
+    normals: Option<&'a [[T; 3]]>,
+    surfaces: Option<&'a [u32]>,
+    on_surface: bool,
+    tolerance: Option<f64>,
+}
+
+impl<'a, T: Element> Meant<'a, T>
+where
+    [T; 3]: Coordinates,
+{
+    /// Returns the batch of some of the points.
+    fn batch(&self, points: &'a [[T; 3]], range: std::ops::Range<usize>) -> Batch<'a, [T; 3]> {
+        let normals = self.normals.map(|normals| &normals[range.clone()]);
+        let kind = match (self.surfaces, normals) {
+            (Some(surfaces), _) => BatchKind::OnSurfaces {
+                surfaces: &surfaces[range.clone()],
+            },
+            (None, normals) if self.on_surface => BatchKind::OnNearest {
+                normals,
+                tolerance: self.tolerance,
+            },
+            (None, Some(normals)) => BatchKind::Facing { normals },
+            (None, None) => BatchKind::Free,
+        };
+        Batch {
+            points: &points[range],
+            kind,
+        }
+    }
+}
+
+#[pymethods]
+impl ShadowIndex {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        lights: Vec<LightTuple>,
+        settings: Settings,
+        occlusion: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let lights = from_tuples(lights)?;
+        let options = settings.options()?;
+        let begin = Instant::now();
+        let index = on_threads(py, settings.threads, || {
+            scene
+                .gathered
+                .index_from(&lights, &options, occlusion.as_deref())
+        })?;
+        Ok(Self {
+            index: index.map_err(|error| error.to_python())?,
+            lights: lights.iter().map(to_tuple).collect(),
+            prepare_seconds: begin.elapsed().as_secs_f64(),
+            counted: Mutex::default(),
+        })
+    }
+
+    #[getter]
+    fn lights(&self) -> Vec<LightTuple> {
+        self.lights.clone()
+    }
+
+    /// Answers: uint8, shape (points, lights), or as bits (lights, bytes).
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        points: Rows<'py>,
+        lights: Vec<usize>,
+        normals: Option<Rows<'py>>,
+        face_ids: Option<PyReadonlyArray1<'py, u32>>,
+        on_surface: bool,
+        tolerance: Option<f64>,
+        is_packed: bool,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray2<u8>>> {
+        let ask = Ask {
+            index: self,
+            lights: &lights,
+            surfaces: face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?,
+            on_surface,
+            tolerance,
+            is_packed,
+            threads,
+        };
+        match (&points, &normals) {
+            (Rows::Double(points), None) => ask.occluded(py, points, None),
+            (Rows::Double(points), Some(Rows::Double(normals))) => {
+                ask.occluded(py, points, Some(normals))
+            }
+            (Rows::Single(points), None) => ask.occluded(py, points, None),
+            (Rows::Single(points), Some(Rows::Single(normals))) => {
+                ask.occluded(py, points, Some(normals))
+            }
+            _ => Err(of_two_types("points and normals")),
+        }
+    }
+
+    /// Answers for segments: uint8, shape (points,).
+    fn occluded_segments<'py>(
+        &self,
+        py: Python<'py>,
+        a: Rows<'py>,
+        b: Rows<'py>,
+        face_ids: Option<PyReadonlyArray1<'py, u32>>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray1<u8>>> {
+        let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
+        match (&a, &b) {
+            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, surfaces, true, threads),
+            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, surfaces, true, threads),
+            _ => Err(of_two_types("a and b")),
+        }
+    }
+
+    /// Answers for rays: uint8, shape (rays,).
+    fn occluded_rays<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Rows<'py>,
+        directions: Rows<'py>,
+        face_ids: Option<PyReadonlyArray1<'py, u32>>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray1<u8>>> {
+        let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
+        match (&origins, &directions) {
+            (Rows::Double(origins), Rows::Double(directions)) => {
+                self.towards(py, origins, directions, surfaces, false, threads)
+            }
+            (Rows::Single(origins), Rows::Single(directions)) => {
+                self.towards(py, origins, directions, surfaces, false, threads)
+            }
+            _ => Err(of_two_types("origins and directions")),
+        }
+    }
+
+    /// Writes what is known of all lights; returns the bytes of the file, and how many voxels may still be
+    /// refined.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<(u64, u64)> {
+        let saved = py.detach(|| self.index.save(path));
+        let saved = saved.map_err(|error| error.to_python())?;
+        Ok((saved.bytes, saved.pending_count))
+    }
+
+    /// What the file of the index had of each light; empty without a file.
+    #[getter]
+    fn kept_lights(&self) -> Vec<&'static str> {
+        let name = |kept: &KeptLight| match kept {
+            KeptLight::Taken => "taken",
+            KeptLight::Absent => "absent",
+            KeptLight::NoRoom => "no room",
+        };
+        self.index.kept_lights().iter().map(name).collect()
+    }
+
+    /// What values know of points of space, in cells: uint8, shape (x, y, z, lights), with the lowest corner of
+    /// all cells and their edge. `None` where there are no values.
+    #[expect(clippy::type_complexity, reason = "a tuple for Python")]
+    fn volume<'py>(
+        &self,
+        py: Python<'py>,
+        resolution: u32,
+    ) -> PyResult<Option<(Bound<'py, PyArray4<u8>>, [f64; 3], f64)>> {
+        const MOST_BYTES: u64 = 4 << 30;
+        let bytes = self.index.volume_bytes(resolution).unwrap_or(0);
+        if bytes > MOST_BYTES {
+            let message = format!("a volume of {bytes} bytes: expected at most {MOST_BYTES}");
+            return Err(PyMemoryError::new_err(message));
+        }
+        let Some(volume) = on_threads(py, 0, || self.index.volume(resolution))? else {
+            return Ok(None);
+        };
+        let [x, y, z] = volume.cells.map(|cells| cells as usize);
+        let values = PyArray1::from_vec(py, volume.values);
+        let values = values.reshape([x, y, z, volume.light_count])?;
+        Ok(Some((values, volume.min.to_array(), volume.edge)))
+    }
+
+    /// What the index is and what was asked of it.
+    fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let index = &self.index;
+        let counted = *self.counted.lock().unwrap_or_else(PoisonError::into_inner);
+        let shadow = counted.counters.shadow;
+        let decided = shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays;
+        let stats = PyDict::new(py);
+        stats.set_item("method", method_name(index.method()))?;
+        stats.set_item("surfaces", index.occluders().surface_count())?;
+        stats.set_item("lights", index.lights().len())?;
+        stats.set_item("grid", index.grid_resolution())?;
+        stats.set_item("prepare_seconds", self.prepare_seconds)?;
+        stats.set_item("value_bytes", index.occlusion_bytes())?;
+        stats.set_item("table_bytes", index.table_bytes())?;
+        stats.set_item("evictions", index.evictions())?;
+        stats.set_item("default_tolerance", index.default_tolerance())?;
+        stats.set_item("queries", decided + counted.facing_away)?;
+        stats.set_item("facing_away", counted.facing_away)?;
+        stats.set_item("first_pass", shadow.first_pass)?;
+        stats.set_item("intermediate", shadow.intermediate)?;
+        stats.set_item("blocker_list", shadow.blocker_list)?;
+        stats.set_item("rays", shadow.rays)?;
+        stats.set_item("shadowed", shadow.shadowed + counted.facing_away)?;
+        Ok(stats)
+    }
+}
+
+fn of_two_types(what: &str) -> PyErr {
+    PyTypeError::new_err(format!("{what}: expected one dtype for both"))
+}
+
+impl ShadowIndex {
+    fn count(&self, counted: &BatchCounters) {
+        let mut sum = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
+        sum.counters.add(&counted.counters);
+        sum.facing_away += counted.facing_away;
+    }
+
+    fn towards<'py, T: Element>(
+        &self,
+        py: Python<'py>,
+        points: &PyReadonlyArray2<'py, T>,
+        targets: &PyReadonlyArray2<'py, T>,
+        surfaces: Option<&[u32]>,
+        are_ends: bool,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray1<u8>>>
+    where
+        [T; 3]: Coordinates,
+    {
+        let (points, targets) = (rows(points, "a")?, rows::<T, 3>(targets, "b")?);
+        let meant = Meant {
+            normals: None,
+            surfaces,
+            on_surface: false,
+            tolerance: None,
+        };
+        let out = PyArray1::<u8>::zeros(py, points.len(), false);
+        let mut writable = out.readwrite();
+        let mut rest = writable.as_slice_mut()?;
+        for range in blocks(points.len(), BLOCK) {
+            let part = rest.split_off_mut(..range.len()).unwrap_or_default();
+            let batch = meant.batch(points, range.clone());
+            let targets = &targets[range.clone()];
+            let towards = if are_ends {
+                Towards::Points(targets)
+            } else {
+                Towards::Directions(targets)
+            };
+            let answered = on_threads(py, threads, || {
+                self.index.occluded_towards(&batch, towards, part)
+            })?;
+            self.count(&answered.map_err(|error| batch_error(&error, range.start))?);
+            py.check_signals()?;
+        }
+        drop(writable);
+        Ok(out)
+    }
+}
+
+/// Ranges of points that are answered between two looks for Ctrl-C: at least one, so that what does not depend
+/// on points is checked without any.
+pub(crate) fn blocks(count: usize, length: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let starts = (0..count.max(1)).step_by(length);
+    starts.map(move |start| start..count.min(start + length))
+}
+
+/// A question about points and lights of the index.
+struct Ask<'a> {
+    index: &'a ShadowIndex,
+    lights: &'a [usize],
+    surfaces: Option<&'a [u32]>,
+    on_surface: bool,
+    tolerance: Option<f64>,
+    is_packed: bool,
+    threads: usize,
+}
+
+impl Ask<'_> {
+    fn occluded<'py, T: Element>(
+        &self,
+        py: Python<'py>,
+        points: &PyReadonlyArray2<'py, T>,
+        normals: Option<&PyReadonlyArray2<'py, T>>,
+    ) -> PyResult<Bound<'py, PyArray2<u8>>>
+    where
+        [T; 3]: Coordinates,
+    {
+        let points = rows(points, "points")?;
+        let meant = Meant {
+            normals: normals
+                .map(|normals| rows(normals, "normals"))
+                .transpose()?,
+            surfaces: self.surfaces,
+            on_surface: self.on_surface,
+            tolerance: self.tolerance,
+        };
+        let light_count = self.lights.len();
+        let shape = if self.is_packed {
+            [light_count, points.len().div_ceil(8)]
+        } else {
+            [points.len(), light_count]
+        };
+        let out = PyArray2::<u8>::zeros(py, shape, false);
+        let mut writable = out.readwrite();
+        let out_slice = writable.as_slice_mut()?;
+        for range in blocks(points.len(), BLOCK) {
+            let batch = meant.batch(points, range.clone());
+            let counted = on_threads(py, self.threads, || {
+                if self.is_packed {
+                    self.bits(&batch, range.start, out_slice, shape[1])
+                } else {
+                    let part = range.start * light_count..range.end * light_count;
+                    let index = &self.index.index;
+                    index.occluded(&batch, self.lights, &mut out_slice[part])
+                }
+            })?;
+            self.index
+                .count(&counted.map_err(|error| batch_error(&error, range.start))?);
+            py.check_signals()?;
+        }
+        drop(writable);
+        Ok(out)
+    }
+
+    /// Answers a block into its places among the bits of all, the first point highest, as NumPy has it.
+    fn bits<P: Coordinates>(
+        &self,
+        batch: &Batch<P>,
+        first: usize,
+        out: &mut [u8],
+        stride: usize,
+    ) -> Result<BatchCounters, BatchError> {
+        let length = batch.points.len().div_ceil(8);
+        let mut bits = vec![0; length * self.lights.len()];
+        let counted = self
+            .index
+            .index
+            .occluded_bits(batch, self.lights, &mut bits)?;
+        for (number, row) in bits.chunks_exact(length.max(1)).enumerate() {
+            let begin = number * stride + first / 8;
+            for (byte, bits) in out[begin..begin + length].iter_mut().zip(row) {
+                *byte = bits.reverse_bits();
+            }
+        }
+        Ok(counted)
+    }
+}

@@ -1,0 +1,205 @@
+//! Rendering to arrays.
+//!
+//! In: a scene, lights, a camera, settings. Out: linear colours and layers as arrays, or a PNG of such colours.
+//! Invariant: the picture is the program's for the same settings.
+
+use std::path::PathBuf;
+
+use antumbra_geometry::DVec3;
+use antumbra_render::aov::Aovs;
+use antumbra_render::camera::View;
+use antumbra_render::film::{self, Picture, RenderSettings, Rendered, Sampling, Show, Watch};
+use antumbra_render::image_file;
+use antumbra_render::prepare::Prepared;
+use antumbra_scene::defaults;
+use antumbra_scene::model::Camera;
+use numpy::{
+    PyArray1, PyArray3, PyArrayMethods as _, PyReadonlyArray3, PyUntypedArrayMethods as _,
+};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::ToPython as _;
+use crate::index::Settings;
+use crate::lights::{LightTuple, from_tuples};
+use crate::scene::Scene;
+use crate::work::{cancellable, on_threads};
+
+/// Eye, at, up, vertical field of view in degrees.
+type CameraTuple = ([f64; 3], [f64; 3], [f64; 3], f64);
+
+/// What a picture depends on besides scene, lights and camera.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct PictureSettings {
+    size: [u32; 2],
+    samples: u32,
+    max_depth: u32,
+    seed: u64,
+    shows_occlusion: bool,
+    background: Option<[f64; 3]>,
+}
+
+/// Renders a picture. Lights and camera left out are the scene's, or a sun and a camera that frames the scene.
+///
+/// Returns colours (height, width, 3), shares of samples that each light reaches (lights, height, width), how
+/// queries were decided (ways, height, width), their names, the stops of an automatic exposure, counts.
+#[pyfunction]
+#[expect(clippy::type_complexity, reason = "a tuple for Python")]
+pub(crate) fn render<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    lights: Option<Vec<LightTuple>>,
+    camera: Option<CameraTuple>,
+    picture: PictureSettings,
+    settings: Settings,
+    occlusion: Option<PathBuf>,
+) -> PyResult<(
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyArray3<f32>>,
+    Vec<String>,
+    Vec<String>,
+    f64,
+    Bound<'py, PyDict>,
+)> {
+    let lights = lights.map(from_tuples).transpose()?;
+    let options = settings.options()?;
+    let model = &*scene.model;
+    let size = picture.size;
+    let [width, height] = size.map(|side| side as usize);
+    let camera = match camera {
+        Some((eye, at, up, vertical_fov_degrees)) => Camera {
+            eye: DVec3::from_array(eye),
+            at: DVec3::from_array(at),
+            up: DVec3::from_array(up),
+            vertical_fov_degrees,
+            resolution: None,
+        },
+        None => model.camera.unwrap_or_else(|| {
+            let aspect = width as f64 / height as f64;
+            defaults::frame_camera_for(&model.bounds(), model.up, aspect)
+        }),
+    };
+    let view = View::new(&camera, size).map_err(|error| error.to_python())?;
+    let shown = RenderSettings {
+        sampling: Sampling::Stratified {
+            samples: picture.samples,
+        },
+        max_depth: picture.max_depth,
+        seed: picture.seed,
+        show: if picture.shows_occlusion {
+            Show::Occlusion
+        } else {
+            Show::Scene
+        },
+        aovs: Aovs {
+            shadow: true,
+            decided: true,
+        },
+    };
+    let prepared = on_threads(py, settings.threads, || {
+        let mut model = model.clone();
+        if let Some(lights) = lights {
+            model.lights = lights;
+            model.is_photometric = false;
+        } else if model.lights.is_empty() {
+            model.lights.push(defaults::default_sun(model.up));
+        }
+        if let Some(background) = picture.background {
+            model.background = DVec3::from_array(background);
+        }
+        let gathered = scene.gathered.clone();
+        Prepared::of_gathered_from(model, gathered, &options, occlusion.as_deref())
+    })?;
+    let prepared = prepared.map_err(|error| error.to_python())?;
+    let rendered = cancellable(py, settings.threads, |cancel| {
+        let watch = Watch {
+            cancel,
+            progress: &|_| {},
+        };
+        film::render(&prepared, &view, &shown, watch)
+    })?;
+    if !rendered.is_complete {
+        return Err(PyKeyboardInterrupt::new_err(()));
+    }
+    let stops = if prepared.scene().is_photometric && !picture.shows_occlusion {
+        rendered.metering.stops()
+    } else {
+        0.0
+    };
+    let counts = counts(py, &rendered)?;
+    let light_count = prepared.scene().lights.len();
+    let mut masks = Vec::with_capacity(light_count * width * height);
+    let mut decided = Vec::new();
+    let (mut light_names, mut ways) = (Vec::new(), Vec::new());
+    for layer in &rendered.layers {
+        let light = layer.name.strip_prefix("shadow.");
+        for (channel, plane) in &layer.channels {
+            if let Some(light) = light {
+                light_names.push(light.to_owned());
+                masks.extend_from_slice(plane);
+            } else {
+                ways.push((*channel).to_owned());
+                decided.extend_from_slice(plane);
+            }
+        }
+    }
+    let colours = rendered.picture.pixels.into_flattened();
+    Ok((
+        PyArray1::from_vec(py, colours).reshape([height, width, 3])?,
+        PyArray1::from_vec(py, masks).reshape([light_count, height, width])?,
+        PyArray1::from_vec(py, decided).reshape([ways.len(), height, width])?,
+        light_names,
+        ways,
+        stops,
+        counts,
+    ))
+}
+
+/// Counts of the figures' schema.
+fn counts<'py>(py: Python<'py>, rendered: &Rendered) -> PyResult<Bound<'py, PyDict>> {
+    use antumbra_render::statistics::{Rays, ShadowQueries};
+    let rays = Rays::from(&rendered.tally);
+    let shadow = ShadowQueries::from(&rendered.tally);
+    let counts = PyDict::new(py);
+    counts.set_item("primary", rays.primary)?;
+    counts.set_item("primary_hits", rays.primary_hits)?;
+    counts.set_item("queries", shadow.queries)?;
+    counts.set_item("facing_away", shadow.facing_away)?;
+    counts.set_item("out_of_cone", shadow.out_of_cone)?;
+    counts.set_item("first_pass", shadow.first_pass)?;
+    counts.set_item("intermediate", shadow.intermediate)?;
+    counts.set_item("blocker_list", shadow.blocker_list)?;
+    counts.set_item("rays", shadow.rays)?;
+    counts.set_item("shadowed", shadow.shadowed)?;
+    Ok(counts)
+}
+
+/// Writes linear colours as PNG, brightened by two to the power of `stops`.
+#[pyfunction]
+pub(crate) fn write_png(
+    py: Python<'_>,
+    path: PathBuf,
+    colours: PyReadonlyArray3<'_, f32>,
+    stops: f64,
+) -> PyResult<()> {
+    let [height, width, channels] = colours.shape() else {
+        return Err(PyValueError::new_err("colours: expected three axes"));
+    };
+    let size = [*width, *height].map(u32::try_from);
+    let ([Ok(width), Ok(height)], 3) = (size, *channels) else {
+        let shape = colours.shape();
+        let message = format!("colours: expected shape (height, width, 3), found {shape:?}");
+        return Err(PyValueError::new_err(message));
+    };
+    let values = colours.as_slice()?;
+    on_threads(py, 0, || {
+        let picture = Picture {
+            size: [width, height],
+            pixels: values.as_chunks().0.to_vec(),
+        };
+        image_file::write_png(&path, &picture, stops).map_err(|error| error.to_python())
+    })?
+}

@@ -1,0 +1,105 @@
+"""The extension module behind the package `antumbra`. Private: it takes what the package has checked."""
+
+from collections.abc import Sequence
+from typing import TypeAlias, final
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arrays import Reals
+from .index import KeptLight, Settings, Stats
+from .lights import LightTuple
+from .picture import PictureSettings
+
+__all__ = ["Scene", "ShadowIndex", "all_hits", "nearest_hits", "render", "run", "version", "write_png"]
+
+_Vector: TypeAlias = Sequence[float]
+_Camera: TypeAlias = tuple[_Vector, _Vector, _Vector, float]
+
+@final
+class Scene:
+    @staticmethod
+    def load(path: str, up: str | None) -> Scene: ...
+    @staticmethod
+    def from_arrays(vertices: Reals, faces: npt.NDArray[np.uint32], up: _Vector) -> Scene: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def surface_count(self) -> int: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def bounds(self) -> list[list[float]] | None: ...
+    @property
+    def lights(self) -> list[LightTuple]: ...
+    @property
+    def camera(self) -> tuple[list[float], list[float], list[float], float, list[int] | None] | None: ...
+    @property
+    def up(self) -> list[float]: ...
+    def triangles(self) -> npt.NDArray[np.float64]: ...
+
+@final
+class ShadowIndex:
+    def __new__(
+        cls, scene: Scene, lights: list[LightTuple], settings: Settings, occlusion: str | None
+    ) -> ShadowIndex: ...
+    @property
+    def lights(self) -> list[LightTuple]: ...
+    def occluded(
+        self,
+        points: Reals,
+        lights: list[int],
+        normals: Reals | None,
+        face_ids: npt.NDArray[np.uint32] | None,
+        on_surface: bool,
+        tolerance: float | None,
+        is_packed: bool,
+        threads: int,
+    ) -> npt.NDArray[np.uint8]: ...
+    def occluded_segments(
+        self, a: Reals, b: Reals, face_ids: npt.NDArray[np.uint32] | None, threads: int
+    ) -> npt.NDArray[np.uint8]: ...
+    def occluded_rays(
+        self, origins: Reals, directions: Reals, face_ids: npt.NDArray[np.uint32] | None, threads: int
+    ) -> npt.NDArray[np.uint8]: ...
+    def save(self, path: str) -> tuple[int, int]: ...
+    @property
+    def kept_lights(self) -> list[KeptLight]: ...
+    def volume(self, resolution: int) -> tuple[npt.NDArray[np.uint8], list[float], float] | None: ...
+    def stats(self) -> Stats: ...
+
+def nearest_hits(
+    index: ShadowIndex,
+    origins: Reals,
+    directions: Reals,
+    leaves: npt.NDArray[np.uint32] | None,
+    threads: int,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+def all_hits(
+    index: ShadowIndex,
+    origins: Reals,
+    directions: Reals,
+    leaves: npt.NDArray[np.uint32] | None,
+    threads: int,
+) -> tuple[
+    npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]
+]: ...
+def render(
+    scene: Scene,
+    lights: list[LightTuple] | None,
+    camera: _Camera | None,
+    picture: PictureSettings,
+    settings: Settings,
+    occlusion: str | None,
+) -> tuple[
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
+    list[str],
+    list[str],
+    float,
+    dict[str, int],
+]: ...
+def write_png(path: str, colours: npt.NDArray[np.float32], stops: float) -> None: ...
+def run(command_line: list[str]) -> int: ...
+def version() -> str: ...

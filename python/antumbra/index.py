@@ -1,0 +1,361 @@
+"""The shadow index: a scene and lights, ready for many questions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _antumbra
+from ._arrays import numbers, places, rows, rows_like, thread_count, whole
+from .lights import Light, light_of, tuples_of
+from .scene import Scene
+
+MOST_VALUE_BYTES = 4 << 30
+
+
+KeptLight: TypeAlias = Literal["taken", "absent", "no room"]
+"""What a file had of a light: values that were taken; none, as the light is new or was moved; more than `memory`."""
+
+
+@dataclass(frozen=True)
+class Volume:
+    """What values know of points of space, in cubes.
+
+    Attributes:
+        values: uint8, shape (x, y, z, lights): `LIT` where all points of a cube are lit, `SHADOWED` where none is,
+            `MIXED` where both occur or it is not known.
+        lowest: The lowest corner of the first cube, world space, shape (3,).
+        edge: The edge of a cube.
+    """
+
+    LIT = 0
+    SHADOWED = 1
+    MIXED = 2
+
+    values: npt.NDArray[np.uint8] = field(repr=False)
+    lowest: npt.NDArray[np.float64]
+    edge: float
+
+
+class Stats(TypedDict):
+    """What an index is, and how the queries of `occluded` and its kin were decided so far."""
+
+    method: str
+    surfaces: int
+    lights: int
+    grid: list[int]
+    prepare_seconds: float
+    value_bytes: int
+    table_bytes: int
+    evictions: int
+    default_tolerance: float
+    queries: int
+    facing_away: int
+    first_pass: int
+    intermediate: int
+    blocker_list: int
+    rays: int
+    shadowed: int
+
+
+class Settings(TypedDict):
+    """How an index is made, as the extension module takes it."""
+
+    method: str
+    refine: str
+    resolution: int
+    space_resolution: int
+    memory: int
+    memory_limit: int | None
+    grid: list[int] | None
+    threads: int
+
+
+def settings(
+    *,
+    method: str = "voxel",
+    refine: str = "lazy",
+    resolution: int = 2048,
+    memory: int = 256 << 20,
+    memory_limit: int | None = None,
+    grid: int | Sequence[int] | None = None,
+    threads: int = 0,
+) -> Settings:
+    """Checks settings; `ShadowIndex` says what they mean."""
+    if not isinstance(method, str):
+        raise TypeError(f"method: expected a str, found {type(method).__name__}")
+    if not isinstance(refine, str):
+        raise TypeError(f"refine: expected a str, found {type(refine).__name__}")
+    resolution = whole("resolution", resolution, 4, 4096)
+    if grid is not None:
+        axes = list(grid) if isinstance(grid, (Sequence, np.ndarray)) else [grid] * 3
+        if len(axes) != 3:
+            raise ValueError(f"grid: expected one number or three, found {len(axes)}")
+        grid = [whole("grid", n, 1, 2048) for n in axes]
+    return {
+        "method": method,
+        "refine": refine,
+        "resolution": resolution,
+        "space_resolution": max(4, resolution // 2),
+        "memory": whole("memory", memory, 0, MOST_VALUE_BYTES),
+        "memory_limit": None if memory_limit is None else whole("memory_limit", memory_limit, 0, 2**63),
+        "grid": grid,
+        "threads": thread_count(threads),
+    }
+
+
+class ShadowIndex:
+    """A static scene's surfaces and lights, ready for shadow queries.
+
+    Args:
+        scene: The surfaces.
+        lights: The lights; queries name them by their place here. By default the scene's.
+        method: How queries are answered. `"voxel"`, the default, keeps values in voxels, and lists of the few
+            surfaces that may block; `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
+            the method of the paper; `"naive"` tests every surface: the reference. All give the same answers.
+        refine: When `"voxel"` makes its values: `"lazy"`, while queries are answered, where it pays; `"eager"`,
+            all of them now; `"asked"`, at the first query of each voxel.
+        resolution: Finest voxels of `"voxel"` along the longest axis, 4 to 4096, a power of two or rounded up
+            to one; half of it for points of space.
+        memory: Bytes that values of `"voxel"` may take, up to 4 GiB. Where that is too little they are made
+            again.
+        memory_limit: Bytes that the whole index may take, by prediction; `None` for no limit.
+        grid: Voxels of the uniform grid along each axis, one number or three, 1 to 2048; by default by a rule.
+        threads: Threads that build it; 0 for one a processor.
+        occlusion: A file that `save` wrote for the same surfaces, with the same `resolution`: what it has of each
+            light is taken; other lights are made as without a file (`kept_lights`).
+
+    Raises:
+        MemoryError: More than `memory_limit` would be needed.
+        OSError: The file cannot be read.
+        ValueError: A setting is out of range, or the file is refused: it is damaged, or of other surfaces.
+
+    An index may be asked by several Python threads at once.
+    """
+
+    _native: _antumbra.ShadowIndex
+    _scene: Scene
+
+    def __init__(
+        self,
+        scene: Scene,
+        lights: Sequence[Light] | None = None,
+        *,
+        method: Literal["voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
+        refine: Literal["lazy", "eager", "asked"] = "lazy",
+        resolution: int = 2048,
+        memory: int = 256 << 20,
+        memory_limit: int | None = None,
+        grid: int | Sequence[int] | None = None,
+        threads: int = 0,
+        occlusion: str | os.PathLike[str] | None = None,
+    ) -> None:
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene: expected antumbra.Scene, found {type(scene).__name__}")
+        made = settings(
+            method=method,
+            refine=refine,
+            resolution=resolution,
+            memory=memory,
+            memory_limit=memory_limit,
+            grid=grid,
+            threads=threads,
+        )
+        tuples = scene._native.lights if lights is None else tuples_of(lights)
+        path = None if occlusion is None else os.fspath(occlusion)
+        self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path)
+        self._scene = scene
+
+    @classmethod
+    def load(
+        cls, path: str | os.PathLike[str], scene: Scene, lights: Sequence[Light] | None = None, **how: Any
+    ) -> ShadowIndex:
+        """Makes an index with the values of a file: `ShadowIndex(scene, lights, occlusion=path, **how)`."""
+        return cls(scene, lights, occlusion=path, **how)
+
+    def save(self, path: str | os.PathLike[str]) -> int:
+        """Writes what is known of all lights to a file, for `occlusion`, whole or not at all.
+
+        Only the method `"voxel"` knows something. With `refine="eager"` it is everything, else what the queries so
+        far have paid for. Queries may be answered meanwhile.
+
+        Returns:
+            The bytes of the file.
+
+        Raises:
+            OSError: The file cannot be written.
+            ValueError: The method keeps no values.
+        """
+        return self._native.save(os.fspath(path))[0]
+
+    @property
+    def kept_lights(self) -> list[KeptLight]:
+        """What the file of the index had of each light; empty without a file."""
+        return self._native.kept_lights
+
+    def volume(self, resolution: int = 64) -> Volume | None:
+        """Returns what values know of points of space near the scene, in cubes: most with `refine="eager"`.
+
+        Args:
+            resolution: Cubes along the longest axis, 1 to 1024, rounded up to a power of two.
+
+        Returns:
+            `None` if the method keeps no values or the scene is empty.
+        """
+        found = self._native.volume(whole("resolution", resolution, 1, 1024))
+        if found is None:
+            return None
+        values, lowest, edge = found
+        return Volume(values, np.array(lowest), edge)
+
+    @property
+    def scene(self) -> Scene:
+        """The surfaces."""
+        return self._scene
+
+    @property
+    def lights(self) -> list[Light]:
+        """The lights, in the order of their numbers."""
+        return [light_of(parts) for parts in self._native.lights]
+
+    def occluded(
+        self,
+        points: Any,
+        light_index: int | Sequence[int] | npt.NDArray[np.integer[Any]] = 0,
+        normals: Any = None,
+        face_ids: Any = None,
+        on_surface: bool = False,
+        *,
+        tolerance: float | None = None,
+        packed: bool = False,
+        threads: int = 0,
+    ) -> npt.NDArray[np.bool_] | npt.NDArray[np.uint8]:
+        """Answers for each point whether an opaque surface stands between it and a light.
+
+        What is asked depends on what is known of the points:
+
+        * nothing: they are **points of space**, taken as given. A point that lies on a surface up to rounding may
+          then be in that surface's shadow;
+        * `normals`: points of space that face somewhere. Blocked is also a light that is not strictly on the
+          normal's side;
+        * `face_ids`: points **on those surfaces**, up to rounding, also that to float32. The start is moved onto
+          the surface exactly, nothing is offset, and the surface does not block its own points;
+        * `on_surface`: points on surfaces that are not named: each is on the nearest, which is looked for first.
+          `normals`, if given, choose among surfaces that are as near. It is slower than `face_ids`.
+
+        Args:
+            points: Shape (n, 3), float32 or float64, world space, finite.
+            light_index: A light's place, or a sequence of them.
+            normals: Shape (n, 3), any length; zero faces no light.
+            face_ids: Shape (n,), integers: numbers of the scene's surfaces.
+            on_surface: Whether the points lie on surfaces that are not named.
+            tolerance: How far those may be from their surface, world units; by default 2^-22 of the scene's
+                size, which is more than rounding to float32.
+            packed: Whether to return bits.
+            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
+
+        Returns:
+            True where the light is blocked: shape (n,), or (n, lights) for a sequence of lights. With `packed`
+            uint8, the bytes of `np.packbits(answers, axis=0)`: eight points a byte, the first in the highest bit.
+
+        Raises:
+            ValueError: A shape does not fit, a number is not finite, a point is on no surface.
+            TypeError: A dtype does not fit.
+            IndexError: A light or a surface does not exist.
+
+        Arrays are not copied where they are in C order and of a dtype named above. The interpreter's lock is
+        released. Ctrl-C is looked for every two million points. Whoever changes the arrays meanwhile gets answers
+        to either.
+        """
+        places_of_points = rows("points", points)
+        lights, is_one = places("light_index", light_index, len(self._native.lights), "lights")
+        directions = None
+        if normals is not None:
+            places_of_points, directions = rows_like("normals", normals, "points", places_of_points)
+        ids = None
+        if face_ids is not None:
+            if normals is not None or on_surface:
+                raise ValueError("face_ids say where points are: give them without normals and on_surface")
+            shape = (len(places_of_points),)
+            ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
+        if tolerance is not None and not on_surface:
+            raise ValueError("tolerance: only points with on_surface=True have one")
+        answers = self._native.occluded(
+            places_of_points,
+            lights,
+            directions,
+            ids,
+            bool(on_surface),
+            None if tolerance is None else float(tolerance),
+            bool(packed),
+            thread_count(threads),
+        )
+        if packed:
+            return answers[0] if is_one else answers.T
+        return (answers[:, 0] if is_one else answers).view(np.bool_)
+
+    def occluded_segments(
+        self, a: Any, b: Any, face_ids: Any = None, *, threads: int = 0
+    ) -> npt.NDArray[np.bool_]:
+        """Answers for each pair of points whether an opaque surface stands between them.
+
+        The segments hold neither of their ends: a surface that holds an end exactly does not block there. Ends
+        are taken as given, unless `face_ids` names the surfaces of the first. An end that is a rounded point of a
+        surface may lie behind it, and the surface blocks then: give the point of the surface as `a`, or move `b`.
+
+        Lights play no part, and values know nothing about such segments: each is a ray.
+
+        Args:
+            a: Shape (n, 3), float32 or float64, world space, finite.
+            b: The same shape.
+            face_ids: Shape (n,), integers: the surfaces that the points of `a` lie on, up to rounding.
+            threads: Threads that work; 0 for one a processor.
+
+        Returns:
+            True where something is between, shape (n,).
+        """
+        first = rows("a", a)
+        first, second = rows_like("b", b, "a", first)
+        ids = None
+        if face_ids is not None:
+            ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
+        return self._native.occluded_segments(first, second, ids, thread_count(threads)).view(np.bool_)
+
+    def occluded_rays(
+        self, origins: Any, directions: Any, face_ids: Any = None, *, threads: int = 0
+    ) -> npt.NDArray[np.bool_]:
+        """Answers for each ray whether it meets an opaque surface, as `occluded_segments` does for segments.
+
+        Args:
+            origins: Shape (n, 3), float32 or float64, world space, finite. A ray does not hold its origin.
+            directions: The same shape, any length; a zero direction meets nothing.
+            face_ids: Shape (n,), integers: the surfaces that the origins lie on, up to rounding.
+            threads: Threads that work; 0 for one a processor.
+
+        Returns:
+            True where something is met, shape (n,).
+        """
+        first = rows("origins", origins)
+        first, second = rows_like("directions", directions, "origins", first)
+        ids = None
+        if face_ids is not None:
+            ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
+        return self._native.occluded_rays(first, second, ids, thread_count(threads)).view(np.bool_)
+
+    def stats(self) -> Stats:
+        """Returns what the index is and how queries were decided so far.
+
+        `first_pass`, `intermediate`, `blocker_list` and `rays` count queries by what decided them, `facing_away`
+        those that normals decided; `shadowed` counts blocked ones. `value_bytes` and `table_bytes` is what
+        values take, `prepare_seconds` how long the index took to build.
+        """
+        return self._native.stats()
+
+    def __repr__(self) -> str:
+        stats = self.stats()
+        return f"<antumbra.ShadowIndex: {stats['surfaces']} surfaces, {stats['lights']} lights, {stats['method']}>"

@@ -1,0 +1,159 @@
+"""Pictures as arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _antumbra
+from ._arrays import as_array, vector, whole
+from .index import settings
+from .lights import Light, tuples_of
+from .scene import Scene
+
+
+class PictureSettings(TypedDict):
+    """What a picture depends on besides scene, lights and camera, as the extension module takes it."""
+
+    size: tuple[int, int]
+    samples: int
+    max_depth: int
+    seed: int
+    shows_occlusion: bool
+    background: Sequence[float] | None
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera.
+
+    Args:
+        eye: Where it stands, world space.
+        at: What is in the middle of the picture.
+        up: Any vector that is not parallel to the view; by default the scene's.
+        fov_degrees: Full field of view over the picture's height, above 0, below 180.
+    """
+
+    eye: Any
+    at: Any
+    up: Any = None
+    fov_degrees: float = 45.0
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What `render` returns.
+
+    Attributes:
+        colour: Linear RGB, float32, shape (height, width, 3), rows from the top.
+        shadow: For each light the share of samples that it reaches, 0 to 1, float32, shape (lights, height,
+            width). A sample that faces away or is outside the cone of a spot is not reached; one that hits
+            nothing is.
+        decided: How the queries of each pixel were decided, by name: shares, float32, shape (height, width).
+        light_names: A name for each light.
+        stops: The automatic exposure of scenes with light in candela and lux, else 0.
+        counts: Rays and queries.
+    """
+
+    colour: npt.NDArray[np.float32] = field(repr=False)
+    shadow: npt.NDArray[np.float32] = field(repr=False)
+    decided: dict[str, npt.NDArray[np.float32]] = field(repr=False)
+    light_names: list[str]
+    stops: float
+    counts: dict[str, int]
+
+    def save_png(self, path: str | os.PathLike[str], *, stops: float | None = None) -> None:
+        """Writes the picture as PNG, sRGB, whole or not at all; `stops` brightens it, by default `self.stops`."""
+        brightened = self.stops if stops is None else float(stops)
+        _antumbra.write_png(os.fspath(path), np.ascontiguousarray(self.colour), brightened)
+
+
+def render(
+    scene: Scene,
+    *,
+    lights: Sequence[Light] | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] | None = None,
+    samples: int = 1,
+    max_depth: int = 5,
+    seed: int = 0,
+    show: Literal["scene", "occlusion"] = "scene",
+    background: Any = None,
+    method: Literal["voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
+    refine: Literal["lazy", "eager", "asked"] = "lazy",
+    resolution: int = 2048,
+    memory: int = 256 << 20,
+    memory_limit: int | None = None,
+    grid: int | Sequence[int] | None = None,
+    threads: int = 0,
+    occlusion: str | os.PathLike[str] | None = None,
+) -> Picture:
+    """Renders a picture by Whitted ray tracing, as the program's `render` does.
+
+    Args:
+        scene: What is seen.
+        lights: The lights; by default the scene's, or a sun if it has none.
+        camera: The camera; by default the scene's, or one that frames the scene.
+        size: Width and height in pixels, 1 to 16384; by default the scene's, or 512 x 512.
+        samples: Samples a pixel, 1 to 65536.
+        max_depth: Longest chain of rays, the eye ray counted, 0 to 32.
+        seed: Changes the samples' places.
+        show: `"scene"`, or `"occlusion"`: in false colours, how shadow queries were decided.
+        background: What a ray sees that hits nothing, linear RGB; by default the scene's.
+        method: As of `ShadowIndex`, like all that follow. The picture does not depend on them.
+        refine: When values are made.
+        resolution: Finest voxels.
+        memory: Bytes of values.
+        memory_limit: Bytes of the index.
+        grid: Voxels of the uniform grid.
+        threads: Threads that work; 0 for one a processor.
+        occlusion: A file of `ShadowIndex.save`.
+
+    The interpreter's lock is released; Ctrl-C ends the work.
+    """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: expected antumbra.Scene, found {type(scene).__name__}")
+    native = scene._native
+    if show not in ("scene", "occlusion"):
+        raise ValueError(f'show is {show!r}: expected "scene" or "occlusion"')
+    if size is None:
+        from_file = native.camera[4] if native.camera is not None else None
+        width, height = (min(16384, max(1, side)) for side in from_file or (512, 512))
+    else:
+        sides = as_array("size", size)
+        if sides.shape != (2,):
+            raise ValueError(f"size: expected width and height, found shape {sides.shape}")
+        width, height = (whole("size", side, 1, 16384) for side in size)
+    view = None
+    if camera is not None:
+        up = native.up if camera.up is None else vector("camera.up", camera.up)
+        eye, at = vector("camera.eye", camera.eye), vector("camera.at", camera.at)
+        view = (eye, at, up, float(camera.fov_degrees))
+    picture: PictureSettings = {
+        "size": (width, height),
+        "samples": whole("samples", samples, 1, 65536),
+        "max_depth": whole("max_depth", max_depth, 0, 32),
+        "seed": whole("seed", seed, 0, 2**64 - 1),
+        "shows_occlusion": show == "occlusion",
+        "background": None if background is None else vector("background", background),
+    }
+    made = settings(
+        method=method,
+        refine=refine,
+        resolution=resolution,
+        memory=memory,
+        memory_limit=memory_limit,
+        grid=grid,
+        threads=threads,
+    )
+    tuples = None if lights is None else tuples_of(lights)
+    path = None if occlusion is None else os.fspath(occlusion)
+    colour, shadow, decided, names, ways, stops, counts = _antumbra.render(
+        native, tuples, view, picture, made, path
+    )
+    return Picture(colour, shadow, dict(zip(ways, decided)), names, stops, counts)

@@ -1,0 +1,115 @@
+"""Scenes from files and from arrays."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _antumbra
+from ._arrays import numbers, rows, vector
+from .lights import Light, light_of
+
+
+class Scene:
+    """A static scene: surfaces with numbers, perhaps lights and a camera.
+
+    Made by `Scene.load`, `Scene.from_arrays` or `Scene.from_trimesh`.
+    """
+
+    _native: _antumbra.Scene
+
+    def __init__(self) -> None:
+        raise TypeError("a Scene is made by Scene.load, Scene.from_arrays or Scene.from_trimesh")
+
+    @classmethod
+    def _of(cls, native: _antumbra.Scene) -> Scene:
+        scene = cls.__new__(cls)
+        scene._native = native
+        return scene
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, up: str | None = None) -> Scene:
+        """Reads a scene file.
+
+        Args:
+            path: The file; its ending says the format: `.nff`, `.obj`, `.gltf`, `.glb`, `.ply` or `.stl`.
+            up: `"y"` or `"z"`, for cameras and suns that the file does not give; nothing is turned. By default
+                as the format has it.
+
+        Raises:
+            FileNotFoundError: There is no such file.
+            ValueError: The file cannot be used; the message says where and why.
+        """
+        return cls._of(_antumbra.Scene.load(os.fspath(path), up))
+
+    @classmethod
+    def from_arrays(cls, vertices: Any, faces: Any, *, up: Any = (0.0, 0.0, 1.0)) -> Scene:
+        """Makes a scene of one triangle mesh, opaque and grey.
+
+        Args:
+            vertices: Shape (n, 3), float32 or float64, world space, finite. What is given is the exact shape:
+                float32 is not rounded further.
+            faces: Shape (m, 3), integers: numbers of vertices. Winding does not matter for shadows. A face
+                without area blocks nothing.
+            up: Which way is up, for cameras and suns of pictures.
+
+        The faces' numbers are what `face_ids` of `ShadowIndex.occluded` means. The arrays are copied.
+
+        Raises:
+            ValueError: A shape does not fit, or a vertex is not finite.
+            TypeError: A dtype does not fit.
+            IndexError: A face names a vertex that is not there.
+        """
+        places = rows("vertices", vertices)
+        if not len(places) and not np.size(faces):
+            faces = np.zeros((0, 3), np.uint32)
+        corners = numbers("faces", faces, (-1, 3), len(places), "vertices")
+        return cls._of(_antumbra.Scene.from_arrays(places, corners, vector("up", up)))
+
+    @classmethod
+    def from_trimesh(cls, mesh: Any) -> Scene:
+        """Makes a scene of a `trimesh.Trimesh`, or of anything with `vertices` and `faces`.
+
+        Faces have the mesh's numbers. The mesh is copied: later changes of it are not seen.
+        """
+        if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
+            raise TypeError(
+                f"mesh: expected vertices and faces, found {type(mesh).__name__}; a trimesh.Scene has to_mesh()"
+            )
+        return cls.from_arrays(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+
+    @property
+    def surface_count(self) -> int:
+        """How many surfaces there are: triangles first, then spheres, walls and caps of cones, and disks."""
+        return self._native.surface_count
+
+    @property
+    def triangle_count(self) -> int:
+        """How many of the surfaces are triangles."""
+        return self._native.triangle_count
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64] | None:
+        """The box around all surfaces, shape (2, 3), or `None` for an empty scene."""
+        bounds = self._native.bounds
+        return None if bounds is None else np.array(bounds)
+
+    @property
+    def lights(self) -> list[Light]:
+        """The lights of the file."""
+        return [light_of(parts) for parts in self._native.lights]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the reader ignored, repaired or guessed."""
+        return self._native.warnings
+
+    def triangles(self) -> npt.NDArray[np.float64]:
+        """Returns the corners of all triangles, shape (triangles, 3, 3), in the order of their numbers."""
+        return self._native.triangles().reshape(-1, 3, 3)
+
+    def __repr__(self) -> str:
+        return f"<antumbra.Scene: {self.surface_count} surfaces, {len(self._native.lights)} lights>"

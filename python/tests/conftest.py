@@ -1,0 +1,81 @@
+"""Scenes that several tests ask about."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import antumbra
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+OPTIONAL = ("trimesh", "rtree", "embreex", "mypy")
+
+
+def pytest_report_header() -> list[str]:
+    """Says what is compared with, and what is not there to be compared with."""
+    missing = [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
+    there = [name for name in OPTIONAL if name not in missing]
+    lines = [f"antumbra {antumbra.__version__}, compared with: {', '.join(there) or 'nothing'}"]
+    if missing:
+        lines.append(f"NOT INSTALLED, so these comparisons are skipped: {', '.join(missing)}")
+    return lines
+
+
+def bumpy_sphere(rings: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Returns a sphere with bumps that shade each other: 4 * rings^2 faces, open at the poles."""
+    sectors = 2 * rings
+    polar, around = np.meshgrid(
+        np.linspace(0.05, np.pi - 0.05, rings + 1), np.linspace(0.0, 2.0 * np.pi, sectors, endpoint=False), indexing="ij"
+    )
+    radius = 1.0 + 0.2 * np.sin(9.0 * polar) * np.cos(7.0 * around)
+    vertices = np.stack(
+        [radius * np.sin(polar) * np.cos(around), radius * np.sin(polar) * np.sin(around), radius * np.cos(polar)], -1
+    ).reshape(-1, 3)
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(rings), np.arange(sectors), indexing="ij"))
+    a, b = i * sectors + j, i * sectors + (j + 1) % sectors
+    c, d = b + sectors, a + sectors
+    faces = np.concatenate([np.stack([a, d, c], -1), np.stack([a, c, b], -1)])
+    return vertices, faces
+
+
+def points_on(
+    vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64], count: int, seed: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32], npt.NDArray[np.float64]]:
+    """Returns rounded points of faces, the faces, and their normals, which point outwards."""
+    random = np.random.default_rng(seed)
+    ids = random.integers(len(faces), size=count)
+    corners = vertices[faces[ids]]
+    weights = random.dirichlet((1.0, 1.0, 1.0), size=count)
+    points = np.einsum("nc,ncd->nd", weights, corners)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return points, ids.astype(np.uint32), normals
+
+
+LIGHTS = [
+    antumbra.PointLight((2.0, -3.0, 4.0)),
+    antumbra.DirectionalLight((0.3, 0.2, -1.0)),
+    antumbra.SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), 20.0),
+]
+
+
+@pytest.fixture(scope="session")
+def bumps() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """A bumpy sphere of 1600 faces."""
+    return bumpy_sphere(20)
+
+
+@pytest.fixture(scope="session")
+def scene(bumps: tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]) -> antumbra.Scene:
+    return antumbra.Scene.from_arrays(*bumps)
+
+
+@pytest.fixture(scope="session")
+def index(scene: antumbra.Scene) -> antumbra.ShadowIndex:
+    return antumbra.ShadowIndex(scene, LIGHTS)
+
+
+@pytest.fixture(scope="session")
+def reference(scene: antumbra.Scene) -> antumbra.ShadowIndex:
+    """Tests every surface: the rule of EXACTNESS.md and nothing else."""
+    return antumbra.ShadowIndex(scene, LIGHTS, method="naive")
