@@ -33,12 +33,12 @@ impl Found {
     const BY_LIST: u8 = 0b10;
 
     #[inline(always)]
-    fn by_value(is_shadowed: bool) -> Self {
+    pub(super) fn by_value(is_shadowed: bool) -> Self {
         Self(u8::from(is_shadowed))
     }
 
     #[inline(always)]
-    fn by_list(is_shadowed: bool) -> Self {
+    pub(super) fn by_list(is_shadowed: bool) -> Self {
         Self(u8::from(is_shadowed) | Self::BY_LIST)
     }
 
@@ -137,7 +137,7 @@ impl AdaptiveValues {
 
     /// Returns where some starts lie, coordinate by coordinate.
     #[inline(always)]
-    fn places(&self, starts: &[Start]) -> [[f32; BLOCK]; 3] {
+    pub(super) fn places(&self, starts: &[Start]) -> [[f32; BLOCK]; 3] {
         let mut places = [[0.0; BLOCK]; 3];
         for (number, start) in starts.iter().enumerate() {
             let [x, y, z] = self.narrow(start.point);
@@ -170,21 +170,21 @@ impl AdaptiveValues {
 
     /// Returns a point in the frame's units.
     #[inline(always)]
-    fn narrow(&self, point: DVec3) -> [f32; 3] {
+    pub(super) fn narrow(&self, point: DVec3) -> [f32; 3] {
         let x = self.frame.point_in_frame(point);
         [x.x as f32, x.y as f32, x.z as f32]
     }
 }
 
 /// What is needed to look up a start.
-struct Lookup<'a, S> {
-    simd: S,
-    values: &'a AdaptiveValues,
+pub(super) struct Lookup<'a, S> {
+    pub(super) simd: S,
+    pub(super) values: &'a AdaptiveValues,
     /// Of the light.
-    number: usize,
-    tables: Tables<'a>,
-    store: &'a Store,
-    occluders: &'a Occluders,
+    pub(super) number: usize,
+    pub(super) tables: Tables<'a>,
+    pub(super) store: &'a Store,
+    pub(super) occluders: &'a Occluders,
 }
 
 impl<S: Simd> Lookup<'_, S> {
@@ -262,13 +262,13 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Returns the light.
     #[inline(always)]
-    fn light(&self) -> &LightShape {
+    pub(super) fn light(&self) -> &LightShape {
         &self.values.lights[self.number].light
     }
 
     /// Returns whose values speak of a start that is where its point is.
     #[inline(always)]
-    fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
+    pub(super) fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
         let Some(SurfaceId(surface)) = start.surface else {
             return Asks::In(Audience::Free);
         };
@@ -297,7 +297,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Returns how far a start may lie from its point, in world units.
     #[inline(always)]
-    fn room(&self) -> f64 {
+    pub(super) fn room(&self) -> f64 {
         self.values.start_room
     }
 
@@ -305,12 +305,21 @@ impl<S: Simd> Lookup<'_, S> {
     #[cold]
     #[inline(never)]
     fn find_off_surface(&self, start: &Start) -> Found {
+        match self.move_onto_surface(start) {
+            Moved::OwnShadow => Found::by_value(true),
+            Moved::To(point, audience) => self.find_at(start, point, audience),
+            Moved::Unknown => Found::NOTHING,
+        }
+    }
+
+    /// Tells where the start of a point is that may be off its surface.
+    pub(super) fn move_onto_surface(&self, start: &Start) -> Moved {
         let Some(surface) = start.surface else {
-            return Found::NOTHING;
+            return Moved::Unknown;
         };
         let is_near = start.point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
         if !is_near || surface.0 as usize >= self.occluders.surface_count() {
-            return Found::NOTHING;
+            return Moved::Unknown;
         }
         let segment = self.occluders.segment(start, self.light());
         let room = 0.5 * self.room();
@@ -319,7 +328,7 @@ impl<S: Simd> Lookup<'_, S> {
             None => {
                 // Values speak of starts that no own rule shadows.
                 if self.occluders.own_rule_blocks(&segment) {
-                    return Found::by_value(true);
+                    return Moved::OwnShadow;
                 }
                 if self.is_on_curved(surface, start.point, room) {
                     Asks::In(Audience::Front)
@@ -330,9 +339,9 @@ impl<S: Simd> Lookup<'_, S> {
         };
         match asks {
             Asks::In(audience) if segment.origin_error() < room => {
-                self.find_at(start, segment.origin(), audience)
+                Moved::To(segment.origin(), audience)
             }
-            _ => Found::NOTHING,
+            _ => Moved::Unknown,
         }
     }
 
@@ -451,7 +460,12 @@ impl<S: Simd> Lookup<'_, S> {
     /// Tells whether a listed surface that is no triangle blocks. The start's own solid does not: its own
     /// rule was asked before.
     #[inline(always)]
-    fn curved_verdict(&self, surface: SurfaceId, start: &Start, point: DVec3) -> Verdict {
+    pub(super) fn curved_verdict(
+        &self,
+        surface: SurfaceId,
+        start: &Start,
+        point: DVec3,
+    ) -> Verdict {
         let number = surface.0 as usize - self.tables.triangle_count();
         let Some(ball) = &self.tables.scene.balls[number] else {
             return Verdict::Doubt;
@@ -492,6 +506,16 @@ impl<S: Simd> Lookup<'_, S> {
             verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
         })
     }
+}
+
+/// Where a start is whose point may be off its surface.
+pub(super) enum Moved {
+    /// Its own rule shadows it.
+    OwnShadow,
+    /// Within the room of a point.
+    To(DVec3, Audience),
+    /// Nobody knows well enough.
+    Unknown,
 }
 
 /// Where a segment comes into the box of all cells.
@@ -545,7 +569,7 @@ const LARGEST_POINT: f64 = 1.2676506002282294e30;
 
 /// Where the answer to a start is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Asks {
+pub(super) enum Asks {
     /// In the values of an audience, at the start's point.
     In(Audience),
     /// Its own rule shadows it.
