@@ -17,7 +17,7 @@ const HOPE: f64 = 1.0 / 16.0;
 const REINVESTED: f64 = 0.7;
 
 /// So much of the time of rays may be spent at once that queries which are known to come would take.
-const FORESIGHT: f64 = 1.0 / 3.0;
+const FORESIGHT: f64 = 0.5;
 
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;
@@ -37,10 +37,13 @@ const MISS_NS: u64 = 30;
 
 /// Columns that cost more than rays are asked for so many chunks of queries all the same, since tables are made at
 /// the first, and later for one in so many.
-const FIRST_TRIES: u32 = 32;
+const FIRST_TRIES: u32 = 256;
 const LATER_TRIES: u32 = 16;
-/// Values cost no less, all in all.
-const FAST_NS: f64 = 25.0;
+/// How much of what a chunk cost comes into what columns cost lately.
+const CHEAPER: f32 = 0.5;
+const DEARER: f32 = 0.05;
+/// Where columns cost a smaller share of what rays do, values cost no less, all in all.
+const FAST: f64 = 0.5;
 /// A cell has its price when columns have cost so many times more: rays are worth more haste.
 const COLUMN_SHARE: f64 = 0.25;
 
@@ -118,7 +121,7 @@ impl Budget {
         // What columns leave to rays is no sample of them.
         if account.ray_count > 0 && !account.has_columns {
             let now = account.rays_ns as f32 / account.ray_count as f32;
-            renew(&self.recent_ray, now);
+            renew(&self.recent_ray, now, RECENT, RECENT);
         }
         let recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
         let usual = mean.min(recent.into());
@@ -138,12 +141,11 @@ impl Budget {
             let share = before + RECENT * (now - before);
             self.found_share.store(share.to_bits(), Ordering::Relaxed);
         }
-        if account.has_columns && account.query_count > 0 {
+        if account.has_columns && account.looked_count == 0 && account.query_count > 0 {
             self.column_tries.fetch_add(1, Ordering::Relaxed);
-            renew(
-                &self.recent_column,
-                took as f32 / account.query_count as f32,
-            );
+            // Chunks in which tables are made cost many times more, for once.
+            let now = took as f32 / account.query_count as f32;
+            renew(&self.recent_column, now, CHEAPER, DEARER);
         }
         if !is_alone {
             // What another process took is no loss.
@@ -197,9 +199,17 @@ impl Budget {
         }
     }
 
-    /// Returns whether columns answer so fast that values would be no gain.
+    /// Returns whether columns answer so fast that values would be no gain, as far as is known: now and then
+    /// it is time to see again.
     pub(crate) fn are_columns_fast(&self) -> bool {
-        self.column_ns() < FAST_NS
+        if self.column_ns() < FAST * self.usual_ray() {
+            return true;
+        }
+        let tries = self.column_tries.load(Ordering::Relaxed);
+        tries < FIRST_TRIES || {
+            self.column_tries.fetch_add(1, Ordering::Relaxed);
+            tries.is_multiple_of(LATER_TRIES)
+        }
     }
 
     /// Returns what to charge a cell for where columns answer: a share of what a value would have spared.
@@ -235,11 +245,13 @@ impl Budget {
     }
 }
 
-/// Brings what was seen now into a mean of what was seen lately.
-fn renew(mean: &AtomicU32, now: f32) {
+/// Brings what was seen now into a mean of what was seen lately: so much of it where it is less, and where it is
+/// more.
+fn renew(mean: &AtomicU32, now: f32, less: f32, more: f32) {
     let before = f32::from_bits(mean.load(Ordering::Relaxed));
+    let share = if now < before { less } else { more };
     let renewed = if before > 0.0 {
-        before + RECENT * (now - before)
+        before + share * (now - before)
     } else {
         now
     };
@@ -474,6 +486,62 @@ mod tests {
         // One that took longer than it was allowed to.
         budget.spend(1);
         assert_eq!(budget.looks(), Looks::None);
+    }
+
+    #[test]
+    fn what_is_known_to_come_pays_beforehand() {
+        let budget = Budget::default();
+        assert!(!budget.allows_ahead(1, 1_000_000));
+        budget.note(&rays(1_000));
+        let hope = HOPE * 160_000.0;
+        for ahead in [0, 1_000, 500_000] {
+            let most = (hope + FORESIGHT * 160.0 * ahead as f64) as u64;
+            assert!(budget.allows_ahead(most, ahead), "{ahead}");
+            assert!(!budget.allows_ahead(most + 1, ahead), "{ahead}");
+        }
+    }
+
+    fn rays(count: u64) -> Account {
+        Account {
+            query_count: count,
+            ray_count: count,
+            rays_ns: 160 * count,
+            took: Some(160 * count),
+            ..Account::default()
+        }
+    }
+
+    fn columns(count: u64, each_ns: u64) -> Account {
+        Account {
+            query_count: count,
+            has_columns: true,
+            took: Some(each_ns * count),
+            ..Account::default()
+        }
+    }
+
+    #[test]
+    fn columns_that_cost_more_than_rays_are_asked_now_and_then_until_they_do_not() {
+        let budget = Budget::default();
+        budget.note(&rays(1_000));
+        let asked = |budget: &Budget, each_ns: u64| {
+            let mut count = 0;
+            for _ in 0..1_600 {
+                if budget.are_columns_worth_it() {
+                    budget.note(&columns(1_000, each_ns));
+                    count += 1;
+                } else {
+                    budget.note(&rays(1_000));
+                }
+            }
+            count
+        };
+        let first = asked(&budget, 500);
+        assert!((256..=256 + 1_600 / 16).contains(&first), "{first}");
+        // Tables are made, say.
+        assert!(asked(&budget, 20) > 1_000);
+        assert!(budget.are_columns_fast());
+        assert!(asked(&budget, 500) < 200);
     }
 
     #[test]

@@ -484,7 +484,10 @@ mod tests {
                     moved.point += room * random.of_cube();
                 }
                 let segment = occluders.segment(&moved, &light);
-                let x = frame.point_in_frame(given.point).to_array().map(|x| x as f32);
+                let x = frame
+                    .point_in_frame(given.point)
+                    .to_array()
+                    .map(|x| x as f32);
                 // As far as starts are asked about that are where they seem to be.
                 let off = (segment.origin() - given.point).abs().max_element();
                 if x.iter().any(|x| x.abs() > 1.25) || off > room {
