@@ -430,7 +430,7 @@ impl AdaptiveValues {
         let curved_count = occluders.surface_count() - occluders.triangle_count();
         let price = TABLE_NS * occluders.triangle_count() as u64
             + CURVED_NS * curved_count as u64
-            + Columns::price(occluders);
+            + Columns::price(occluders, &self.frame, &values.light);
         if values.budget.allows_ahead(price, ahead) && !values.is_busy.swap(true, Ordering::Acquire)
         {
             let begin = Reading::now();

@@ -44,6 +44,20 @@ pub(super) struct Views {
     locator: Locator,
 }
 
+/// Returns whether a light has six views, not one.
+pub(super) fn has_faces(scene: &Bounds, frame: &Frame, light: &LightShape) -> bool {
+    match *light {
+        LightShape::Direction(_) => false,
+        LightShape::Point(light) => is_among(scene, frame, frame.point_in_frame(light)),
+    }
+}
+
+/// The frame has its origin in the scene's middle.
+fn is_among(scene: &Bounds, frame: &Frame, light_in_frame: DVec3) -> bool {
+    let reach = 0.5 * frame.scale * scene.size().length();
+    light_in_frame.length() <= FAR * reach
+}
+
 /// Where starts are, in `f32`.
 #[derive(Clone, Copy, Debug)]
 enum Locator {
@@ -93,8 +107,6 @@ impl Views {
         light: &LightShape,
         column_count: f64,
     ) -> Option<Self> {
-        // The frame has its origin in the scene's middle.
-        let reach = 0.5 * frame.scale * scene.size().length();
         let one = |away: DVec3, w: [f64; 2]| {
             let view = View::one(scene, frame, away, w, column_count)?;
             let narrow = |x: f64| x as f32;
@@ -119,7 +131,7 @@ impl Views {
             LightShape::Point(light) => {
                 let light = frame.point_in_frame(light);
                 let distance = light.length();
-                if distance > FAR * reach {
+                if !is_among(scene, frame, light) {
                     return one(-light / distance, [1.0, 1.0 / distance]);
                 }
                 (light.abs().max_element() < FARTHEST).then(|| Self::cube(light, column_count))
