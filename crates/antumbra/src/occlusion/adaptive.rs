@@ -431,8 +431,8 @@ impl AdaptiveValues {
         let price = TABLE_NS * occluders.triangle_count() as u64
             + CURVED_NS * curved_count as u64
             + Columns::price(occluders, &self.frame, &values.light);
-        if values.budget.allows_ahead(price, ahead) && !values.is_busy.swap(true, Ordering::Acquire)
-        {
+        let can_make = self.refine == Refine::Asked || values.budget.allows_ahead(price, ahead);
+        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
             let begin = Reading::now();
             self.make_tables(occluders, light);
             self.make_columns(occluders, light);
@@ -446,7 +446,7 @@ impl AdaptiveValues {
         let has_room = self.store_bytes >= Columns::predict_bytes(occluders);
         self.lights[light].columns.get_or_init(|| {
             let tables = self.tables(occluders, light).filter(|_| has_room)?;
-            Columns::new(occluders, &tables)
+            Columns::new(occluders, &tables, self.refine == Refine::Asked)
         });
     }
 
@@ -461,7 +461,11 @@ impl AdaptiveValues {
 
     /// Returns what to charge a cell for where columns answer.
     pub(crate) fn cost_of_column(&self, light: usize) -> u64 {
-        self.lights[light].budget.column_charge()
+        match self.refine {
+            // So that what is made does not depend on times.
+            Refine::Asked => 16,
+            Refine::Lazy | Refine::Eager => self.lights[light].budget.column_charge(),
+        }
     }
 
     /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price

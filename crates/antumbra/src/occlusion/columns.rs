@@ -56,6 +56,8 @@ struct Placed {
 /// Columns for a surface, and the fewest and most of them.
 const COLUMNS_EACH: f64 = 3.0;
 const COLUMN_COUNT: [f64; 2] = [65_536.0, 524_288.0];
+/// In tests many scenes have columns, each of them for a few queries.
+const COLUMNS_IN_TESTS: f64 = 2_048.0;
 /// Entries for a surface and for a column at most: beyond that columns are made wider.
 const MOST_ENTRIES: [usize; 2] = [32, 12];
 /// So often they are made wider, four times each.
@@ -71,10 +73,18 @@ const DEPTH_ROOM: f64 = 2.0 * BOUND as f64;
 
 impl Columns {
     /// Makes the lists; `None` where they would be too long, or no view suits the light.
-    pub(crate) fn new(occluders: &Occluders, tables: &Tables<'_>) -> Option<Self> {
+    pub(crate) fn new(
+        occluders: &Occluders,
+        tables: &Tables<'_>,
+        is_for_tests: bool,
+    ) -> Option<Self> {
         let (frame, light) = (tables.frame, tables.light);
         let bounds = occluders.bounds();
-        let mut count = wanted(occluders);
+        let mut count = if is_for_tests {
+            COLUMNS_IN_TESTS
+        } else {
+            wanted(occluders)
+        };
         for _ in 0..TRIES {
             let views = Views::new(&bounds, frame, light, count)?;
             if let Some(columns) = Self::with(views, occluders, tables) {
@@ -457,6 +467,20 @@ mod tests {
         }
     }
 
+    /// A light anywhere, or on a triangle but for rounding, or close to it.
+    fn light(occluders: &Occluders, random: &mut Random) -> LightShape {
+        let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
+        match occluders.triangle_positions(surface) {
+            Some([a, b, c]) if random.below(3) == 0 => {
+                let (s, t) = (random.real(0.0, 1.0), random.real(0.0, 1.0));
+                let off = random.pick(&[0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3]);
+                let on_triangle = a + s * (b - a) + t * (1.0 - s) * (c - a);
+                LightShape::Point(on_triangle + off * random.in_cube())
+            }
+            _ => random.light(&occluders.bounds()),
+        }
+    }
+
     #[test]
     fn what_blocks_is_listed_and_full_is_blocked() {
         let random = &mut Random(1);
@@ -467,7 +491,7 @@ mod tests {
                 continue;
             }
             let frame = Frame::new(occluders.bounds());
-            let light = random.light(&occluders.bounds());
+            let light = light(&occluders, random);
             let scene_tables = SceneTables::new(&occluders);
             let light_tables = LightTables::new(&occluders, &frame, &light);
             let tables = Tables::new(&occluders, &frame, &light, &scene_tables, &light_tables);

@@ -24,6 +24,10 @@ const BEYOND: f64 = 4.0;
 /// A face's polygon that comes closer to the light is taken to be everywhere.
 const CLOSEST: f64 = 1e-6;
 
+/// Cuts let so much more remain, in the frame's units: many times the rounding of corners and cuts. A triangle that
+/// all but holds the light shows itself by a tip of that size only, and blocks half of everything.
+const TIP: f64 = 1e-9;
+
 impl Polygon {
     /// `None` if the view does not show the triangle.
     #[inline]
@@ -43,7 +47,7 @@ impl Polygon {
             // Positive where the face shows nothing.
             let beyond = |corner: &DVec3| {
                 let sign = if side & 1 == 0 { 1.0 } else { -1.0 };
-                sign * corner[side / 2] - steepness * corner.z
+                sign * corner[side / 2] - steepness * corner.z - TIP
             };
             polygon = polygon.cut(beyond)?;
         }
