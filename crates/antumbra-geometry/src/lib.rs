@@ -20,7 +20,7 @@ mod umbra;
 
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
-pub use glam::DVec3;
+pub use glam::{DVec2, DVec3};
 pub use light::LightShape;
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{

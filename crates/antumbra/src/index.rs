@@ -112,7 +112,7 @@ impl Refinement {
 }
 
 /// As few blockers are listed for a voxel until finer ones are made.
-const EARLY_LIST: usize = 24;
+const EARLY_LIST: usize = 8;
 
 /// When the values of [`Method::Voxel`] are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

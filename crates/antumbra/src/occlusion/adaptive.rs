@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::bricks::{Decision, Store, cell_in_brick};
 use super::budget::{Account, Budget, Looks};
 use super::candidates::{Candidates, Casters};
+use super::columns::Columns;
 use super::forms::{BOUND, START_ROOM};
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
@@ -58,6 +59,8 @@ pub(super) struct LightValues {
     tables: OnceLock<LightTables>,
     /// All values, if they were made before.
     packed: OnceLock<Packed>,
+    /// Lists for all directions from the light, if there can be any.
+    columns: OnceLock<Option<Columns>>,
     /// Whether a thread makes tables.
     is_busy: AtomicBool,
     /// Whether values were taken in which nothing is pending.
@@ -78,7 +81,7 @@ pub(crate) struct Making {
 /// A unit of cost in links, in nanoseconds, as a power of two.
 const UNIT: u32 = 4;
 /// What a first look at a cell at the root costs, as a power of two of units.
-const LOOK_PRICE: u32 = 6;
+const LOOK_PRICE: u32 = 9;
 /// Bricks so many halvings below the root are made quickly.
 const QUICK_LEVELS: u32 = 2;
 /// What a brick costs, quick and full: itself, and each candidate.
@@ -143,6 +146,7 @@ impl AdaptiveValues {
             Refine::Asked => (0..self.lights.len()).for_each(|light| {
                 if self.lights[light].is_ordinary {
                     self.make_tables(occluders, light);
+                    self.make_columns(occluders, light);
                 }
             }),
         }
@@ -177,11 +181,16 @@ impl AdaptiveValues {
     }
 
     fn empty_store(&self) -> Option<Arc<Store>> {
-        let price = match self.refine {
+        let price = self.look_price();
+        Store::new(self.store_bytes, &self.lattices, self.lights.len(), price).map(Arc::new)
+    }
+
+    /// Returns the price of a first look at a cell at the root.
+    fn look_price(&self) -> u32 {
+        match self.refine {
             Refine::Asked => 0,
             Refine::Lazy | Refine::Eager => LOOK_PRICE,
-        };
-        Store::new(self.store_bytes, &self.lattices, self.lights.len(), price).map(Arc::new)
+        }
     }
 
     /// Returns the store for some queries.
@@ -208,12 +217,26 @@ impl AdaptiveValues {
         ))
     }
 
+    /// Returns lists for all directions from a light, if there are any and they are worth asking.
+    #[inline(always)]
+    pub(crate) fn columns(&self, light: usize, is_refining: bool) -> Option<&Columns> {
+        let light = &self.lights[light];
+        let columns = light.columns.get()?.as_ref()?;
+        (!is_refining || self.refine == Refine::Asked || light.budget.are_columns_worth_it())
+            .then_some(columns)
+    }
+
     /// Returns which queries to look up: none as long as there are no tables, and while values are made those
     /// that pay.
     #[inline(always)]
     pub(crate) fn looks(&self, light: usize, is_refining: bool) -> Looks {
         let light = &self.lights[light];
-        if light.tables.get().is_none() {
+        let are_columns_fast = || {
+            self.refine == Refine::Lazy
+                && light.columns.get().is_some_and(Option::is_some)
+                && light.budget.are_columns_fast()
+        };
+        if light.tables.get().is_none() || are_columns_fast() {
             Looks::None
         } else if !is_refining || self.refine == Refine::Asked {
             Looks::All
@@ -246,6 +269,7 @@ impl LightValues {
             is_ordinary,
             tables: OnceLock::new(),
             packed: OnceLock::new(),
+            columns: OnceLock::new(),
             is_busy: AtomicBool::new(false),
             is_complete: AtomicBool::new(false),
             budget: Budget::default(),
@@ -501,8 +525,10 @@ impl AdaptiveValues {
         refiner.casters.narrow(&gathered, &bounds, &mut candidates);
         let decision = refiner.decide_quickly(cell.level, &candidates);
         let price = match self.refine {
-            Refine::Asked => LOOK_PRICE + 1,
-            Refine::Lazy | Refine::Eager => price_of(cost(QUICK_NS, candidates.triangles.len())),
+            Refine::Asked => 1,
+            Refine::Lazy | Refine::Eager => {
+                price_of(cost(QUICK_NS, candidates.triangles.len())).max(LOOK_PRICE + 1)
+            }
         };
         store.write_one(&decision, price, |list| refiner.casters.side_by_side(list))
     }
@@ -542,21 +568,35 @@ impl AdaptiveValues {
         })
     }
 
-    /// Adds what some queries of a light came to; makes the light's tables when they pay.
-    pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account) {
+    /// Adds what some queries of a light came to, with so many more known to come; makes the light's tables
+    /// and columns when they pay.
+    pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account, ahead: u64) {
         let values = &self.lights[light];
         values.budget.note(account);
-        if values.tables.get().is_some() || !values.is_ordinary {
+        if values.columns.get().is_some() || !values.is_ordinary {
             return;
         }
         let curved_count = occluders.surface_count() - occluders.triangle_count();
-        let price = TABLE_NS * occluders.triangle_count() as u64 + CURVED_NS * curved_count as u64;
-        if values.budget.allows(price) && !values.is_busy.swap(true, Ordering::Acquire) {
+        let price = TABLE_NS * occluders.triangle_count() as u64
+            + CURVED_NS * curved_count as u64
+            + Columns::price(occluders, &self.frame, &values.light);
+        let can_make = self.refine == Refine::Asked || values.budget.allows_ahead(price, ahead);
+        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
             let begin = Reading::now();
             self.make_tables(occluders, light);
+            self.make_columns(occluders, light);
             values.budget.spend(begin.elapsed_ns());
             values.is_busy.store(false, Ordering::Release);
         }
+    }
+
+    /// Makes the lists of all directions from a light, where there is room.
+    fn make_columns(&self, occluders: &Occluders, light: usize) {
+        let has_room = self.store_bytes >= Columns::predict_bytes(occluders);
+        self.lights[light].columns.get_or_init(|| {
+            let tables = self.tables(occluders, light).filter(|_| has_room)?;
+            Columns::new(occluders, &tables, self.refine == Refine::Asked)
+        });
     }
 
     /// Returns what a query of the list at a cell costs more than a value.
@@ -566,6 +606,15 @@ impl AdaptiveValues {
         list.map_or(0, |list| {
             4 + ENTRY_NS * store.list(list).surfaces.len() as u64
         })
+    }
+
+    /// Returns what to charge a cell for where columns answer.
+    pub(crate) fn cost_of_column(&self, light: usize) -> u64 {
+        match self.refine {
+            // So that what is made does not depend on times.
+            Refine::Asked => 16,
+            Refine::Lazy | Refine::Eager => self.lights[light].budget.column_charge(),
+        }
     }
 
     /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price
@@ -632,7 +681,7 @@ impl AdaptiveValues {
         let target = (light, audience, code.cell(level));
         let is_first_look = level <= lattice.root_level
             && counter == leaf.place
-            && claimed.price() <= LOOK_PRICE
+            && claimed.price() <= self.look_price()
             && self.depth.early_list > 0;
         let begin = Reading::now();
         let made = if is_first_look {
@@ -734,8 +783,13 @@ impl AdaptiveValues {
     /// Returns the bytes of lists and tables.
     pub(crate) fn table_bytes(&self) -> u64 {
         let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
+        let columns = self
+            .lights
+            .iter()
+            .filter_map(|light| light.columns.get()?.as_ref());
         self.list_bytes()
             + self.sum(Packed::plane_bytes)
+            + columns.map(Columns::bytes).sum::<u64>()
             + of_lights.map(LightTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)
     }

@@ -16,6 +16,9 @@ const HOPE: f64 = 1.0 / 16.0;
 /// So much of the gain may be spent on values.
 const REINVESTED: f64 = 0.7;
 
+/// So much of the time of rays may be spent at once that queries which are known to come would take.
+const FORESIGHT: f64 = 0.5;
+
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;
 /// Where a smaller share of looks than this finds an answer, only some queries are looked up.
@@ -32,6 +35,18 @@ const TEST_NS: u64 = 5;
 /// What a query costs that values or lists answer, and what a look costs that finds nothing.
 const LOOKUP_NS: u64 = 15;
 const MISS_NS: u64 = 30;
+
+/// Columns that cost more than rays are asked for so many chunks of queries all the same, since tables are made at
+/// the first, and later for one in so many.
+const FIRST_TRIES: u32 = 256;
+const LATER_TRIES: u32 = 16;
+/// How much of what a chunk cost comes into what columns cost lately.
+const CHEAPER: f32 = 0.5;
+const DEARER: f32 = 0.05;
+/// Where columns cost a smaller share of what rays do, values cost no less, all in all.
+const FAST: f64 = 0.5;
+/// A cell has its price when columns have cost so many times more: rays are worth more haste.
+const COLUMN_SHARE: f64 = 0.25;
 
 /// Returns what rays have cost between two readings of the counters that differ by so many queries.
 #[inline]
@@ -61,6 +76,10 @@ pub(crate) struct Budget {
     found_share: AtomicU32,
     /// What a ray cost lately, the bits of an `f32`.
     recent_ray: AtomicU32,
+    /// What a query cost lately where columns were asked, the bits of an `f32`.
+    recent_column: AtomicU32,
+    /// So often columns were asked, or were not because rays cost less.
+    column_tries: AtomicU32,
 }
 
 /// Which queries to look up.
@@ -79,8 +98,11 @@ pub(crate) struct Account {
     pub(crate) query_count: u64,
     pub(crate) ray_count: u64,
     pub(crate) rays_ns: u64,
-    /// Of the queries, those that were looked up.
+    /// Of the queries, those that were looked up, and those that were found.
     pub(crate) looked_count: u64,
+    pub(crate) found_count: u64,
+    /// Whether columns were asked about what was not found.
+    pub(crate) has_columns: bool,
     /// What all took, without the making of values; `None` if nobody has measured.
     pub(crate) took: Option<u64>,
 }
@@ -95,22 +117,19 @@ impl Budget {
         let add = |sum: &AtomicU64, more: u64| sum.fetch_add(more, Ordering::Relaxed) + more;
         let ray_count = add(&self.ray_count, account.ray_count);
         let rays_ns = add(&self.rays_ns, account.rays_ns);
-        if let (Some(took), 0) = (account.took, account.looked_count) {
+        let is_alone = account.looked_count == 0 && !account.has_columns;
+        if let (Some(took), true) = (account.took, is_alone) {
             add(&self.alone_took, took);
             add(&self.alone_ns, account.rays_ns);
         }
         // A query that is answered would have cost about as much as those that were not.
         let mean = rays_ns as f64 / ray_count.max(1) as f64;
-        let mut recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
-        if account.ray_count > 0 {
+        // What columns leave to rays is no sample of them.
+        if account.ray_count > 0 && !account.has_columns {
             let now = account.rays_ns as f32 / account.ray_count as f32;
-            recent = if recent > 0.0 {
-                recent + RECENT * (now - recent)
-            } else {
-                now
-            };
-            self.recent_ray.store(recent.to_bits(), Ordering::Relaxed);
+            renew(&self.recent_ray, now, RECENT, RECENT);
         }
+        let recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
         let usual = mean.min(recent.into());
         let answered = account.query_count - account.ray_count;
         let by_rays = account.rays_ns as f64 + usual * answered as f64;
@@ -123,10 +142,18 @@ impl Budget {
         };
         add(&self.by_rays, by_rays as u64);
         if account.looked_count > 0 {
-            let now = answered as f32 / account.looked_count as f32;
+            let now = account.found_count as f32 / account.looked_count as f32;
             let before = f32::from_bits(self.found_share.load(Ordering::Relaxed));
             let share = before + RECENT * (now - before);
             self.found_share.store(share.to_bits(), Ordering::Relaxed);
+        }
+        if account.has_columns && account.looked_count == 0 && account.query_count > 0 {
+            self.column_tries.fetch_add(1, Ordering::Relaxed);
+            // Chunks in which tables are made cost many times more, for once.
+            let now = took as f32 / account.query_count as f32;
+            renew(&self.recent_column, now, CHEAPER, DEARER);
+        }
+        if !is_alone {
             // What another process took is no loss.
             let gain = (by_rays - took).max(-8.0 * by_rays);
             self.gain.fetch_add(gain as i64, Ordering::Relaxed);
@@ -155,9 +182,58 @@ impl Budget {
 
     /// Returns whether something of this price may be bought.
     pub(crate) fn allows(&self, price: u64) -> bool {
+        self.allows_ahead(price, 0)
+    }
+
+    /// Returns whether something may be bought that serves so many queries that are known to come.
+    pub(crate) fn allows_ahead(&self, price: u64, ahead: u64) -> bool {
         let [by_rays, gain, spent] = self.sums();
         let share = if gain > 0.0 { REINVESTED } else { 1.0 };
-        spent + price as f64 <= HOPE * by_rays + share * gain
+        let to_come = ahead as f64 * self.usual_ray();
+        spent + price as f64 <= HOPE * by_rays + share * gain + FORESIGHT * to_come
+    }
+
+    /// Returns whether to ask columns: they cost less than rays, or it is time to see whether they do.
+    pub(crate) fn are_columns_worth_it(&self) -> bool {
+        if self.column_ns() <= self.usual_ray() {
+            return true;
+        }
+        let tries = self.column_tries.load(Ordering::Relaxed);
+        tries < FIRST_TRIES || {
+            self.column_tries.fetch_add(1, Ordering::Relaxed);
+            tries.is_multiple_of(LATER_TRIES)
+        }
+    }
+
+    /// Returns whether columns answer so fast that values would be no gain, as far as is known: now and then
+    /// it is time to see again.
+    pub(crate) fn are_columns_fast(&self) -> bool {
+        if self.column_ns() < FAST * self.usual_ray() {
+            return true;
+        }
+        let tries = self.column_tries.load(Ordering::Relaxed);
+        tries < FIRST_TRIES || {
+            self.column_tries.fetch_add(1, Ordering::Relaxed);
+            tries.is_multiple_of(LATER_TRIES)
+        }
+    }
+
+    /// Returns what to charge a cell for where columns answer: a share of what a value would have spared.
+    pub(crate) fn column_charge(&self) -> u64 {
+        let spared = self.column_ns() - LOOKUP_NS as f64;
+        1 + (COLUMN_SHARE * spared.max(0.0)) as u64
+    }
+
+    fn column_ns(&self) -> f64 {
+        f32::from_bits(self.recent_column.load(Ordering::Relaxed)).into()
+    }
+
+    /// Returns what a ray costs, by its parts.
+    fn usual_ray(&self) -> f64 {
+        let [count, ns] =
+            [&self.ray_count, &self.rays_ns].map(|sum| sum.load(Ordering::Relaxed) as f64);
+        let recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
+        (ns / count.max(1.0)).min(recent.into())
     }
 
     fn sums(&self) -> [f64; 3] {
@@ -173,6 +249,19 @@ impl Budget {
         let took = took as f64 / self.slowness();
         self.spent.fetch_add(took as u64, Ordering::Relaxed);
     }
+}
+
+/// Brings what was seen now into a mean of what was seen lately: so much of it where it is less, and where it is
+/// more.
+fn renew(mean: &AtomicU32, now: f32, less: f32, more: f32) {
+    let before = f32::from_bits(mean.load(Ordering::Relaxed));
+    let share = if now < before { less } else { more };
+    let renewed = if before > 0.0 {
+        before + share * (now - before)
+    } else {
+        now
+    };
+    mean.store(renewed.to_bits(), Ordering::Relaxed);
 }
 
 #[cfg(test)]
@@ -269,6 +358,8 @@ mod tests {
                 ray_count: rays,
                 rays_ns: ray * rays,
                 looked_count: looked,
+                found_count: chunk.len() as u64 - rays,
+                has_columns: false,
                 took: market
                     .is_measured
                     .then_some((took as f64 * slowness) as u64),
@@ -390,8 +481,8 @@ mod tests {
             query_count: 1_000,
             ray_count: 1_000,
             rays_ns: 160_000,
-            looked_count: 0,
             took: Some(160_000),
+            ..Account::default()
         });
         let hope = (160_000.0 * HOPE) as u64;
         assert!(budget.allows(hope) && !budget.allows(hope + 1));
@@ -404,14 +495,70 @@ mod tests {
     }
 
     #[test]
+    fn what_is_known_to_come_pays_beforehand() {
+        let budget = Budget::default();
+        assert!(!budget.allows_ahead(1, 1_000_000));
+        budget.note(&rays(1_000));
+        let hope = HOPE * 160_000.0;
+        for ahead in [0, 1_000, 500_000] {
+            let most = (hope + FORESIGHT * 160.0 * ahead as f64) as u64;
+            assert!(budget.allows_ahead(most, ahead), "{ahead}");
+            assert!(!budget.allows_ahead(most + 1, ahead), "{ahead}");
+        }
+    }
+
+    fn rays(count: u64) -> Account {
+        Account {
+            query_count: count,
+            ray_count: count,
+            rays_ns: 160 * count,
+            took: Some(160 * count),
+            ..Account::default()
+        }
+    }
+
+    fn columns(count: u64, each_ns: u64) -> Account {
+        Account {
+            query_count: count,
+            has_columns: true,
+            took: Some(each_ns * count),
+            ..Account::default()
+        }
+    }
+
+    #[test]
+    fn columns_that_cost_more_than_rays_are_asked_now_and_then_until_they_do_not() {
+        let budget = Budget::default();
+        budget.note(&rays(1_000));
+        let asked = |budget: &Budget, each_ns: u64| {
+            let mut count = 0;
+            for _ in 0..1_600 {
+                if budget.are_columns_worth_it() {
+                    budget.note(&columns(1_000, each_ns));
+                    count += 1;
+                } else {
+                    budget.note(&rays(1_000));
+                }
+            }
+            count
+        };
+        let first = asked(&budget, 500);
+        assert!((256..=256 + 1_600 / 16).contains(&first), "{first}");
+        // Tables are made, say.
+        assert!(asked(&budget, 20) > 1_000);
+        assert!(budget.are_columns_fast());
+        assert!(asked(&budget, 500) < 200);
+    }
+
+    #[test]
     fn slow_machines_are_told_by_what_rays_take_alone() {
         let budget = Budget::default();
         budget.note(&Account {
             query_count: 1_000,
             ray_count: 1_000,
             rays_ns: 160_000,
-            looked_count: 0,
             took: Some(480_000),
+            ..Account::default()
         });
         // What takes three times as long has cost as much as its parts say.
         let hope = (160_000.0 * HOPE) as u64;

@@ -36,12 +36,12 @@ impl Found {
     const BY_LIST: u8 = 0b10;
 
     #[inline(always)]
-    fn by_value(is_shadowed: bool) -> Self {
+    pub(super) fn by_value(is_shadowed: bool) -> Self {
         Self(u8::from(is_shadowed))
     }
 
     #[inline(always)]
-    fn by_list(is_shadowed: bool) -> Self {
+    pub(super) fn by_list(is_shadowed: bool) -> Self {
         Self(u8::from(is_shadowed) | Self::BY_LIST)
     }
 
@@ -193,7 +193,7 @@ impl AdaptiveValues {
 
     /// Returns where some starts lie, coordinate by coordinate.
     #[inline(always)]
-    fn places(&self, starts: &[Start]) -> [[f32; BLOCK]; 3] {
+    pub(super) fn places(&self, starts: &[Start]) -> [[f32; BLOCK]; 3] {
         let mut places = [[0.0; BLOCK]; 3];
         for (number, start) in starts.iter().enumerate() {
             let [x, y, z] = self.narrow(start.point);
@@ -235,7 +235,7 @@ impl AdaptiveValues {
 
 /// Where values are.
 #[derive(Clone, Copy)]
-enum Source<'a> {
+pub(super) enum Source<'a> {
     Growing(&'a Store),
     Packed(&'a Packed),
 }
@@ -245,9 +245,9 @@ pub(super) struct Lookup<'a, S> {
     pub(super) simd: S,
     pub(super) values: &'a AdaptiveValues,
     /// Of the light.
-    number: usize,
+    pub(super) number: usize,
     pub(super) tables: Tables<'a>,
-    source: Source<'a>,
+    pub(super) source: Source<'a>,
     pub(super) occluders: &'a Occluders,
 }
 
@@ -395,7 +395,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Returns whose values speak of a start that is where its point is.
     #[inline(always)]
-    fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
+    pub(super) fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
         let Some(SurfaceId(surface)) = start.surface else {
             return Asks::In(Audience::Free);
         };
@@ -424,7 +424,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Returns how far a start may lie from its point, in world units.
     #[inline(always)]
-    fn room(&self) -> f64 {
+    pub(super) fn room(&self) -> f64 {
         self.values.start_room
     }
 
@@ -432,12 +432,21 @@ impl<S: Simd> Lookup<'_, S> {
     #[cold]
     #[inline(never)]
     pub(super) fn find_off_surface(&self, start: &Start) -> Found {
+        match self.move_onto_surface(start) {
+            Moved::OwnShadow => Found::by_value(true),
+            Moved::To(point, audience) => self.find_at(start, point, audience),
+            Moved::Unknown => Found::NOTHING,
+        }
+    }
+
+    /// Tells where the start of a point is that may be off its surface.
+    pub(super) fn move_onto_surface(&self, start: &Start) -> Moved {
         let Some(surface) = start.surface else {
-            return Found::NOTHING;
+            return Moved::Unknown;
         };
         let is_near = start.point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
         if !is_near || surface.0 as usize >= self.occluders.surface_count() {
-            return Found::NOTHING;
+            return Moved::Unknown;
         }
         let segment = self.occluders.segment(start, self.light());
         let room = 0.5 * self.room();
@@ -446,7 +455,7 @@ impl<S: Simd> Lookup<'_, S> {
             None => {
                 // Values speak of starts that no own rule shadows.
                 if self.occluders.own_rule_blocks(&segment) {
-                    return Found::by_value(true);
+                    return Moved::OwnShadow;
                 }
                 if self.is_on_curved(surface, start.point, room) {
                     Asks::In(Audience::Front)
@@ -457,9 +466,9 @@ impl<S: Simd> Lookup<'_, S> {
         };
         match asks {
             Asks::In(audience) if segment.origin_error() < room => {
-                self.find_at(start, segment.origin(), audience)
+                Moved::To(segment.origin(), audience)
             }
-            _ => Found::NOTHING,
+            _ => Moved::Unknown,
         }
     }
 
@@ -659,6 +668,16 @@ impl<S: Simd> Lookup<'_, S> {
             verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
         })
     }
+}
+
+/// Where a start is whose point may be off its surface.
+pub(super) enum Moved {
+    /// Its own rule shadows it.
+    OwnShadow,
+    /// Within the room of a point.
+    To(DVec3, Audience),
+    /// Nobody knows well enough.
+    Unknown,
 }
 
 /// Where a segment comes into the box of all cells.

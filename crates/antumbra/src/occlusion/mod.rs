@@ -12,6 +12,9 @@ mod bricks;
 mod budget;
 mod candidates;
 mod classify;
+mod column_lookup;
+mod columns;
+mod footprint;
 mod forms;
 mod lattice;
 mod links;
@@ -29,11 +32,13 @@ mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 mod value;
+mod views;
 mod volume;
 
 pub(crate) use adaptive::{AdaptiveValues, Making, Scene};
 pub(crate) use bricks::Store;
 pub(crate) use budget::{Account, Looks, SCOUTS, cost_of_rays};
+pub(crate) use columns::Columns;
 pub(crate) use lookup::{BLOCK, Found};
 pub(crate) use many::MANY;
 pub(crate) use mark::mark;

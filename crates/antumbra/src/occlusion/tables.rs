@@ -22,9 +22,9 @@ pub(crate) struct SceneTables {
     /// For each triangle whether a point is where a start on it is.
     start_forms: Box<[OnceLock<Box<Forms>>]>,
     /// The same for the other surfaces.
-    pub(crate) ball_starts: Vec<BallStart>,
+    pub(super) ball_starts: Vec<BallStart>,
     /// Those of them that are spheres.
-    pub(crate) balls: Vec<Option<Ball>>,
+    pub(super) balls: Vec<Option<Ball>>,
     whole: OnceLock<WholeScene>,
     no_mesh: Mesh,
 }

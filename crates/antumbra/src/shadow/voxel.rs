@@ -6,7 +6,8 @@ use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Found, Looks, MANY, Packed, SCOUTS, Scene, Store, cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Columns, Found, Looks, MANY, Packed, SCOUTS, Scene, Store,
+    cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -93,55 +94,114 @@ impl<R: Rays> ByVoxel<'_, R> {
         }
         let is_refining = self.values.is_refining();
         let store = self.values.store();
+        let mut ahead = starts.len();
         let chunks = starts.chunks(NOTED).zip(is_shadowed.chunks_mut(NOTED));
         for (starts, is_shadowed) in chunks {
             let before = *counters;
             let begin = is_refining.then(Reading::now);
-            let looks = match &store {
-                Some(_) => self.values.looks(self.light_number, is_refining),
-                None => Looks::None,
-            };
-            let (mut looked_count, mut made) = (0, 0);
-            match (&store, looks) {
-                (Some(store), Looks::All) => {
-                    looked_count = starts.len();
-                    made = self.answer_some(store, starts, is_shadowed, counters, 1, &check)?;
+            let (looks, known) = match &store {
+                Some(store) => {
+                    let columns = self.values.columns(self.light_number, is_refining);
+                    let known = Known { store, columns };
+                    let looks = self.values.looks(self.light_number, is_refining);
+                    (looks, Some(known))
                 }
-                (Some(store), Looks::Scouts) => {
+                None => (Looks::None, None),
+            };
+            let mut sum = Sum::default();
+            match (&known, looks) {
+                (Some(known), Looks::All) => {
+                    sum = self.answer_some(known, starts, is_shadowed, counters, 1, &check)?;
+                }
+                (Some(known), Looks::Scouts) => {
                     // Blocks here and there, by the chunk's first point.
                     let first = hash(&starts[0]) % SCOUTS;
                     let blocks = starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK));
                     for ((starts, is_shadowed), number) in blocks.zip(first..) {
                         if number.is_multiple_of(SCOUTS) {
-                            looked_count += starts.len();
-                            made += self.answer_some(
-                                store,
+                            sum.add(&self.answer_some(
+                                known,
                                 starts,
                                 is_shadowed,
                                 counters,
                                 SCOUTS,
                                 &check,
-                            )?;
+                            )?);
                         } else {
-                            self.answer_by_rays(starts, is_shadowed, counters, &check)?;
+                            self.answer_by_columns(known, starts, is_shadowed, counters, &check)?;
                         }
                     }
                 }
-                (None, _) | (_, Looks::None) => {
-                    self.answer_by_rays(starts, is_shadowed, counters, &check)?;
+                (Some(known), Looks::None) => {
+                    self.answer_by_columns(known, starts, is_shadowed, counters, &check)?;
                 }
+                (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
             }
+            ahead -= starts.len();
             if let Some(begin) = begin {
                 let ray_count = counters.shadow.rays - before.shadow.rays;
                 let account = Account {
                     query_count: starts.len() as u64,
                     ray_count,
                     rays_ns: cost_of_rays(&before, counters, ray_count),
-                    looked_count: looked_count as u64,
-                    took: Some(begin.elapsed_ns().saturating_sub(made)),
+                    looked_count: sum.looked_count,
+                    found_count: sum.found_count,
+                    has_columns: known.is_some_and(|known| known.columns.is_some()),
+                    took: Some(begin.elapsed_ns().saturating_sub(sum.made)),
                 };
                 self.values
-                    .note(self.occluders, self.light_number, &account);
+                    .note(self.occluders, self.light_number, &account, ahead as u64);
+            }
+        }
+        Ok(())
+    }
+
+    /// Answers queries without looking for values: by columns, if there are any.
+    #[inline]
+    fn answer_by_columns(
+        &self,
+        known: &Known<'_>,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        let Some(columns) = known.columns else {
+            return self.answer_by_rays(starts, is_shadowed, counters, check);
+        };
+        for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
+            let mut found = [Found::NOTHING; BLOCK];
+            self.values.find_in_columns(
+                columns,
+                known.store,
+                self.occluders,
+                starts,
+                self.light_number,
+                &mut found,
+            );
+            for (is_shadowed, found) in is_shadowed.iter_mut().zip(&found) {
+                *is_shadowed = found.is_shadowed();
+            }
+            let list_count = Found::count(&found, Found::is_by_list);
+            let ray_count = Found::count(&found, Found::is_nothing) - (BLOCK - starts.len()) as u64;
+            counters.shadow.shadowed += Found::count(&found, Found::is_shadowed);
+            counters.shadow.blocker_list += list_count;
+            counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
+            if ray_count == 0 {
+                continue;
+            }
+            let (mut numbers, mut asked) = ([0_usize; BLOCK], [starts[0]; BLOCK]);
+            let mut count = 0;
+            for (number, start) in starts.iter().enumerate() {
+                if found[number].is_nothing() {
+                    (numbers[count], asked[count]) = (number, *start);
+                    count += 1;
+                }
+            }
+            let mut blocked = [false; BLOCK];
+            self.answer_by_rays(&asked[..count], &mut blocked[..count], counters, &check)?;
+            for (&number, &blocked) in numbers[..count].iter().zip(&blocked) {
+                is_shadowed[number] = blocked;
             }
         }
         Ok(())
@@ -197,42 +257,64 @@ impl<R: Rays> ByVoxel<'_, R> {
         Ok(())
     }
 
-    /// Answers queries of a chunk, each of which stands for so many; returns what the making of values took
-    /// meanwhile, in nanoseconds.
+    /// Answers queries of a chunk, each of which stands for so many.
     #[inline]
     fn answer_some(
         &self,
-        store: &Store,
+        known: &Known<'_>,
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
         weight: u64,
         check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<u64, QueryError> {
-        let mut made = 0;
+    ) -> Result<Sum, QueryError> {
+        let store = known.store;
+        let mut sum = Sum::default();
         let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
         for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
             let looked = self
                 .values
                 .find(store, self.occluders, starts, self.light_number);
-            let found = &looked.found;
-            for (is_shadowed, found) in is_shadowed.iter_mut().zip(found) {
-                *is_shadowed = found.is_shadowed();
-            }
+            let mut found = looked.found;
             // What is beyond the starts is as nothing found.
-            shadowed_count += Found::count(found, Found::is_shadowed);
-            let listed_here = Found::count(found, Found::is_by_list);
-            list_count += listed_here;
-            if listed_here > 0 && hash(&starts[0]).is_multiple_of(SAMPLED) {
+            let beyond = (BLOCK - starts.len()) as u64;
+            let mut unknown_count = Found::count(&found, Found::is_nothing) - beyond;
+            sum.found_count += starts.len() as u64 - unknown_count;
+            let is_sampled = self.values.is_asked() || hash(&starts[0]).is_multiple_of(SAMPLED);
+            if is_sampled && Found::count(&found, Found::is_by_list) > 0 {
                 for (number, start) in starts.iter().enumerate() {
                     if found[number].is_by_list() {
                         let place = looked.places[number];
-                        made += self.charge_list(store, start, place, weight);
+                        sum.made += self.charge_list(store, start, place, weight);
                     }
                 }
             }
-            let unknown_count = Found::count(found, Found::is_nothing);
-            if unknown_count as usize == BLOCK - starts.len() {
+            if let (Some(columns), 1..) = (known.columns, unknown_count) {
+                let before = found;
+                self.values.find_in_columns(
+                    columns,
+                    store,
+                    self.occluders,
+                    starts,
+                    self.light_number,
+                    &mut found,
+                );
+                if is_sampled {
+                    for (number, start) in starts.iter().enumerate() {
+                        if before[number].is_nothing() && found[number].is_by_list() {
+                            let place = looked.places[number];
+                            sum.made += self.charge_column(store, start, place, weight);
+                        }
+                    }
+                }
+                unknown_count = Found::count(&found, Found::is_nothing) - beyond;
+            }
+            for (is_shadowed, found) in is_shadowed.iter_mut().zip(&found) {
+                *is_shadowed = found.is_shadowed();
+            }
+            shadowed_count += Found::count(&found, Found::is_shadowed);
+            list_count += Found::count(&found, Found::is_by_list);
+            if unknown_count == 0 {
                 continue;
             }
             let mut unknown = [0_usize; BLOCK];
@@ -253,15 +335,16 @@ impl<R: Rays> ByVoxel<'_, R> {
             for (i, &number) in unknown[..count].iter().enumerate() {
                 is_shadowed[number] = blocked[i];
                 shadowed_count += u64::from(blocked[i]);
-                made += self.charge_ray(store, &asked[i], looked.places[number], cost * weight);
+                sum.made += self.charge_ray(store, &asked[i], looked.places[number], cost * weight);
             }
             ray_count += count as u64;
         }
+        sum.looked_count = starts.len() as u64;
         counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
         counters.shadow.blocker_list += list_count;
         counters.shadow.rays += ray_count;
         counters.shadow.shadowed += shadowed_count;
-        Ok(made)
+        Ok(sum)
     }
 
     /// Answers one query.
@@ -287,9 +370,45 @@ impl<R: Rays> ByVoxel<'_, R> {
             Looks::All => (true, 1),
         };
         let before = *counters;
-        let answer = match store.filter(|_| is_looked_up) {
-            Some(store) => self.look_up_one(&store, start, weight, is_sampled, counters),
-            None => Answer::new(self.rays.is_blocked(start, counters), Decided::Ray),
+        let columns = self.values.columns(self.light_number, is_refining);
+        let known = store.as_deref().map(|store| Known { store, columns });
+        let mut is_found = false;
+        let answer = match known {
+            Some(known) if is_looked_up => {
+                let (found, place) =
+                    self.values
+                        .find_one(known.store, self.occluders, start, self.light_number);
+                is_found = !found.is_nothing();
+                if found.is_by_list() && (is_sampled || self.values.is_asked()) {
+                    self.charge_list(known.store, start, place, weight);
+                }
+                let found = if is_found {
+                    found
+                } else {
+                    self.find_one_in_columns(&known, start)
+                };
+                if !found.is_nothing() {
+                    let is_new = !is_found && found.is_by_list();
+                    if is_new && (is_sampled || self.values.is_asked()) {
+                        self.charge_column(known.store, start, place, weight);
+                    }
+                    Answer::new(found.is_shadowed(), found.decided())
+                } else {
+                    let (is_blocked, _) =
+                        self.is_blocked_at(known.store, start, place, weight, counters);
+                    Answer::new(is_blocked, Decided::Ray)
+                }
+            }
+            _ => {
+                let found = known.map_or(Found::NOTHING, |known| {
+                    self.find_one_in_columns(&known, start)
+                });
+                if found.is_nothing() {
+                    Answer::new(self.rays.is_blocked(start, counters), Decided::Ray)
+                } else {
+                    Answer::new(found.is_shadowed(), found.decided())
+                }
+            }
         };
         if is_sampled {
             let is_ray = u64::from(answer.decided == Decided::Ray);
@@ -298,34 +417,29 @@ impl<R: Rays> ByVoxel<'_, R> {
                 ray_count: SAMPLED * is_ray,
                 rays_ns: SAMPLED * cost_of_rays(&before, counters, is_ray),
                 looked_count: SAMPLED * u64::from(is_looked_up),
+                found_count: SAMPLED * u64::from(is_found),
+                has_columns: columns.is_some(),
                 took: None,
             };
             self.values
-                .note(self.occluders, self.light_number, &account);
+                .note(self.occluders, self.light_number, &account, 0);
         }
         answer
     }
 
-    fn look_up_one(
-        &self,
-        store: &Store,
-        start: &Start,
-        weight: u64,
-        is_sampled: bool,
-        counters: &mut Counters,
-    ) -> Answer {
-        let (found, place) = self
-            .values
-            .find_one(store, self.occluders, start, self.light_number);
-        if found.is_nothing() {
-            let (is_blocked, _) = self.is_blocked_at(store, start, place, weight, counters);
-            Answer::new(is_blocked, Decided::Ray)
-        } else {
-            if found.is_by_list() && is_sampled {
-                self.charge_list(store, start, place, weight);
-            }
-            Answer::new(found.is_shadowed(), found.decided())
+    fn find_one_in_columns(&self, known: &Known<'_>, start: &Start) -> Found {
+        let mut found = [Found::NOTHING; BLOCK];
+        if let Some(columns) = known.columns {
+            self.values.find_in_columns(
+                columns,
+                known.store,
+                self.occluders,
+                std::slice::from_ref(start),
+                self.light_number,
+                &mut found,
+            );
         }
+        found[0]
     }
 
     /// Answers by a ray, which the cell pays for whose link stands at a place; and returns what the making
@@ -363,6 +477,17 @@ impl<R: Rays> ByVoxel<'_, R> {
         self.charge(store, start, place, cost * SAMPLED * weight)
     }
 
+    /// The same for a cell that nothing is known of, where columns have answered.
+    #[cold]
+    #[inline(never)]
+    fn charge_column(&self, store: &Store, start: &Start, place: u32, weight: u64) -> u64 {
+        if place == 0 || !self.values.is_refining() {
+            return 0;
+        }
+        let cost = self.values.cost_of_column(self.light_number);
+        self.charge(store, start, place, cost * SAMPLED * weight)
+    }
+
     /// Returns what the making of values took, in nanoseconds.
     fn charge(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) -> u64 {
         let Some(bvh) = self.bvh else {
@@ -374,6 +499,31 @@ impl<R: Rays> ByVoxel<'_, R> {
         };
         self.values
             .charge(store, &scene, self.light_number, start, place, cost_ns)
+    }
+}
+
+/// What answers queries without rays.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    store: &'a Store,
+    columns: Option<&'a Columns>,
+}
+
+/// What became of queries that were looked up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    looked_count: u64,
+    /// Those that values or lists of voxels answered.
+    found_count: u64,
+    /// What the making of values took meanwhile, in nanoseconds.
+    made: u64,
+}
+
+impl Sum {
+    fn add(&mut self, other: &Self) {
+        self.looked_count += other.looked_count;
+        self.found_count += other.found_count;
+        self.made += other.made;
     }
 }
 
