@@ -86,7 +86,7 @@ fn refinement(resolution: u32, refine: Refine) -> Refinement {
         resolution,
         space_resolution: resolution / 2,
         refine,
-        memory: 32 << 20,
+        memory: 128 << 20,
         ..Refinement::default()
     }
 }
@@ -262,7 +262,13 @@ fn eager_values_come_back_whole() {
             let (by_made, made_how) = ask(&made, &starts, light);
             let (by_taken, taken_how) = ask(&taken, &starts, light);
             assert!(by_made == by_taken && by_taken == expected[light]);
-            assert_eq!(made_how.shadow, taken_how.shadow, "{refine:?}");
+            // Columns, which are in no file, may answer in place of rays.
+            let [made_how, taken_how] = [made_how.shadow, taken_how.shadow];
+            assert_eq!(made_how.first_pass, taken_how.first_pass, "{refine:?}");
+            assert!(taken_how.rays <= made_how.rays, "{refine:?}");
+            if refine == Refine::Eager {
+                assert_eq!(made_how, taken_how);
+            }
         }
         // Nothing more was made, and nothing is lost by saving again.
         assert_eq!(taken.occlusion_bytes(), bytes);

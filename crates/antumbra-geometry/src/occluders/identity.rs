@@ -32,6 +32,8 @@ impl Occluders {
             // Follows from `curved`.
             is_solid_opaque: _,
             elements,
+            // Follows from the rest.
+            bounds: _,
         } = self;
         for (number, coverage) in coverages.iter().enumerate() {
             let mut said = Vec::new();

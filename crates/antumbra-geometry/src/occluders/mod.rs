@@ -11,7 +11,7 @@ mod nearest;
 mod query;
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -132,6 +132,8 @@ pub struct Occluders {
     /// For each `solid` number of `curved` whether any of its surfaces is opaque.
     is_solid_opaque: Vec<bool>,
     elements: Vec<Element>,
+    /// Made when first asked for: that visits every surface.
+    bounds: OnceLock<Bounds>,
 }
 
 impl Occluders {
@@ -274,8 +276,10 @@ impl Occluders {
 
     /// Returns the box around everything; empty if there is nothing.
     pub fn bounds(&self) -> Bounds {
-        let all = self.surfaces().map(|surface| self.surface_bounds(surface));
-        all.fold(Bounds::EMPTY, Bounds::union)
+        *self.bounds.get_or_init(|| {
+            let all = self.surfaces().map(|surface| self.surface_bounds(surface));
+            all.fold(Bounds::EMPTY, Bounds::union)
+        })
     }
 
     /// Returns the box around a surface, up to rounding.

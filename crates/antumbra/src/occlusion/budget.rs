@@ -17,7 +17,7 @@ const HOPE: f64 = 1.0 / 16.0;
 const REINVESTED: f64 = 0.7;
 
 /// So much of the time of rays may be spent at once that queries which are known to come would take.
-const FORESIGHT: f64 = 0.5;
+const FORESIGHT: f64 = 0.2;
 
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;
@@ -38,7 +38,7 @@ const MISS_NS: u64 = 30;
 
 /// Columns that cost more than rays are asked for so many chunks of queries all the same, since tables are made at
 /// the first, and later for one in so many.
-const FIRST_TRIES: u32 = 256;
+const FIRST_TRIES: u32 = 64;
 const LATER_TRIES: u32 = 16;
 /// How much of what a chunk cost comes into what columns cost lately.
 const CHEAPER: f32 = 0.5;

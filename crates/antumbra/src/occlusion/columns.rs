@@ -97,8 +97,9 @@ impl Columns {
 
     /// Returns about what making them costs, in nanoseconds.
     pub(crate) fn price(occluders: &Occluders, frame: &Frame, light: &LightShape) -> u64 {
-        // Amid large surfaces, columns hold many of them: so much was measured on Lost Empire.
-        const SURFACE_NS: [u64; 2] = [250, 2_000];
+        // With the tables that their lists are the first to ask for. Amid large surfaces, columns hold many of
+        // them: so much was measured on Lost Empire.
+        const SURFACE_NS: [u64; 2] = [500, 2_000];
         let has_faces = has_faces(&occluders.bounds(), frame, light);
         const COLUMN_NS: f64 = 10.0;
         let count = occluders.surface_count() as u64;
