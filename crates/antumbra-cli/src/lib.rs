@@ -1,8 +1,8 @@
 //! The `antumbra` program, to be called by whoever has a command line: the binary, or Python.
 //!
 //! In: a command line. Out: pictures, figures, and an exit code by meaning. What was typed is in
-//! [`typed`] (with the small values' parsers in [`values`]), what was meant is made of it by the
-//! sub-commands under [`commands`], and all printing is in [`screen`]. Absent here: rules of
+//! `typed` (with the small values' parsers in `values`), what was meant is made of it by the
+//! sub-commands under `commands`, and all printing is in `screen`. Absent here: rules of
 //! geometry and of shadows.
 
 mod commands;

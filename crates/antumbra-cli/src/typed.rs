@@ -130,7 +130,7 @@ impl IndexCost {
         let mut refinement = Refinement::default();
         if let Some(resolution) = self.resolution {
             refinement.resolution = resolution;
-            refinement.space_resolution = resolution / 2;
+            refinement.space_resolution = resolution;
         }
         if let Some([short, long]) = self.lists {
             refinement.short_list = short;

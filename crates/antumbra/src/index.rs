@@ -76,7 +76,7 @@ impl Default for Refinement {
     fn default() -> Self {
         Self {
             resolution: 2048,
-            space_resolution: 1024,
+            space_resolution: 2048,
             short_list: 1,
             space_list: 8,
             long_list: 32,

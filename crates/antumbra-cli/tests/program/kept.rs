@@ -241,7 +241,7 @@ fn a_volume_is_an_array_with_its_place() {
         header.contains("'|u1'") && header.contains("'fortran_order': False"),
         "{header}"
     );
-    assert!(header.contains(&format!("({x}, {y}, {z}, 2)")), "{header}");
+    assert!(header.contains(&format!("({x}, {y}, {z}, 2")), "{header}");
     assert!(
         said.starts_with(&format!("{x} x {y} x {z} cells")),
         "{said}"
@@ -260,7 +260,7 @@ fn a_volume_is_an_array_with_its_place() {
     assert!(values.iter().all(|&value| value < 3));
     // Without a file they are made, and one light has no axis of its own.
     let (_, (header, first), _) = export(&LAMPS[..1], &[]);
-    assert!(header.contains(&format!("({x}, {y}, {z})")), "{header}");
+    assert!(header.contains(&format!("({x}, {y}, {z}")), "{header}");
     let expected: Vec<u8> = values.iter().step_by(2).copied().collect();
     assert!(first == expected);
 }

@@ -133,7 +133,7 @@ mod tests {
             let expected = (0..CELL_BITS).fold(0, |bits, bit| bits | (x >> bit & 1) << (3 * bit));
             assert_eq!(spread(x), expected);
         }
-        assert!(3 * CELL_BITS <= 2 * DIGIT_BITS);
+        const { assert!(3 * CELL_BITS <= 2 * DIGIT_BITS) };
     }
 
     #[test]

@@ -74,13 +74,13 @@ struct Took {
 
 impl Took {
     /// From the scene in memory to the last answer.
-    fn from_scene(&self) -> f64 {
+    fn since_scene(&self) -> f64 {
         self.index_s + self.answers_s
     }
 
     /// From the start of the process on.
     fn whole(&self) -> f64 {
-        self.scene_s + self.from_scene()
+        self.scene_s + self.since_scene()
     }
 }
 
@@ -215,7 +215,7 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
         file_bytes: saved.bytes,
         pending: saved.pending_count,
         bake_s: bake.as_secs_f64(),
-        ratio_from_scene: ratio(Took::from_scene),
+        ratio_from_scene: ratio(Took::since_scene),
         ratio_whole: ratio(Took::whole),
         head,
         with_file,

@@ -133,6 +133,8 @@ fn shares(scenes: &[SceneFigures]) -> Table {
     for scene in scenes {
         let by_grid = scene.methods.get(GRID.name()).map(|found| found.shadow_s);
         let cost = |seconds: f64| match by_grid {
+            // Within the noise of the picture without lights.
+            Some(_) if seconds <= 0.0 => format!("{seconds:.3}").into(),
             Some(by_grid) => Cell::toned(
                 format!("{seconds:.3} ({:.1})", by_grid / seconds),
                 better(seconds < by_grid),

@@ -33,6 +33,7 @@ impl Findings {
         for method in [VOXEL_1990, VOXEL] {
             findings.small_pictures(&figures.sweeps, method.name());
         }
+        findings.by_rays(&figures.scenes);
         findings.known(&figures.scenes);
         findings.grid_levels(&figures.sweeps);
         findings.checks(&figures.scenes);
@@ -84,8 +85,7 @@ impl Findings {
             .collect();
         if !all.is_empty() {
             self.wins.push(format!(
-                "With the values that the first picture left, voxel renders a second one faster than plain \
-                 traversal by {}.",
+                "Rendering the picture again, voxel is faster than plain traversal by {}.",
                 list(&all)
             ));
         }
@@ -148,6 +148,23 @@ impl Findings {
         if !lost.is_empty() {
             self.losses.push(format!(
                 "By picture size, in pixels a side, {name} loses to plain traversal on {lost}."
+            ));
+        }
+    }
+
+    /// Says where `voxel` prefers rays.
+    fn by_rays(&mut self, scenes: &[SceneFigures]) {
+        let shares = scenes.iter().filter_map(|scene| {
+            let known = scene.methods.get(VOXEL.name())?.known_share;
+            let scene = &scene.name;
+            (known < 0.9).then(|| format!("{scene} {}", percent(known)))
+        });
+        let shares: Vec<String> = shares.collect();
+        if !shares.is_empty() {
+            self.losses.push(format!(
+                "In the second picture voxel still answers many queries by rays through its tree, because its cost \
+                 rule has found no gain in values. It knows: {}.",
+                shares.join(", ")
             ));
         }
     }

@@ -18,8 +18,8 @@ pub(super) struct Group {
 }
 
 const WIDTH: f64 = 640.0;
-const LABEL: f64 = 138.0;
-const NOTE: f64 = 112.0;
+const LABEL: f64 = 148.0;
+const NOTE: f64 = 142.0;
 const ROW: f64 = 23.0;
 
 /// Returns groups of horizontal bars; the longest of each group fills the width, or all share one scale, `full`.
