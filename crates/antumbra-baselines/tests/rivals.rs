@@ -199,7 +199,7 @@ fn check(all: impl Iterator<Item = Questions>) {
     for (kind, known) in exact.iter().zip(known) {
         let name = kind.name();
         assert!(
-            4 * known > asked,
+            40 * known > asked,
             "{name} decides {known} of {asked} by itself"
         );
     }
