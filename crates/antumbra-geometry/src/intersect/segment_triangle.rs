@@ -93,12 +93,28 @@ fn certain(value: f64, bound: f64) -> Option<Sign> {
 /// Moving the origin by `e` in each coordinate moves it by at most
 /// `3 e * 2 (|A||B| + |B||d| + |d||A|)` to first order (second-order terms cancel because the same
 /// vector is subtracted from all three); `8 e` covers that with the rounding.
+///
+/// Seen from the light instead, the triple product is the same number, since the two ends differ by `d`; then
+/// only `d` moves with the origin, by `e` in each coordinate, and the product by `6 e |A||B|`.
 pub(crate) fn triangle_blocks([a, b, c]: [DVec3; 3], segment: &Segment) -> bool {
     let origin = segment.origin;
     let origin_error = segment.origin_error;
     let direction = segment.direction();
-    let (a_seen, b_seen, c_seen) = (a - origin, b - origin, c - origin);
     let largest = |v: DVec3| v.abs().max_element();
+    let a_from_start = a - origin;
+    let (light, light_weight) = segment.light;
+    let from_plane = if light_weight == 0.0 {
+        light
+    } else {
+        light - a
+    };
+    // The closer end of the two sees more clearly: starts can be very far from everything.
+    let end = if light_weight != 0.0 && largest(from_plane) < largest(a_from_start) {
+        light
+    } else {
+        origin
+    };
+    let (a_seen, b_seen, c_seen) = (a - end, b - end, c - end);
     let (m_d, m_a, m_b, m_c) = (
         largest(direction),
         largest(a_seen),
@@ -131,15 +147,10 @@ pub(crate) fn triangle_blocks([a, b, c]: [DVec3; 3], segment: &Segment) -> bool 
     let normal = edge_ab.cross(edge_ac);
     let m_normal = largest(edge_ab) * largest(edge_ac);
     let plane = Plane::Points([a, b, c]);
-    let start_height = -normal.dot(a_seen);
-    let start_bound =
-        m_normal * (64.0 * UNIT_ROUNDOFF * m_a + 8.0 * origin_error) + f64::MIN_POSITIVE;
-    let (light, light_weight) = segment.light;
-    let from_plane = if light_weight == 0.0 {
-        light
-    } else {
-        light - a
-    };
+    let start_height = -normal.dot(a_from_start);
+    let start_bound = m_normal
+        * (64.0 * UNIT_ROUNDOFF * largest(a_from_start) + 8.0 * origin_error)
+        + f64::MIN_POSITIVE;
     let light_height = normal.dot(from_plane);
     let light_bound = 64.0 * UNIT_ROUNDOFF * m_normal * largest(from_plane) + f64::MIN_POSITIVE;
     let light_sign =
