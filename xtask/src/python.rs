@@ -79,6 +79,9 @@ pub(crate) fn site() -> Result<()> {
         "--site-dir",
         out,
     ])?;
+    let report = run::root().join("docs/report/index.html");
+    let page = Path::new(out).join("paper.html");
+    std::fs::copy(&report, &page).with_context(|| format!("copying {report:?} to {page:?}"))?;
     run::say(&format!("xtask: the site is in {out}"));
     Ok(())
 }
