@@ -87,7 +87,7 @@ def render(
     method: Literal["voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
     refine: Literal["lazy", "eager", "asked"] = "lazy",
     resolution: int = 2048,
-    memory: int = 256 << 20,
+    memory: int = 512 << 20,
     memory_limit: int | None = None,
     grid: int | Sequence[int] | None = None,
     threads: int = 0,

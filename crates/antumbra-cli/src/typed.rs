@@ -108,7 +108,7 @@ pub(crate) struct IndexCost {
     pub(crate) refine: Option<RefineWhen>,
 
     /// Most memory for the values of method voxel, such as 64MiB, up to 4GiB; values that find no room are made
-    /// again, and answers do not change [default: 256MiB]
+    /// again, and answers do not change [default: 512MiB]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) occlusion_memory: Option<u64>,
 }

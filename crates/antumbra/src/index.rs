@@ -81,7 +81,7 @@ impl Default for Refinement {
             space_list: 8,
             long_list: 32,
             refine: Refine::default(),
-            memory: 256 << 20,
+            memory: 512 << 20,
         }
     }
 }
