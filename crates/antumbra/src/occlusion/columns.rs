@@ -183,7 +183,7 @@ impl Gathering<'_> {
                 if self.tables.curved_number(surface) == NONE {
                     return Some(());
                 }
-                match Footprint::of_curved(view, &self.tables.frame, self.occluders, surface) {
+                match Footprint::of_curved(view, self.tables.frame, self.occluders, surface) {
                     Some(footprint) => self.fill(view, surface, &footprint, None),
                     None => Some(()),
                 }
@@ -231,14 +231,14 @@ impl Gathering<'_> {
                 nearest: nearest as f32,
                 surface,
             };
-            if let Some((plane, is_whole)) = plane {
-                if let Some([near, far]) = plane.depths(view, at, reach) {
-                    entry.nearest = entry.nearest.max((near - DEPTH_ROOM) as f32);
-                    if is_covered && is_whole {
-                        let far = far.min(footprint.depths[1]) + DEPTH_ROOM;
-                        let full = &mut full_from[column];
-                        *full = full.min(far as f32);
-                    }
+            if let Some((plane, is_whole)) = plane
+                && let Some([near, far]) = plane.depths(view, at, reach)
+            {
+                entry.nearest = entry.nearest.max((near - DEPTH_ROOM) as f32);
+                if is_covered && is_whole {
+                    let far = far.min(footprint.depths[1]) + DEPTH_ROOM;
+                    let full = &mut full_from[column];
+                    *full = full.min(far as f32);
                 }
             }
             if entry.nearest <= full_from[column] {
