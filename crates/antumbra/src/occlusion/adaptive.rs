@@ -20,7 +20,6 @@ use super::forms::{BOUND, START_ROOM};
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
 use super::packed::Packed;
-use super::planes;
 use super::refine::{Care, Depth, Refiner};
 use super::stream::{self, Misfit, Nothing, Section, Stored, Told};
 use super::tables::{LightTables, SceneTables, Tables};
@@ -323,9 +322,7 @@ impl AdaptiveValues {
             .map(|light| {
                 // Of a light that was kept there may be none yet.
                 self.make_whole_tables(occluders, light);
-                let tables = self.tables(occluders, light)?;
-                let planes = planes::all(&tables);
-                Some((light, Packed::new(store, light, &self.lattices, planes)?))
+                Some((light, Packed::new(store, light, &self.lattices)?))
             })
             .collect();
         for (light, packed) in packed.into_iter().flatten() {
@@ -573,14 +570,14 @@ impl AdaptiveValues {
     pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account, ahead: u64) {
         let values = &self.lights[light];
         values.budget.note(account);
-        if values.columns.get().is_some() || !values.is_ordinary {
+        if values.columns.get().is_some() || !values.is_ordinary || values.is_complete() {
             return;
         }
         let curved_count = occluders.surface_count() - occluders.triangle_count();
         let price = TABLE_NS * occluders.triangle_count() as u64
             + CURVED_NS * curved_count as u64
             + Columns::price(occluders, &self.frame, &values.light);
-        let can_make = self.refine == Refine::Asked || values.budget.allows_ahead(price, ahead);
+        let can_make = self.refine == Refine::Asked || values.budget.allows_columns(price, ahead);
         if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
             let begin = Reading::now();
             self.make_tables(occluders, light);
@@ -594,7 +591,13 @@ impl AdaptiveValues {
     fn make_columns(&self, occluders: &Occluders, light: usize) {
         let has_room = self.store_bytes >= Columns::predict_bytes(occluders);
         self.lights[light].columns.get_or_init(|| {
-            let tables = self.tables(occluders, light).filter(|_| has_room)?;
+            if !has_room {
+                return None;
+            }
+            let values = &self.lights[light];
+            let of_light = values.tables.get()?;
+            of_light.make_all(occluders, &self.frame, &values.light);
+            let tables = self.tables(occluders, light)?;
             Columns::new(occluders, &tables, self.refine == Refine::Asked)
         });
     }
@@ -788,7 +791,6 @@ impl AdaptiveValues {
             .iter()
             .filter_map(|light| light.columns.get()?.as_ref());
         self.list_bytes()
-            + self.sum(Packed::plane_bytes)
             + columns.map(Columns::bytes).sum::<u64>()
             + of_lights.map(LightTables::bytes).sum::<u64>()
             + self.tables.get().map_or(0, SceneTables::bytes)

@@ -13,11 +13,13 @@ use crate::Counters;
 
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
 const HOPE: f64 = 1.0 / 16.0;
+/// The same for columns, which are bought once and whose gain is known better.
+const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
 /// So much of the gain may be spent on values.
 const REINVESTED: f64 = 0.7;
 
 /// So much of the time of rays may be spent at once that queries which are known to come would take.
-const FORESIGHT: f64 = 0.2;
+const FORESIGHT: f64 = 0.3;
 
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;
@@ -40,6 +42,8 @@ const MISS_NS: u64 = 30;
 /// the first, and later for one in so many.
 const FIRST_TRIES: u32 = 64;
 const LATER_TRIES: u32 = 16;
+/// Values that cost more than columns are looked up for one chunk of queries in so many.
+const LOOK_TRIES: u32 = 32;
 /// How much of what a chunk cost comes into what columns cost lately.
 const CHEAPER: f32 = 0.5;
 const DEARER: f32 = 0.05;
@@ -78,6 +82,10 @@ pub(crate) struct Budget {
     recent_ray: AtomicU32,
     /// What a query cost lately where columns were asked, the bits of an `f32`.
     recent_column: AtomicU32,
+    /// The same where values were looked up before columns were asked.
+    recent_looked: AtomicU32,
+    /// So often it was weighed whether to look values up where there are columns.
+    look_tries: AtomicU32,
     /// So often columns were asked, or were not because rays cost less.
     column_tries: AtomicU32,
 }
@@ -153,6 +161,10 @@ impl Budget {
             let now = took as f32 / account.query_count as f32;
             renew(&self.recent_column, now, CHEAPER, DEARER);
         }
+        if account.has_columns && account.looked_count == account.query_count {
+            let now = took as f32 / account.query_count.max(1) as f32;
+            renew(&self.recent_looked, now, CHEAPER, DEARER);
+        }
         if !is_alone {
             // What another process took is no loss.
             let gain = (by_rays - took).max(-8.0 * by_rays);
@@ -182,15 +194,19 @@ impl Budget {
 
     /// Returns whether something of this price may be bought.
     pub(crate) fn allows(&self, price: u64) -> bool {
-        self.allows_ahead(price, 0)
+        self.allows_within(HOPE, price, 0)
     }
 
-    /// Returns whether something may be bought that serves so many queries that are known to come.
-    pub(crate) fn allows_ahead(&self, price: u64, ahead: u64) -> bool {
+    /// Returns whether columns may be bought, with so many queries known to come that they serve.
+    pub(crate) fn allows_columns(&self, price: u64, ahead: u64) -> bool {
+        self.allows_within(HOPE_FOR_COLUMNS, price, ahead)
+    }
+
+    fn allows_within(&self, hope: f64, price: u64, ahead: u64) -> bool {
         let [by_rays, gain, spent] = self.sums();
         let share = if gain > 0.0 { REINVESTED } else { 1.0 };
         let to_come = ahead as f64 * self.usual_ray();
-        spent + price as f64 <= HOPE * by_rays + share * gain + FORESIGHT * to_come
+        spent + price as f64 <= hope * by_rays + share * gain + FORESIGHT * to_come
     }
 
     /// Returns whether to ask columns: they cost less than rays, or it is time to see whether they do.
@@ -208,14 +224,16 @@ impl Budget {
     /// Returns whether columns answer so fast that values would be no gain, as far as is known: now and then
     /// it is time to see again.
     pub(crate) fn are_columns_fast(&self) -> bool {
-        if self.column_ns() < FAST * self.usual_ray() {
+        let columns = self.column_ns();
+        if columns < FAST * self.usual_ray() {
             return true;
         }
-        let tries = self.column_tries.load(Ordering::Relaxed);
-        tries < FIRST_TRIES || {
-            self.column_tries.fetch_add(1, Ordering::Relaxed);
-            tries.is_multiple_of(LATER_TRIES)
+        if self.column_tries.load(Ordering::Relaxed) < FIRST_TRIES {
+            return true;
         }
+        let looked = f32::from_bits(self.recent_looked.load(Ordering::Relaxed));
+        let tries = self.look_tries.fetch_add(1, Ordering::Relaxed);
+        f64::from(looked) > columns && !tries.is_multiple_of(LOOK_TRIES)
     }
 
     /// Returns what to charge a cell for where columns answer: a share of what a value would have spared.
@@ -497,13 +515,13 @@ mod tests {
     #[test]
     fn what_is_known_to_come_pays_beforehand() {
         let budget = Budget::default();
-        assert!(!budget.allows_ahead(1, 1_000_000));
+        assert!(!budget.allows_columns(1, 1_000_000));
         budget.note(&rays(1_000));
-        let hope = HOPE * 160_000.0;
+        let hope = HOPE_FOR_COLUMNS * 160_000.0;
         for ahead in [0, 1_000, 500_000] {
             let most = (hope + FORESIGHT * 160.0 * ahead as f64) as u64;
-            assert!(budget.allows_ahead(most, ahead), "{ahead}");
-            assert!(!budget.allows_ahead(most + 1, ahead), "{ahead}");
+            assert!(budget.allows_columns(most, ahead), "{ahead}");
+            assert!(!budget.allows_columns(most + 1, ahead), "{ahead}");
         }
     }
 

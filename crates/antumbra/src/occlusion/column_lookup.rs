@@ -2,86 +2,353 @@
 //!
 //! In: starts. Out: a [`Found`] each, as from a list. Invariant: an answer that is found is the reference's.
 
+use std::hint::black_box;
+
 use antumbra_geometry::{DVec3, Occluders, Start, SurfaceId};
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x8, u32x8};
 
 use super::adaptive::AdaptiveValues;
-use super::bricks::Store;
-use super::columns::{Columns, Entry, Told};
+use super::columns::{Columns, NO_COLUMN, Told as ToldOfColumn};
 use super::forms::Verdict;
-use super::lookup::{Asks, BLOCK, Found, Lookup, Moved, Source};
-use super::views::NO_COLUMN;
+use super::lookup::{Asks, Entry, Found, Lookup, Moved, Source};
+use super::many::{FAR_PLANES, FEW, MANY, Numbers, Pairs, Places, Told, Wide, first_bits, widened};
+use super::planes::{StartPlane, tell};
+use super::tables::NONE;
+
+/// So many possible blockers of each start are told together, before others of those that are not blocked.
+const ROUND: usize = Columns::SPARE;
+
+/// Points whose coordinates are smaller are so near the scene that forms are known well there.
+const NEAR: f32 = 1.25;
 
 impl AdaptiveValues {
-    /// Finds what columns tell of those of at most [`BLOCK`] starts that nothing was found of.
+    /// Finds what columns tell of those of at most [`MANY`] starts that are asked, a bit each.
     #[inline]
-    pub(crate) fn find_in_columns(
+    pub(crate) fn find_many_in_columns(
         &self,
         columns: &Columns,
-        store: &Store,
+        source: Source<'_>,
         occluders: &Occluders,
         starts: &[Start],
         light: usize,
-        found: &mut [Found; BLOCK],
-    ) {
+        asked: u64,
+    ) -> Told {
+        let asked = asked & first_bits(starts.len());
         let Some(tables) = self.tables(occluders, light) else {
-            return;
+            return Told {
+                unknown: asked,
+                ..Told::default()
+            };
         };
         dispatch!(self.level, simd => {
-            Lookup { simd, values: self, number: light, tables, source: Source::Growing(store), occluders }
-                .fill(columns, starts, found);
-        });
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            lookup.find_many_in_columns(columns, starts, asked)
+        })
     }
+
+    /// Finds what columns tell of a start.
+    #[inline]
+    pub(crate) fn find_one_in_columns(
+        &self,
+        columns: &Columns,
+        source: Source<'_>,
+        occluders: &Occluders,
+        start: &Start,
+        light: usize,
+    ) -> Found {
+        let Some(tables) = self.tables(occluders, light) else {
+            return Found::NOTHING;
+        };
+        dispatch!(self.level, simd => {
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            lookup.find_one_in_columns(columns, start)
+        })
+    }
+}
+
+/// Those of some starts of which columns tell something.
+struct Listed {
+    /// The next entries to look at, and where the lists end.
+    next: [u32; MANY],
+    ends: [u32; MANY],
+    /// Starts whose lists have more to tell, a bit each.
+    active: u64,
 }
 
 impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
-    fn fill(&self, columns: &Columns, starts: &[Start], found: &mut [Found; BLOCK]) {
-        let places = self.values.places(starts);
-        let located = columns.views.locate(self.simd, &places);
-        for (number, start) in starts.iter().enumerate() {
-            if !found[number].is_nothing() {
-                continue;
+    fn find_many_in_columns(&self, columns: &Columns, starts: &[Start], asked: u64) -> Told {
+        let mut told = Told::default();
+        if asked.count_ones() as usize <= FEW {
+            self.find_each_in_columns(columns, starts, asked, &mut told);
+            return told;
+        }
+        match <&[Start; MANY]>::try_from(starts) {
+            Ok(starts) => self.find_block_in_columns(columns, starts, asked, &mut told),
+            Err(_) => {
+                let mut block = [starts[0]; MANY];
+                block[..starts.len()].copy_from_slice(starts);
+                self.find_block_in_columns(columns, &block, asked, &mut told);
             }
-            let x = [0, 1, 2].map(|axis: usize| places[axis][number]);
-            found[number] = match self.audience(start, x) {
-                Asks::In(_) if self.is_in_scene(x) => {
-                    let at = (located.columns[number], located.depths[number]);
-                    self.find_in_column(columns, at, start, start.point, x)
-                }
-                Asks::In(_) => Found::NOTHING,
-                Asks::OwnShadow => Found::by_value(true),
-                Asks::Doubt => self.find_off_surface_in_columns(columns, start),
-            };
+        }
+        told
+    }
+
+    #[inline(never)]
+    fn find_each_in_columns(
+        &self,
+        columns: &Columns,
+        starts: &[Start],
+        asked: u64,
+        told: &mut Told,
+    ) {
+        for number in Numbers(asked) {
+            told.add(number, self.find_one_in_columns(columns, &starts[number]));
         }
     }
 
-    /// Returns whether a point is so near the scene that forms are known well there.
     #[inline(always)]
-    fn is_in_scene(&self, x: [f32; 3]) -> bool {
-        x.iter().all(|x| x.abs() < 1.25)
+    fn find_one_in_columns(&self, columns: &Columns, start: &Start) -> Found {
+        let x = self.values.narrow(start.point);
+        let surface = start.surface.map(|SurfaceId(surface)| surface as usize);
+        let asks = match surface.and_then(|surface| self.tables.start_planes().get(surface)) {
+            Some(plane) => match plane.tell_one(self.simd, x) {
+                Some(_) => Asks::In(super::value::Audience::Front),
+                None => Asks::Doubt,
+            },
+            None => self.audience(start, x),
+        };
+        match asks {
+            Asks::In(_) => self.find_at_in_columns(columns, start, start.point, x),
+            Asks::OwnShadow => Found::by_value(true),
+            Asks::Doubt => self.find_off_surface_in_columns(columns, start),
+        }
     }
 
-    #[cold]
+    /// Answers those starts of a block that are asked. One step for all of them before the next, as in `many`.
+    #[inline(always)]
+    fn find_block_in_columns(
+        &self,
+        columns: &Columns,
+        starts: &[Start; MANY],
+        asked: u64,
+        told: &mut Told,
+    ) {
+        let mut surfaces = [0; MANY];
+        let mut on_surface_count = 0;
+        for (surface, start) in surfaces.iter_mut().zip(starts) {
+            on_surface_count += u32::from(start.surface.is_some());
+            *surface = start.surface.map_or(0, |SurfaceId(surface)| surface);
+        }
+        let is_free = on_surface_count == 0;
+        if !is_free && on_surface_count != MANY as u32 {
+            return self.find_each_in_columns(columns, starts, asked, told);
+        }
+        let mut places = [[0.0; MANY]; 3];
+        self.narrow_many(starts, &mut places);
+        let mut known = asked & self.are_in_scene(&places);
+        if is_free {
+            self.find_outside_in_columns(columns, starts, asked & !known, told);
+        } else {
+            let there = self.are_on_surfaces(starts, &surfaces, &places, asked, told);
+            self.find_off_surfaces_in_columns(columns, starts, asked & !there, told);
+            told.unknown |= asked & there & !known & !told.shadowed;
+            known &= there & !told.shadowed;
+        }
+        let located = columns.locate(self.simd, &places);
+        for (number, &column) in located.columns.iter().enumerate() {
+            let is_nowhere = u64::from(column == NO_COLUMN) << number & known;
+            told.unknown |= is_nowhere;
+            known &= !is_nowhere;
+        }
+        let mut listed = Listed {
+            next: [0; MANY],
+            ends: [0; MANY],
+            active: known,
+        };
+        let mut wide = [[0.0; 16]; MANY];
+        for number in Numbers(known) {
+            let (full_from, first, end) = columns.list_of(located.columns[number]);
+            let is_full = located.depths[number] > full_from;
+            (listed.next[number], listed.ends[number]) = (first, end);
+            told.shadowed |= u64::from(is_full) << number;
+            listed.active &= !(u64::from(is_full || first == end) << number);
+            let x = [places[0][number], places[1][number], places[2][number]];
+            wide[number] = widened(x);
+        }
+        told.listed |= known;
+        while listed.active != 0 {
+            self.tell_round(columns, starts, &located.depths, &wide, &mut listed, told);
+        }
+    }
+
+    /// Asks the next entries of all lists that are not at their ends.
+    #[inline(always)]
+    fn tell_round(
+        &self,
+        columns: &Columns,
+        starts: &[Start; MANY],
+        depths: &[f32; MANY],
+        wide: &Wide,
+        listed: &mut Listed,
+        told: &mut Told,
+    ) {
+        let mut pairs = Pairs::none();
+        for number in Numbers(listed.active) {
+            let (first, end) = (listed.next[number], listed.ends[number]);
+            let own = starts[number].surface.map_or(NONE, |SurfaceId(own)| own);
+            let left = (end - first).min(ROUND as u32);
+            let (nearest, surfaces) = columns.entries_from(first);
+            let is_near = f32x8::from_slice(self.simd, nearest).simd_le(depths[number]);
+            let is_own = u32x8::from_slice(self.simd, surfaces).simd_eq(own);
+            // A list is in order.
+            let near = is_near.to_bitmask() as u32 & ((1 << left) - 1);
+            pairs.add(
+                surfaces,
+                number,
+                near.count_ones(),
+                is_own.to_bitmask() as u32 & near,
+            );
+            listed.next[number] = first + ROUND as u32;
+            let has_more = near.count_ones() as usize == ROUND && first + left < end;
+            listed.active &= !(u64::from(!has_more) << number);
+            if pairs.is_full() {
+                self.tell_pairs(&pairs, [starts, starts], wide, told);
+                pairs = Pairs::none();
+            }
+        }
+        self.tell_pairs(&pairs, [starts, starts], wide, told);
+        listed.active &= !told.shadowed;
+    }
+
+    /// Returns which starts are where their points are; or are in their own shadow, which is told.
+    #[inline(always)]
+    fn are_on_surfaces(
+        &self,
+        starts: &[Start; MANY],
+        surfaces: &[u32; MANY],
+        places: &Places,
+        asked: u64,
+        told: &mut Told,
+    ) -> u64 {
+        let planes = self.tables.start_planes();
+        if planes.len() >= FAR_PLANES {
+            let mut read = 0;
+            for &surface in surfaces {
+                read |= planes.get(surface as usize).map_or(0, StartPlane::any_word);
+            }
+            black_box(read);
+        }
+        let mut there = 0;
+        for first in (0..MANY).step_by(8) {
+            let mut rows = [&StartPlane::NOWHERE; 8];
+            for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
+                *row = planes.get(surface as usize).unwrap_or(row);
+            }
+            let x = [
+                f32x8::from_slice(self.simd, &places[0][first..first + 8]),
+                f32x8::from_slice(self.simd, &places[1][first..first + 8]),
+                f32x8::from_slice(self.simd, &places[2][first..first + 8]),
+            ];
+            let (are_starts, _) = tell(self.simd, rows, x);
+            there |= are_starts.to_bitmask() << first;
+        }
+        let mut others = 0;
+        for (number, &surface) in surfaces.iter().enumerate() {
+            others |= u64::from(surface as usize >= planes.len()) << number;
+        }
+        for number in Numbers(others & asked) {
+            match self.audience_on_ball(surfaces[number] as usize, starts[number].point) {
+                Asks::In(_) => there |= 1 << number,
+                Asks::OwnShadow => {
+                    there |= 1 << number;
+                    told.shadowed |= 1 << number;
+                }
+                Asks::Doubt => {}
+            }
+        }
+        there
+    }
+
+    /// Returns which points are so near the scene that forms are known well there.
+    #[inline(always)]
+    fn are_in_scene(&self, places: &Places) -> u64 {
+        let mut near = 0;
+        for first in (0..MANY).step_by(8) {
+            let x = f32x8::from_slice(self.simd, &places[0][first..first + 8]);
+            let y = f32x8::from_slice(self.simd, &places[1][first..first + 8]);
+            let z = f32x8::from_slice(self.simd, &places[2][first..first + 8]);
+            let is_near = x.abs().simd_lt(NEAR) & y.abs().simd_lt(NEAR) & z.abs().simd_lt(NEAR);
+            near |= is_near.to_bitmask() << first;
+        }
+        near
+    }
+
     #[inline(never)]
+    fn find_outside_in_columns(
+        &self,
+        columns: &Columns,
+        starts: &[Start; MANY],
+        asked: u64,
+        told: &mut Told,
+    ) {
+        for number in Numbers(asked) {
+            let start = &starts[number];
+            let found = match self.entry(start.point) {
+                Entry::Never => Found::by_value(false),
+                Entry::Unknown => Found::NOTHING,
+                Entry::At(point) => {
+                    self.find_at_in_columns(columns, start, point, self.values.narrow(point))
+                }
+            };
+            told.add(number, found);
+        }
+    }
+
+    #[inline(never)]
+    fn find_off_surfaces_in_columns(
+        &self,
+        columns: &Columns,
+        starts: &[Start; MANY],
+        asked: u64,
+        told: &mut Told,
+    ) {
+        for number in Numbers(asked) {
+            told.add(
+                number,
+                self.find_off_surface_in_columns(columns, &starts[number]),
+            );
+        }
+    }
+
     fn find_off_surface_in_columns(&self, columns: &Columns, start: &Start) -> Found {
         match self.move_onto_surface(start) {
             Moved::OwnShadow => Found::by_value(true),
             Moved::Unknown => Found::NOTHING,
             Moved::To(point, _) => {
-                let x = self.values.narrow(point);
-                if !self.is_in_scene(x) {
-                    return Found::NOTHING;
-                }
-                let located = columns.views.locate(self.simd, &x.map(|x| [x; 8]));
-                let at = (located.columns[0], located.depths[0]);
-                self.find_in_column(columns, at, start, point, x)
+                self.find_at_in_columns(columns, start, point, self.values.narrow(point))
             }
         }
     }
 
+    /// Asks about a start near `point`, which is `x` in the frame.
+    fn find_at_in_columns(
+        &self,
+        columns: &Columns,
+        start: &Start,
+        point: DVec3,
+        x: [f32; 3],
+    ) -> Found {
+        if !x.iter().all(|x| x.abs() < NEAR) {
+            return Found::NOTHING;
+        }
+        let located = columns.locate(self.simd, &x.map(|x| [x; 8]));
+        let at = (located.columns[0], located.depths[0]);
+        self.find_in_column(columns, at, start, point, x)
+    }
+
     /// Asks the blockers of a column about a start near `point`, which is `x` in the frame.
-    #[inline(always)]
     fn find_in_column(
         &self,
         columns: &Columns,
@@ -94,14 +361,11 @@ impl<S: Simd> Lookup<'_, S> {
             return Found::NOTHING;
         }
         let entries = match columns.told(column, depth) {
-            Told::Shadowed => return Found::by_list(true),
-            Told::List(entries) => entries,
+            ToldOfColumn::Shadowed => return Found::by_list(true),
+            ToldOfColumn::List(entries) => entries,
         };
         let mut is_in_doubt = false;
-        for &Entry { nearest, surface } in entries {
-            if nearest > depth {
-                break;
-            }
+        for &surface in entries {
             let surface = SurfaceId(surface);
             let verdict = match self.tables.umbra_forms(surface.0 as usize) {
                 Some(_) if start.surface == Some(surface) => continue,
@@ -121,28 +385,6 @@ impl<S: Simd> Lookup<'_, S> {
             }
             is_in_doubt = true;
         }
-        Found::by_list(is_in_doubt && self.is_blocked_in_column(entries, depth, start, point, x))
-    }
-
-    /// Asks the exact rule about what is in doubt.
-    #[cold]
-    #[inline(never)]
-    fn is_blocked_in_column(
-        &self,
-        entries: &[Entry],
-        depth: f32,
-        start: &Start,
-        point: DVec3,
-        x: [f32; 3],
-    ) -> bool {
-        let segment = self.occluders.segment(start, self.light());
-        let near = entries.iter().take_while(|entry| entry.nearest <= depth);
-        near.map(|entry| SurfaceId(entry.surface)).any(|surface| {
-            let verdict = match self.tables.umbra_forms(surface.0 as usize) {
-                Some(forms) => forms.wide_verdict(self.simd, x),
-                None => self.curved_verdict(surface, start, point),
-            };
-            verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
-        })
+        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
     }
 }

@@ -1,26 +1,59 @@
 //! Blocker lists for all that a light sees, made at once: a table of columns of directions from the light.
 //!
-//! In: the surfaces, a light. Out: for each column of [`Views`] the surfaces that may block a start in it, the
-//! nearest to the light first, and the depth behind which one triangle blocks all. Invariant: what blocks a
-//! start that is located in a column is in its list, unless the start lies behind that depth. Where voxels
-//! say nothing yet, columns answer: they cost some hundred nanoseconds a surface once, and no tree.
-//! Absent here: voxels, queries, what a start is.
+//! In: the surfaces, a light. Out: for each column the surfaces that may block a start in it, the nearest to the
+//! light first, and the depth behind which one triangle blocks all. The tiles of [`Views`] are cut into
+//! columns as fine as surfaces are small there. Invariant: what blocks a start that is located in a column is in
+//! its list, unless the start lies behind that depth. Where voxels say nothing yet, columns answer: they
+//! cost some hundred nanoseconds a surface once, and no tree. Absent here: voxels, queries, what a start is.
 
-use antumbra_geometry::{DVec3, LightShape, Occluders, SurfaceId};
+use antumbra_geometry::{DVec2, DVec3, LightShape, Occluders, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, u32x8};
 
-use super::footprint::{Footprint, Part, Polygon};
+use super::footprint::{Footprint, Part, Polygon, Window};
 use super::forms::BOUND;
 use super::tables::{NONE, Tables};
-use super::views::{View, Views, has_faces};
+use super::views::{Located as InTiles, View, Views, has_faces, whole};
 use crate::frame::Frame;
 
 /// The lists of all columns of a light.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub(super) views: Views,
+    tiles: Box<[Tile]>,
     /// One more than there are columns: a list ends where the next begins.
     heads: Box<[Head]>,
-    entries: Box<[Entry]>,
+    /// The entries of all lists, and some more to be read in vain.
+    nearest: Box<[f32]>,
+    surfaces: Box<[u32]>,
+}
+
+/// The columns of a tile, row by row: the number of the first, and in the last bits how often the tile's sides are
+/// halved.
+#[derive(Clone, Copy, Debug)]
+struct Tile(u32);
+
+const HALVING_BITS: u32 = 3;
+const MOST_HALVINGS: u32 = 5;
+
+impl Tile {
+    fn new(first: usize, halvings: u32) -> Self {
+        Self((first as u32) << HALVING_BITS | halvings)
+    }
+
+    #[inline(always)]
+    fn first(self) -> u32 {
+        self.0 >> HALVING_BITS
+    }
+
+    #[inline(always)]
+    fn halvings(self) -> u32 {
+        self.0 & ((1 << HALVING_BITS) - 1)
+    }
+
+    fn column_count(self) -> usize {
+        1 << (2 * self.halvings())
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -30,20 +63,37 @@ struct Head {
     full_from: f32,
 }
 
+/// Where some starts are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Located<const N: usize> {
+    /// Numbers of columns, [`NO_COLUMN`] for none.
+    pub(super) columns: [u32; N],
+    pub(super) depths: [f32; N],
+}
+
+pub(super) const NO_COLUMN: u32 = u32::MAX;
+
 /// A surface that may block starts of a column.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Entry {
+struct Entry {
     /// Starts of a smaller depth it does not block.
-    pub(crate) nearest: f32,
-    pub(crate) surface: u32,
+    nearest: f32,
+    surface: u32,
+}
+
+impl Entry {
+    const NOTHING: Self = Self {
+        nearest: f32::INFINITY,
+        surface: NONE,
+    };
 }
 
 /// What a column tells of a depth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Told<'a> {
     Shadowed,
-    /// The surfaces that may block, and farther ones.
-    List(&'a [Entry]),
+    /// The surfaces that may block.
+    List(&'a [u32]),
 }
 
 /// An entry and its column.
@@ -53,20 +103,25 @@ struct Placed {
     entry: Entry,
 }
 
-/// Columns for a surface, and the fewest and most of them.
-const COLUMNS_EACH: f64 = 3.0;
-const COLUMN_COUNT: [f64; 2] = [65_536.0, 524_288.0];
+/// Tiles for a surface, and the fewest and most of them.
+const TILES_EACH: f64 = 0.5;
+const TILE_COUNT: [f64; 2] = [4_096.0, 65_536.0];
 /// In tests many scenes have columns, each of them for a few queries.
-const COLUMNS_IN_TESTS: f64 = 2_048.0;
+const TILES_IN_TESTS: f64 = 256.0;
+/// Columns for a surface in a tile. Ten times more answer a tenth faster on the larger scenes, and cost three times
+/// as much.
+const FINENESS: f64 = 0.3;
 /// Entries for a surface and for a column at most: beyond that columns are made wider.
 const MOST_ENTRIES: [usize; 2] = [32, 12];
 /// So often they are made wider, four times each.
-const TRIES: usize = 4;
+const TRIES: usize = 3;
 
-/// Surfaces in so many columns are taken as a whole.
+/// Surfaces in so many columns of a tile are taken as a whole.
 const SMALL: usize = 4;
-/// Twice the area in columns below which a triangle's plane may hold the light.
-const NARROW: f64 = 1e-3;
+/// Those in so many tiles may cover some.
+const LARGE: usize = 9;
+/// Twice the area in tiles below which a triangle's plane may hold the light.
+const NARROW: f64 = 1e-4;
 
 /// Depths in `f32` that are off by [`BOUND`] are compared with what is so much less or more.
 const DEPTH_ROOM: f64 = 2.0 * BOUND as f64;
@@ -80,92 +135,278 @@ impl Columns {
     ) -> Option<Self> {
         let (frame, light) = (tables.frame, tables.light);
         let bounds = occluders.bounds();
-        let mut count = if is_for_tests {
-            COLUMNS_IN_TESTS
+        let count = if is_for_tests {
+            TILES_IN_TESTS
         } else {
-            wanted(occluders)
+            wanted_tiles(occluders)
         };
+        let mut fineness = FINENESS;
         for _ in 0..TRIES {
             let views = Views::new(&bounds, frame, light, count)?;
-            if let Some(columns) = Self::with(views, occluders, tables) {
+            if let Some(columns) = Self::with(views, fineness, occluders, tables) {
                 return Some(columns);
             }
-            count /= 4.0;
+            fineness /= 4.0;
         }
         None
     }
 
     /// Returns about what making them costs, in nanoseconds.
     pub(crate) fn price(occluders: &Occluders, frame: &Frame, light: &LightShape) -> u64 {
-        // With the tables that their lists are the first to ask for. Amid large surfaces, columns hold many of
-        // them: so much was measured on Lost Empire.
-        const SURFACE_NS: [u64; 2] = [500, 2_000];
+        // With the tables of all triangles. Amid surfaces, columns hold many large ones: so much was measured on
+        // Lost Empire.
+        const SURFACE_NS: [u64; 2] = [600, 1_300];
         let has_faces = has_faces(&occluders.bounds(), frame, light);
-        const COLUMN_NS: f64 = 10.0;
+        const TILE_NS: f64 = 20.0;
         let count = occluders.surface_count() as u64;
-        SURFACE_NS[usize::from(has_faces)] * count + (COLUMN_NS * wanted(occluders)) as u64
+        SURFACE_NS[usize::from(has_faces)] * count + (TILE_NS * wanted_tiles(occluders)) as u64
     }
 
     /// Returns about how many bytes they will take.
     pub(crate) fn predict_bytes(occluders: &Occluders) -> u64 {
-        const USUAL_ENTRIES: u64 = 8;
-        let lists = wanted(occluders) as u64 + USUAL_ENTRIES * occluders.surface_count() as u64;
-        8 * lists
+        const USUAL_ENTRIES: f64 = 5.0;
+        let lists = (USUAL_ENTRIES + FINENESS) * occluders.surface_count() as f64;
+        (8.0 * lists + 12.0 * wanted_tiles(occluders)) as u64
     }
 
-    fn with(views: Views, occluders: &Occluders, tables: &Tables<'_>) -> Option<Self> {
-        let column_count = views.column_count();
+    fn with(
+        views: Views,
+        fineness: f64,
+        occluders: &Occluders,
+        tables: &Tables<'_>,
+    ) -> Option<Self> {
+        let seen = Seen::new(&views, occluders, tables);
+        let tiles = seen.tiles(fineness)?;
+        let mut full_from = Vec::new();
+        for (tile, &tile_full_from) in tiles.iter().zip(&seen.full_from) {
+            full_from.extend(std::iter::repeat_n(tile_full_from, tile.column_count()));
+        }
+        let column_count = full_from.len();
         let mut gathering = Gathering {
-            occluders,
             tables,
-            full_from: vec![f32::INFINITY; column_count],
-            placed: Vec::with_capacity(2 * (occluders.surface_count() + column_count)),
+            tiles: &tiles,
+            tiles_full_from: &seen.full_from,
+            full_from,
+            placed: Vec::with_capacity(3 * (occluders.surface_count() + column_count) / 2),
             most: MOST_ENTRIES[0] * occluders.surface_count() + MOST_ENTRIES[1] * column_count,
         };
-        for view in &views.all {
-            for surface in occluders.surfaces() {
-                gathering.add(view, surface)?;
-            }
+        for part in &seen.parts {
+            gathering.add(&views.all[usize::from(part.view)], SurfaceId(part.surface))?;
         }
         let (heads, entries) = gathering.in_order();
         Some(Self {
             views,
+            tiles: tiles.into(),
             heads,
-            entries,
+            nearest: entries.iter().map(|entry| entry.nearest).collect(),
+            surfaces: entries.iter().map(|entry| entry.surface).collect(),
         })
+    }
+
+    /// Returns in which columns starts within the scene's box are, given coordinate by coordinate.
+    #[inline(always)]
+    pub(super) fn locate<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        places: &[[f32; N]; 3],
+    ) -> Located<N> {
+        let InTiles {
+            mut tiles,
+            within,
+            depths,
+        } = self.views.locate(simd, places);
+        for tile in &mut tiles {
+            // Of none, a number that no tile has.
+            *tile = self
+                .tiles
+                .get(*tile as usize)
+                .map_or(NO_COLUMN, |&Tile(tile)| tile);
+        }
+        let mut columns = [0; N];
+        for first in (0..N).step_by(8) {
+            let tile = u32x8::from_slice(simd, &tiles[first..first + 8]);
+            let halvings = tile & ((1 << HALVING_BITS) - 1);
+            // Two to that power.
+            let along = f32x8::from_bits((halvings + 127) << 23);
+            let u = f32x8::from_slice(simd, &within[0][first..first + 8]);
+            let v = f32x8::from_slice(simd, &within[1][first..first + 8]);
+            let last = along - 0.5;
+            let column = whole((u * along).max(f32x8::splat(simd, 0.0)).min(last));
+            let row = whole((v * along).max(f32x8::splat(simd, 0.0)).min(last));
+            // The whole part of a number and a quarter is the number.
+            let in_tile = row * whole(along + 0.25) + column;
+            let is_there = tile.simd_lt(NO_COLUMN);
+            let column = is_there.select(
+                (tile >> HALVING_BITS) + in_tile,
+                u32x8::splat(simd, NO_COLUMN),
+            );
+            columns[first..first + 8].copy_from_slice(column.as_slice());
+        }
+        Located { columns, depths }
     }
 
     /// Returns what is told of a start of this depth in a column.
     #[inline(always)]
     pub(super) fn told(&self, column: u32, depth: f32) -> Told<'_> {
-        let head = self.heads[column as usize];
-        if depth > head.full_from {
+        let (full_from, first, end) = self.list_of(column);
+        if depth > full_from {
             return Told::Shadowed;
         }
-        let end = self.heads[column as usize + 1].first;
-        Told::List(&self.entries[head.first as usize..end as usize])
+        let (first, end) = (first as usize, end as usize);
+        let near = self.nearest[first..end].partition_point(|&nearest| nearest <= depth);
+        Told::List(&self.surfaces[first..first + near])
+    }
+
+    /// So many entries may be read at once from where a list starts.
+    pub(super) const SPARE: usize = 8;
+
+    /// Returns the depth behind which all starts of a column are blocked, where its list starts and ends.
+    #[inline(always)]
+    pub(super) fn list_of(&self, column: u32) -> (f32, u32, u32) {
+        let Head { first, full_from } = self.heads[column as usize];
+        (full_from, first, self.heads[column as usize + 1].first)
+    }
+
+    /// Returns some entries from a number on, of whatever lists: how near they are, and the surfaces.
+    #[inline(always)]
+    pub(super) fn entries_from(&self, first: u32) -> (&[f32], &[u32]) {
+        let some = first as usize..first as usize + Self::SPARE;
+        (&self.nearest[some.clone()], &self.surfaces[some])
     }
 
     pub(crate) fn bytes(&self) -> u64 {
         let Self {
             views: _,
+            tiles,
             heads,
-            entries,
+            nearest,
+            surfaces,
         } = self;
-        (size_of_val(&**heads) + size_of_val(&**entries)) as u64
+        (size_of_val(&**tiles)
+            + size_of_val(&**heads)
+            + size_of_val(&**nearest)
+            + size_of_val(&**surfaces)) as u64
     }
 }
 
-/// Returns how many columns there should be.
-fn wanted(occluders: &Occluders) -> f64 {
-    let wanted = COLUMNS_EACH * occluders.surface_count() as f64;
-    wanted.clamp(COLUMN_COUNT[0], COLUMN_COUNT[1])
+/// Returns how many tiles there should be.
+fn wanted_tiles(occluders: &Occluders) -> f64 {
+    let wanted = TILES_EACH * occluders.surface_count() as f64;
+    wanted.clamp(TILE_COUNT[0], TILE_COUNT[1])
+}
+
+/// What a view shows of surfaces.
+struct Seen {
+    /// For each tile the depth behind which one triangle blocks all.
+    full_from: Vec<f32>,
+    parts: Vec<SeenPart>,
+}
+
+/// What a view shows of a surface.
+#[derive(Clone, Copy, Debug)]
+struct SeenPart {
+    surface: u32,
+    view: u8,
+    /// The tile of its middle.
+    tile: u32,
+    nearest: f32,
+}
+
+impl Seen {
+    fn new(views: &Views, occluders: &Occluders, tables: &Tables<'_>) -> Self {
+        let mut seen = Self {
+            full_from: vec![f32::INFINITY; views.tile_count()],
+            parts: Vec::with_capacity(occluders.surface_count()),
+        };
+        for (number, view) in views.all.iter().enumerate() {
+            let window = Window::tiles(view);
+            for surface in occluders.surfaces() {
+                let Some((footprint, plane)) = footprint(view, surface, tables) else {
+                    continue;
+                };
+                if footprint.part_count_at_most(&window) >= LARGE
+                    && occluders.is_opaque_everywhere(surface)
+                    && let Some(plane) = plane.and_then(|corners| Plane::new(view, corners))
+                {
+                    seen.cover(view, &window, &footprint, &plane);
+                }
+                let middle = footprint.middle();
+                let at = [0, 1].map(|axis| (middle[axis] as usize).min(view.size[axis] - 1));
+                seen.parts.push(SeenPart {
+                    surface: surface.0,
+                    view: number as u8,
+                    tile: (view.first + at[1] * view.size[0] + at[0]) as u32,
+                    nearest: (footprint.depths[0] - DEPTH_ROOM) as f32,
+                });
+            }
+        }
+        seen
+    }
+
+    /// Notes which tiles a triangle covers.
+    fn cover(&mut self, view: &View, window: &Window, footprint: &Footprint, plane: &Plane) {
+        let reach = plane.reach(0.5 + footprint.margin, view);
+        footprint.parts(window, |Part { at, is_covered }| {
+            if is_covered && let Some([_, far]) = plane.depths(view, window.middle(at), reach) {
+                let far = far.min(footprint.depths[1]) + DEPTH_ROOM;
+                let full_from = &mut self.full_from[view.first + at[1] * view.size[0] + at[0]];
+                *full_from = full_from.min(far as f32);
+            }
+        });
+    }
+
+    /// Cuts tiles into columns, about so many for each surface; `None` if there are more than can be told.
+    fn tiles(&self, fineness: f64) -> Option<Vec<Tile>> {
+        let mut counts = vec![0_u32; self.full_from.len()];
+        for part in &self.parts {
+            let is_hidden = part.nearest > self.full_from[part.tile as usize];
+            counts[part.tile as usize] += u32::from(!is_hidden);
+        }
+        let mut first = 0;
+        let tiles = counts.iter().map(|&count| {
+            let along = (fineness * f64::from(count)).max(1.0).sqrt();
+            let halvings = (along.log2().round() as u32).min(MOST_HALVINGS);
+            let tile = Tile::new(first, halvings);
+            first += tile.column_count();
+            tile
+        });
+        let tiles = tiles.collect();
+        (first < 1 << (31 - HALVING_BITS)).then_some(tiles)
+    }
+}
+
+/// Returns where a surface lies in a view in which it may block, and the corners of a triangle.
+fn footprint(
+    view: &View,
+    surface: SurfaceId,
+    tables: &Tables<'_>,
+) -> Option<(Footprint, Option<[DVec3; 3]>)> {
+    let occluders = tables.occluders;
+    if !occluders.is_opaque(surface) {
+        return None;
+    }
+    let Some(corners) = occluders.triangle_positions(surface) else {
+        if tables.curved_number(surface) == NONE {
+            return None;
+        }
+        let footprint = Footprint::of_curved(view, tables.frame, occluders, surface)?;
+        return Some((footprint, None));
+    };
+    let corners = corners.map(|corner| tables.frame.point_in_frame(corner));
+    let footprint = Footprint::of_polygon(view, Polygon::new(view, corners)?);
+    // Seen from its edge it may block nothing: where its plane holds the light.
+    let is_narrow = footprint.area().abs() < NARROW;
+    if is_narrow && tables.side(surface.0 as usize) == Some(0) {
+        return None;
+    }
+    Some((footprint, Some(corners)))
 }
 
 /// Surfaces on their way into columns.
 struct Gathering<'a> {
-    occluders: &'a Occluders,
     tables: &'a Tables<'a>,
+    tiles: &'a [Tile],
+    tiles_full_from: &'a [f32],
     full_from: Vec<f32>,
     placed: Vec<Placed>,
     most: usize,
@@ -174,85 +415,61 @@ struct Gathering<'a> {
 impl Gathering<'_> {
     /// Puts a surface into all columns of a view in which it may block; `None` if there are too many entries.
     fn add(&mut self, view: &View, surface: SurfaceId) -> Option<()> {
-        if !self.occluders.is_opaque(surface) {
-            return Some(());
-        }
-        match self.occluders.triangle_positions(surface) {
-            Some(corners) => self.add_triangle(view, surface, corners),
-            None => {
-                if self.tables.curved_number(surface) == NONE {
-                    return Some(());
-                }
-                match Footprint::of_curved(view, self.tables.frame, self.occluders, surface) {
-                    Some(footprint) => self.fill(view, surface, &footprint, None),
-                    None => Some(()),
-                }
-            }
-        }
-    }
-
-    fn add_triangle(&mut self, view: &View, surface: SurfaceId, corners: [DVec3; 3]) -> Option<()> {
-        let frame = self.tables.frame;
-        let corners = corners.map(|corner| frame.point_in_frame(corner));
-        let Some(polygon) = Polygon::new(view, corners) else {
+        let Some((footprint, corners)) = footprint(view, surface, self.tables) else {
             return Some(());
         };
-        let footprint = Footprint::of_polygon(view, polygon);
-        // Seen from its edge it may block nothing: where its plane holds the light.
-        if footprint.area().abs() < NARROW && self.tables.side(surface.0 as usize) == Some(0) {
-            return Some(());
-        }
-        // Of small ones the whole is about as near as its part in a column.
-        if footprint.part_count_at_most() <= SMALL {
-            return self.fill(view, surface, &footprint, None);
-        }
-        let plane = Plane::new(view, corners);
-        let plane = plane.map(|plane| (plane, self.occluders.is_opaque_everywhere(surface)));
-        self.fill(view, surface, &footprint, plane)
-    }
-
-    /// Puts a surface with a footprint into its columns.
-    fn fill(
-        &mut self,
-        view: &View,
-        SurfaceId(surface): SurfaceId,
-        footprint: &Footprint,
-        plane: Option<(Plane, bool)>,
-    ) -> Option<()> {
-        let nearest = footprint.depths[0] - DEPTH_ROOM;
-        let mut reach = 0.0;
-        if let Some((plane, _)) = plane {
-            reach = plane.reach(0.5 + footprint.margin, view);
-        }
-        let (full_from, placed) = (&mut self.full_from, &mut self.placed);
-        footprint.parts(view, |Part { at, is_covered }| {
-            let column = view.first + at[1] * view.size[0] + at[0];
-            let mut entry = Entry {
-                nearest: nearest as f32,
-                surface,
-            };
-            if let Some((plane, is_whole)) = plane
-                && let Some([near, far]) = plane.depths(view, at, reach)
-            {
-                entry.nearest = entry.nearest.max((near - DEPTH_ROOM) as f32);
-                if is_covered && is_whole {
-                    let far = far.min(footprint.depths[1]) + DEPTH_ROOM;
-                    let full = &mut full_from[column];
-                    *full = full.min(far as f32);
+        let is_whole = self.tables.occluders.is_opaque_everywhere(surface);
+        let nearest = (footprint.depths[0] - DEPTH_ROOM) as f32;
+        let mut plane = None;
+        footprint.parts(&Window::tiles(view), |Part { at, is_covered: _ }| {
+            let tile_number = view.first + at[1] * view.size[0] + at[0];
+            if nearest > self.tiles_full_from[tile_number] {
+                return;
+            }
+            let tile = self.tiles[tile_number];
+            let along = 1 << tile.halvings();
+            let window = Window::columns(at, along);
+            // Of small ones the whole is about as near as its part in a column.
+            let is_small = footprint.part_count_at_most(&window) <= SMALL;
+            let plane = match corners {
+                Some(corners) if !is_small => {
+                    *plane.get_or_insert_with(|| Plane::new(view, corners))
                 }
-            }
-            if entry.nearest <= full_from[column] {
-                placed.push(Placed {
-                    column: column as u32,
-                    entry,
-                });
-            }
+                _ => None,
+            };
+            let reach = plane.map_or(0.0, |plane| {
+                plane.reach(0.5 / along as f64 + footprint.margin, view)
+            });
+            let first = tile.first() as usize;
+            footprint.parts(&window, |Part { at, is_covered }| {
+                let column = first + at[1] * along + at[0];
+                let mut entry = Entry {
+                    nearest,
+                    surface: surface.0,
+                };
+                let full_from = &mut self.full_from[column];
+                if let Some(plane) = plane
+                    && let Some([near, far]) = plane.depths(view, window.middle(at), reach)
+                {
+                    entry.nearest = entry.nearest.max((near - DEPTH_ROOM) as f32);
+                    if is_covered && is_whole {
+                        let far = far.min(footprint.depths[1]) + DEPTH_ROOM;
+                        *full_from = full_from.min(far as f32);
+                    }
+                }
+                if entry.nearest <= *full_from {
+                    self.placed.push(Placed {
+                        column: column as u32,
+                        entry,
+                    });
+                }
+            });
         });
         (self.placed.len() <= self.most).then_some(())
     }
 
     /// Sorts what is needed by column and depth (counting sort, then each list by itself).
-    fn in_order(self) -> (Box<[Head]>, Box<[Entry]>) {
+    fn in_order(self) -> (Box<[Head]>, Vec<Entry>) {
         let is_needed =
             |placed: &&Placed| placed.entry.nearest <= self.full_from[placed.column as usize];
         let mut ends = vec![0_u32; self.full_from.len() + 1];
@@ -269,11 +486,7 @@ impl Gathering<'_> {
                 full_from: self.full_from.get(column).copied().unwrap_or(f32::INFINITY),
             });
         }
-        let nothing = Entry {
-            nearest: 0.0,
-            surface: NONE,
-        };
-        let mut entries = vec![nothing; sum as usize];
+        let mut entries = vec![Entry::NOTHING; sum as usize + Columns::SPARE];
         for placed in self.placed.iter().filter(is_needed) {
             let end = &mut ends[placed.column as usize];
             entries[*end as usize] = placed.entry;
@@ -285,7 +498,7 @@ impl Gathering<'_> {
                 list.sort_unstable_by(|a, b| a.nearest.total_cmp(&b.nearest));
             }
         }
-        (heads.into(), entries.into())
+        (heads.into(), entries)
     }
 }
 
@@ -325,17 +538,16 @@ impl Plane {
         })
     }
 
-    /// Returns by how much `s` differs within so many columns along each axis.
-    fn reach(&self, columns: f64, view: &View) -> f64 {
-        (self.normal.x.abs() + self.normal.y.abs()) * columns / view.scale
+    /// Returns by how much `s` differs within so many tiles along each axis.
+    fn reach(&self, tiles: f64, view: &View) -> f64 {
+        (self.normal.x.abs() + self.normal.y.abs()) * tiles / view.scale
     }
 
-    /// Returns the least and the greatest depth over a column, if they are told well.
+    /// Returns the least and the greatest depth about a place in tiles, if they are told well.
     #[inline]
-    fn depths(&self, view: &View, at: [usize; 2], reach: f64) -> Option<[f64; 2]> {
-        let rate = 1.0 / view.scale;
-        let [u, v] = [0, 1].map(|axis| (at[axis] as f64 + 0.5 - view.shift[axis]) * rate);
-        let s = self.normal.x * u + self.normal.y * v;
+    fn depths(&self, view: &View, middle: DVec2, reach: f64) -> Option<[f64; 2]> {
+        let place = (middle - view.shift) / view.scale;
+        let s = self.normal.x * place.x + self.normal.y * place.y;
         let (low, high) = (s - reach, s + reach);
         let below = |s: f64| self.normal.z + view.w[1] * s;
         let (below_low, below_high) = (below(low), below(high));
@@ -359,7 +571,6 @@ mod tests {
     use super::super::forms::START_ROOM;
     use super::super::tables::{LightTables, SceneTables};
     use super::super::testing::Random;
-    use super::super::views::NO_COLUMN;
     use super::*;
 
     /// Triangles of all sizes that share corners, panes, balls, a cone, a disk; numbers are whole half the time.
@@ -450,7 +661,9 @@ mod tests {
             2 => {
                 let view = views.all[random.below(views.all.len())];
                 let place = [0, 1].map(|axis| {
-                    random.below(view.size[axis] + 1) as f64 + random.pick(&[0.0, 1e-6, -1e-6])
+                    let tile = random.below(view.size[axis] + 1) as f64;
+                    tile + random.pick(&[0.0, 0.0, 0.25, 1.0 / 32.0])
+                        + random.pick(&[0.0, 1e-6, -1e-6])
                         - view.shift[axis]
                 });
                 let depth = random.real(-1.0, 1.0);
@@ -497,10 +710,11 @@ mod tests {
             let light_tables = LightTables::new(&occluders, &frame, &light);
             let tables = Tables::new(&occluders, &frame, &light, &scene_tables, &light_tables);
             let count = random.pick(&[100.0, 2_000.0, 20_000.0]);
+            let fineness = random.pick(&[0.1, 3.0, 50.0]);
             let Some(views) = Views::new(&occluders.bounds(), &frame, &light, count) else {
                 continue;
             };
-            let Some(columns) = Columns::with(views, &occluders, &tables) else {
+            let Some(columns) = Columns::with(views, fineness, &occluders, &tables) else {
                 continue;
             };
             for _ in 0..150 {
@@ -521,7 +735,7 @@ mod tests {
                     continue;
                 }
                 let located =
-                    dispatch!(Level::new(), simd => columns.views.locate(simd, &x.map(|x| [x; 8])));
+                    dispatch!(Level::new(), simd => columns.locate(simd, &x.map(|x| [x; 8])));
                 let (column, depth) = (located.columns[0], located.depths[0]);
                 if column == NO_COLUMN {
                     continue;
@@ -535,9 +749,7 @@ mod tests {
                         assert!(!blocking.is_empty(), "{light:?} {given:?} {moved:?}");
                         full_count += 1;
                     }
-                    Told::List(entries) => {
-                        let near = entries.iter().take_while(|entry| entry.nearest <= depth);
-                        let listed: Vec<u32> = near.map(|entry| entry.surface).collect();
+                    Told::List(listed) => {
                         left_out_count += occluders.surface_count() - listed.len();
                         for surface in blocking {
                             assert!(

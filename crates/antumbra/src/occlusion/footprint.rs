@@ -1,7 +1,8 @@
-//! Which columns of a light's view a surface may lie in.
+//! Which tiles and columns of a light's view a surface may lie in.
 //!
-//! In: a view, a triangle or a curved shape. Out: every column that, inflated, holds a part of its projection,
-//! and those that lie in it wholly. `f64` is off by 2^-40 of a column here; margins are 2^-8 and more.
+//! In: a view, a triangle or a curved shape. Out: every cell of a grid of squares that, inflated, holds a part of its
+//! projection, and those that lie in it wholly. `f64` is off by 2^-40 of a tile here; margins are 2^-11 and
+//! more.
 
 use antumbra_geometry::{DVec2, DVec3, Occluders, SurfaceId};
 
@@ -18,8 +19,8 @@ pub(super) struct Polygon {
 /// Four cuts of a triangle.
 const MOST_CORNERS: usize = 8;
 
-/// Faces show so many columns more than they have, on each side: more than margins and a column.
-const BEYOND: f64 = 4.0;
+/// Faces show so many tiles more than they have, on each side: more than margins.
+const BEYOND: f64 = 1.0;
 
 /// A face's polygon that comes closer to the light is taken to be everywhere.
 const CLOSEST: f64 = 1e-6;
@@ -88,25 +89,75 @@ impl Polygon {
     }
 }
 
-/// The columns that something may lie in.
+/// Where something may lie.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Footprint {
-    /// Corners of a convex polygon, in columns; none if it may be everywhere within `ranges`.
+    /// Corners of a convex polygon, in tiles; none if it may be everywhere in its box.
     places: [DVec2; MOST_CORNERS],
     count: usize,
-    /// The first and the one after the last column along each axis.
-    ranges: [[usize; 2]; 2],
+    /// A box about all of it, inflated.
+    low: DVec2,
+    high: DVec2,
     /// Least and greatest depth.
     pub(super) depths: [f64; 2],
-    /// By how much columns are inflated.
+    /// By how much cells are inflated.
     pub(super) margin: f64,
 }
 
-/// A column of a footprint.
+/// A grid of square cells in a view: its tiles, or the columns of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    /// Where it begins, in tiles.
+    pub(super) origin: DVec2,
+    /// Cells along both axes.
+    pub(super) size: [usize; 2],
+    /// Cells along the side of a tile.
+    pub(super) fineness: f64,
+}
+
+impl Window {
+    pub(super) fn tiles(view: &View) -> Self {
+        Self {
+            origin: DVec2::ZERO,
+            size: view.size,
+            fineness: 1.0,
+        }
+    }
+
+    /// The columns of a tile.
+    pub(super) fn columns([column, row]: [usize; 2], along: usize) -> Self {
+        Self {
+            origin: DVec2::new(column as f64, row as f64),
+            size: [along; 2],
+            fineness: along as f64,
+        }
+    }
+
+    /// Returns the middle of a cell, in tiles.
+    #[inline]
+    pub(super) fn middle(&self, [column, row]: [usize; 2]) -> DVec2 {
+        self.origin + DVec2::new(column as f64 + 0.5, row as f64 + 0.5) / self.fineness
+    }
+
+    /// Returns the cells along both axes that a box meets: the first, and the one after the last.
+    #[inline]
+    fn ranges(&self, low: DVec2, high: DVec2) -> [[usize; 2]; 2] {
+        let low = (low - self.origin) * self.fineness;
+        let high = (high - self.origin) * self.fineness;
+        std::array::from_fn(|axis| {
+            let count = self.size[axis] as f64;
+            let first = low[axis].clamp(0.0, count) as usize;
+            let end = (high[axis] + 1.0).clamp(0.0, count) as usize;
+            [first, end.max(first)]
+        })
+    }
+}
+
+/// A cell of a footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     pub(super) at: [usize; 2],
-    /// Whether all of the inflated column lies in the footprint.
+    /// Whether all of the inflated cell lies in the footprint.
     pub(super) is_covered: bool,
 }
 
@@ -132,7 +183,8 @@ impl Footprint {
         Self {
             places,
             count: polygon.count,
-            ranges: ranges(view, low - margin, high + margin),
+            low: low - margin,
+            high: high + margin,
             depths,
             margin,
         }
@@ -142,7 +194,8 @@ impl Footprint {
         Self {
             places: [DVec2::ZERO; MOST_CORNERS],
             count: 0,
-            ranges: view.size.map(|size| [0, size]),
+            low: DVec2::ZERO,
+            high: DVec2::new(view.size[0] as f64, view.size[1] as f64),
             depths,
             margin: 0.0,
         }
@@ -205,19 +258,28 @@ impl Footprint {
         Some(Self {
             places: [DVec2::ZERO; MOST_CORNERS],
             count: 0,
-            ranges: ranges(view, lowest - margin, highest + margin),
+            low: lowest - margin,
+            high: highest + margin,
             depths,
             margin,
         })
     }
 
-    /// Returns how many columns are in the box about it.
-    pub(super) fn part_count_at_most(&self) -> usize {
-        let [[left, right], [bottom, top]] = self.ranges;
+    /// Returns how many cells are in the box about it.
+    #[inline]
+    pub(super) fn part_count_at_most(&self, window: &Window) -> usize {
+        let [[left, right], [bottom, top]] = window.ranges(self.low, self.high);
         (right - left) * (top - bottom)
     }
 
-    /// Returns twice the area of a triangle's, in columns; of what is cut none.
+    /// Returns the middle of the box about it, in tiles.
+    #[inline]
+    pub(super) fn middle(&self) -> DVec2 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Returns twice the area of a triangle's, in tiles; of what is cut none.
+    #[inline]
     pub(super) fn area(&self) -> f64 {
         match &self.places[..self.count] {
             &[a, b, c] => (b - a).perp_dot(c - a),
@@ -225,11 +287,11 @@ impl Footprint {
         }
     }
 
-    /// Calls `visit` with every column.
+    /// Calls `visit` with every cell.
     #[inline]
-    pub(super) fn parts(&self, view: &View, mut visit: impl FnMut(Part)) {
-        let [[left, right], [bottom, top]] = self.ranges;
-        // A polygon meets all columns of a row that is its whole height.
+    pub(super) fn parts(&self, window: &Window, mut visit: impl FnMut(Part)) {
+        let [[left, right], [bottom, top]] = window.ranges(self.low, self.high);
+        // A polygon meets all cells of a row that is its whole height.
         if self.count == 0 || right - left <= 1 || top - bottom <= 1 {
             for row in bottom..top {
                 for column in left..right {
@@ -241,14 +303,17 @@ impl Footprint {
             }
             return;
         }
+        let (step, margin) = (1.0 / window.fineness, self.margin);
         for row in bottom..top {
-            let lines = [row as f64 - self.margin, (row + 1) as f64 + self.margin];
-            let [outer, inner] = self.across(lines);
-            let first = (outer[0] - self.margin).max(0.0) as usize;
-            let end = (outer[1] + self.margin + 1.0).clamp(0.0, view.size[0] as f64) as usize;
+            let low = window.origin.y + row as f64 * step;
+            let [outer, inner] = self.across([low - margin, low + step + margin]);
+            let [outer, inner] = [outer, inner].map(|range| range.map(|x| x - window.origin.x));
+            let first = ((outer[0] - margin) * window.fineness).max(0.0) as usize;
+            let end = (outer[1] + margin) * window.fineness + 1.0;
+            let end = end.clamp(0.0, window.size[0] as f64) as usize;
             for column in first..end {
-                let is_covered = column as f64 - self.margin >= inner[0]
-                    && (column + 1) as f64 + self.margin <= inner[1];
+                let left = column as f64 * step;
+                let is_covered = left - margin >= inner[0] && left + step + margin <= inner[1];
                 visit(Part {
                     at: [column, row],
                     is_covered,
@@ -287,15 +352,4 @@ impl Footprint {
         let inner = [at[0][0].max(at[1][0]), at[0][1].min(at[1][1])];
         [outer, inner]
     }
-}
-
-/// The columns along both axes that a box meets.
-#[inline]
-fn ranges(view: &View, low: DVec2, high: DVec2) -> [[usize; 2]; 2] {
-    std::array::from_fn(|axis| {
-        let count = view.size[axis] as f64;
-        let first = low[axis].clamp(0.0, count) as usize;
-        let end = (high[axis] + 1.0).clamp(0.0, count) as usize;
-        [first, end.max(first)]
-    })
 }

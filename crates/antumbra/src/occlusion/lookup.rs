@@ -235,7 +235,7 @@ impl AdaptiveValues {
 
 /// Where values are.
 #[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
+pub(crate) enum Source<'a> {
     Growing(&'a Store),
     Packed(&'a Packed),
 }
@@ -252,7 +252,7 @@ pub(super) struct Lookup<'a, S> {
 }
 
 /// A surface of a list.
-trait Listed {
+pub(super) trait Listed {
     fn surface(&self) -> SurfaceId;
 }
 
@@ -333,7 +333,7 @@ impl<S: Simd> Lookup<'_, S> {
         let x = self.values.narrow(start.point);
         // Told as many starts are, so that it does not matter in whose company one is asked.
         let surface = start.surface.map(|SurfaceId(surface)| surface as usize);
-        let asks = match surface.and_then(|surface| packed.planes().get(surface)) {
+        let asks = match surface.and_then(|surface| self.tables.start_planes().get(surface)) {
             Some(plane) => match plane.tell_one(self.simd, x) {
                 Some(true) => Asks::In(Audience::Back),
                 Some(false) => Asks::In(Audience::Front),
@@ -651,7 +651,7 @@ impl<S: Simd> Lookup<'_, S> {
     /// Asks the exact rule about what is in doubt.
     #[cold]
     #[inline(never)]
-    fn is_blocked_exactly(
+    pub(super) fn is_blocked_exactly(
         &self,
         entries: &[impl Listed],
         start: &Start,

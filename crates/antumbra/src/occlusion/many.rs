@@ -22,10 +22,10 @@ use super::value::Audience;
 pub(crate) const MANY: usize = 64;
 
 /// So few starts are answered one after the other.
-const FEW: usize = 16;
+pub(super) const FEW: usize = 16;
 
 /// So many planes are not in the near caches: all that a block needs are fetched at once.
-const FAR_PLANES: usize = 1 << 13;
+pub(super) const FAR_PLANES: usize = 1 << 13;
 
 /// Pairs of a start and a possible blocker that are told together.
 const PAIRS: usize = 192;
@@ -50,7 +50,17 @@ impl Told {
         }
     }
 
-    fn add(&mut self, number: usize, found: Found) {
+    /// Returns what is known of one start, nothing if it was not asked.
+    pub(crate) fn of(&self, number: usize) -> Found {
+        let is = |bits: u64| bits >> number & 1 != 0;
+        match is(self.unknown) {
+            true => Found::NOTHING,
+            false if is(self.listed) => Found::by_list(is(self.shadowed)),
+            false => Found::by_value(is(self.shadowed)),
+        }
+    }
+
+    pub(super) fn add(&mut self, number: usize, found: Found) {
         self.shadowed |= u64::from(found.is_shadowed() & !found.is_nothing()) << number;
         self.listed |= u64::from(found.is_by_list() & !found.is_nothing()) << number;
         self.unknown |= u64::from(found.is_nothing()) << number;
@@ -58,14 +68,14 @@ impl Told {
 }
 
 /// As many bits as there are starts, at most [`MANY`].
-fn first_bits(count: usize) -> u64 {
+pub(super) fn first_bits(count: usize) -> u64 {
     let spare = MANY.saturating_sub(count) as u32;
     u64::MAX.checked_shr(spare).unwrap_or(0)
 }
 
 /// The numbers of the bits that are set.
 #[derive(Clone, Copy)]
-struct Numbers(u64);
+pub(super) struct Numbers(pub(super) u64);
 
 impl Iterator for Numbers {
     type Item = usize;
@@ -82,7 +92,7 @@ impl Iterator for Numbers {
 }
 
 /// Where starts are, coordinate by coordinate.
-type Places = [[f32; MANY]; 3];
+pub(super) type Places = [[f32; MANY]; 3];
 
 /// Where in the root tables starts are looked up.
 type Roots = [u32; MANY];
@@ -97,10 +107,47 @@ struct Entered {
 }
 
 /// Starts and possible blockers.
-struct Pairs {
+pub(super) struct Pairs {
     surfaces: [u32; PAIRS + SPARE],
     numbers: [u8; PAIRS + SPARE],
     count: usize,
+}
+
+impl Pairs {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self {
+            surfaces: [0; PAIRS + SPARE],
+            numbers: [0; PAIRS + SPARE],
+            count: 0,
+        }
+    }
+
+    /// Pairs a start with the first so many of some surfaces, but for one that a bit stands for.
+    #[inline(always)]
+    pub(super) fn add(&mut self, surfaces: &[u32], number: usize, count: u32, but: u32) {
+        const SOME: usize = 8;
+        let at = self.count.min(PAIRS);
+        self.surfaces[at..at + SOME].copy_from_slice(&surfaces[..SOME]);
+        self.numbers[at..at + SOME].fill(number as u8);
+        // The last is in its place, or in none.
+        let last = surfaces[count.wrapping_sub(1) as usize % SOME];
+        self.surfaces[at + but.trailing_zeros().min(count) as usize] = last;
+        self.count = at + (count - but.count_ones()) as usize;
+    }
+
+    #[inline(always)]
+    pub(super) fn is_full(&self) -> bool {
+        self.count > PAIRS
+    }
+}
+
+/// The places of starts, each coordinate four times, and four times 1.
+pub(super) type Wide = [[f32; 16]; MANY];
+
+#[inline(always)]
+pub(super) fn widened([x, y, z]: [f32; 3]) -> [f32; 16] {
+    [x, x, x, x, y, y, y, y, z, z, z, z, 1.0, 1.0, 1.0, 1.0]
 }
 
 impl<S: Simd> Lookup<'_, S> {
@@ -227,7 +274,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Brings points into the frame.
     #[inline(always)]
-    fn narrow_many(&self, starts: &[Start; MANY], places: &mut Places) {
+    pub(super) fn narrow_many(&self, starts: &[Start; MANY], places: &mut Places) {
         let frame = &self.values.frame;
         for (group, starts) in starts.as_chunks::<8>().0.iter().enumerate() {
             let mut wide = [[0.0; 8]; 3];
@@ -269,7 +316,7 @@ impl<S: Simd> Lookup<'_, S> {
     ) {
         let (front, back) = (packed.area(Audience::Front), packed.area(Audience::Back));
         let doubt = packed.beyond() + Packed::DOUBT;
-        let planes = packed.planes();
+        let planes = self.tables.start_planes();
         let front_first = u32x8::splat(self.simd, front.first);
         let back_first = u32x8::splat(self.simd, back.first);
         let doubt_place = u32x8::splat(self.simd, doubt);
@@ -357,11 +404,7 @@ impl<S: Simd> Lookup<'_, S> {
         leaves: &[u32; MANY],
         told: &mut Told,
     ) {
-        let mut pairs = Pairs {
-            surfaces: [0; PAIRS + SPARE],
-            numbers: [0; PAIRS + SPARE],
-            count: 0,
-        };
+        let mut pairs = Pairs::none();
         let mut wide = [[0.0; 16]; MANY];
         for number in Numbers(told.listed) {
             let leaf = packed.leaf(leaves[number]);
@@ -371,8 +414,7 @@ impl<S: Simd> Lookup<'_, S> {
                 self.find_elsewhere(leaf, number, &starts[0][number], told);
                 continue;
             }
-            let [x, y, z] = [places[0][number], places[1][number], places[2][number]];
-            wide[number] = [x, x, x, x, y, y, y, y, z, z, z, z, 1.0, 1.0, 1.0, 1.0];
+            wide[number] = widened([places[0][number], places[1][number], places[2][number]]);
             let entries = packed.entries_from(leaf);
             for first in (0..count).step_by(STRIDE) {
                 // What is beyond the list is written over by the next.
@@ -381,7 +423,7 @@ impl<S: Simd> Lookup<'_, S> {
                 pairs.numbers[at..at + STRIDE].fill(number as u8);
             }
             pairs.count += count;
-            if pairs.count > PAIRS {
+            if pairs.is_full() {
                 self.tell_pairs(&pairs, starts, &wide, told);
                 pairs.count = 0;
             }
@@ -403,11 +445,11 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Finds which starts are blocked by the surfaces that they are paired with.
     #[inline(always)]
-    fn tell_pairs(
+    pub(super) fn tell_pairs(
         &self,
         pairs: &Pairs,
         [starts, near]: [&[Start; MANY]; 2],
-        wide: &[[f32; 16]; MANY],
+        wide: &Wide,
         told: &mut Told,
     ) {
         let forms = self.tables.all_umbra_forms();
@@ -437,19 +479,19 @@ impl<S: Simd> Lookup<'_, S> {
             if told.shadowed >> number & 1 != 0 {
                 continue;
             }
-            let (verdict, may_hide) = match forms.get(surface.0 as usize) {
+            let verdict = match forms.get(surface.0 as usize) {
                 Some(forms) => {
                     let is_flat_with = |own| self.tables.are_in_one_plane(own, surface);
                     if start.surface.is_some_and(is_flat_with) {
                         continue;
                     }
                     let [x, y, z] = [wide[number][0], wide[number][4], wide[number][8]];
-                    let verdict = forms.wide_verdict(self.simd, [x, y, z]);
-                    (verdict, self.occluders.is_opaque_everywhere(surface))
+                    forms.wide_verdict(self.simd, [x, y, z])
                 }
-                None => (self.curved_verdict(surface, start, start.point), true),
+                None => self.curved_verdict(surface, start, start.point),
             };
-            let is_shadowed = verdict == Verdict::Inside && may_hide;
+            let is_shadowed =
+                verdict == Verdict::Inside && self.occluders.is_opaque_everywhere(surface);
             told.shadowed |= u64::from(is_shadowed) << number;
             left[doubt_count] = pair as u16;
             doubt_count += usize::from(!is_shadowed);

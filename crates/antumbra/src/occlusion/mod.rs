@@ -39,7 +39,7 @@ pub(crate) use adaptive::{AdaptiveValues, Making, Scene};
 pub(crate) use bricks::Store;
 pub(crate) use budget::{Account, Looks, SCOUTS, cost_of_rays};
 pub(crate) use columns::Columns;
-pub(crate) use lookup::{BLOCK, Found};
+pub(crate) use lookup::{BLOCK, Found, Source};
 pub(crate) use many::MANY;
 pub(crate) use mark::mark;
 pub(crate) use packed::Packed;

@@ -10,7 +10,6 @@ use std::collections::HashMap;
 use super::bricks::Store;
 use super::lattice::{Code, Lattice};
 use super::links::Link;
-use super::planes::StartPlane;
 use super::value::{Audience, Occlusion};
 
 /// What is known of one light.
@@ -24,8 +23,6 @@ pub(crate) struct Packed {
     leaves: Box<[Leaf]>,
     /// The surfaces of all lists, and some more words to be read in vain.
     entries: Box<[u32]>,
-    /// For each triangle.
-    planes: Box<[StartPlane]>,
 }
 
 /// Where an audience's bricks are found.
@@ -117,12 +114,7 @@ impl Packed {
     const BEYOND: [Whole; 4] = [Whole::Shadowed, Whole::Doubt, Whole::Lit, Whole::Ray];
 
     /// Packs what a store knows of a light; `None` if it has longer or more lists than can be told.
-    pub(super) fn new(
-        store: &Store,
-        light: usize,
-        lattices: &[Lattice; 3],
-        planes: Box<[StartPlane]>,
-    ) -> Option<Self> {
+    pub(super) fn new(store: &Store, light: usize, lattices: &[Lattice; 3]) -> Option<Self> {
         let mut packer = Packer::new();
         let mut roots = Vec::new();
         let areas = Audience::ALL.map(|audience| {
@@ -145,7 +137,6 @@ impl Packed {
             bricks: packer.bricks.into(),
             leaves: packer.leaves.into(),
             entries: packer.entries.into(),
-            planes,
         })
     }
 
@@ -158,11 +149,6 @@ impl Packed {
     #[inline(always)]
     pub(super) fn beyond(&self) -> u32 {
         (self.roots.len() - Self::BEYOND.len()) as u32
-    }
-
-    #[inline(always)]
-    pub(super) fn planes(&self) -> &[StartPlane] {
-        &self.planes
     }
 
     #[inline(always)]
@@ -265,11 +251,6 @@ impl Packed {
     /// Returns the bytes of lists.
     pub(crate) fn list_bytes(&self) -> u64 {
         size_of_val(&*self.entries) as u64
-    }
-
-    /// Returns the bytes of the planes of starts.
-    pub(crate) fn plane_bytes(&self) -> u64 {
-        size_of_val(&*self.planes) as u64
     }
 }
 

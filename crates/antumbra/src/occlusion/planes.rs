@@ -12,13 +12,11 @@
 //! a rounded coefficient: half a unit for each difference, [`ROUNDING`] with what `f32` adds; and
 //! `2^15 * 2 u` twice for the differences' own error, and rounding where all is near zero, [`SLACK`].
 
-use antumbra_geometry::{DVec3, SurfaceId};
+use antumbra_geometry::{DVec3, Occluders, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8, mask32x8, u32x4, u32x8};
-use rayon::prelude::*;
 
 use super::forms::START_ROOM;
-use super::tables::Tables;
 use crate::frame::Frame;
 
 /// A triangle that queries start from, for one light.
@@ -93,6 +91,28 @@ impl StartPlane {
 }
 
 impl StartPlane {
+    /// The plane of a triangle of which the light is on this side.
+    pub(super) fn of_triangle(
+        occluders: &Occluders,
+        frame: &Frame,
+        triangle: SurfaceId,
+        side: i8,
+    ) -> Self {
+        // Of starts whose triangle's plane holds the light no values speak.
+        let is_behind = match side {
+            1 => false,
+            -1 => true,
+            _ => return Self::NOWHERE,
+        };
+        match (
+            occluders.triangle_positions(triangle),
+            occluders.dominant_axis(triangle),
+        ) {
+            (Some(corners), Some(axis)) => Self::new(frame, corners, axis, is_behind),
+            _ => Self::NOWHERE,
+        }
+    }
+
     /// Returns whether the light is behind, if a point is where the start on this triangle is.
     #[inline(always)]
     pub(super) fn tell_one<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> Option<bool> {
@@ -104,28 +124,6 @@ impl StartPlane {
         let (are_starts, are_behind) = tell(simd, [self; 8], x);
         (are_starts.to_bitmask() & 1 != 0).then(|| are_behind.to_bitmask() & 1 != 0)
     }
-}
-
-/// Returns the planes of all triangles.
-pub(super) fn all(tables: &Tables<'_>) -> Box<[StartPlane]> {
-    let plane = |triangle: usize| {
-        let surface = SurfaceId(triangle as u32);
-        let occluders = tables.occluders;
-        let axis = occluders.dominant_axis(surface)?;
-        let corners = occluders.triangle_positions(surface)?;
-        // Of starts whose triangle's plane holds the light no values speak.
-        let is_behind = match tables.side(triangle)? {
-            1 => false,
-            -1 => true,
-            _ => return None,
-        };
-        Some(StartPlane::new(tables.frame, corners, axis, is_behind))
-    };
-    let all = (0..tables.triangle_count()).into_par_iter();
-    let planes: Vec<_> = all
-        .map(|triangle| plane(triangle).unwrap_or(StartPlane::NOWHERE))
-        .collect();
-    planes.into()
 }
 
 // Closures and the methods of arrays are not always inlined, and their SIMD is slow then: only functions here.
@@ -206,7 +204,7 @@ pub(super) fn tell<S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use antumbra_geometry::{LightShape, Occluders, Opacity, Start, SurfaceId};
+    use antumbra_geometry::{LightShape, Opacity, Start};
     use fearless_simd::{Level, dispatch};
 
     use super::super::testing::Random;

@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicI8, Ordering};
 use antumbra_geometry::{
     DVec3, ElementId, LightShape, Mesh, MeshEdge, Occluders, SurfaceId, Umbra,
 };
-use rayon::prelude::*;
 
 use super::balls::{Ball, BallStart};
 use super::forms::Forms;
+use super::planes::StartPlane;
 use crate::frame::Frame;
 
 /// What concerns the surfaces for all lights.
@@ -47,14 +47,21 @@ pub(crate) struct LightTables {
     curved: Vec<CurvedCaster>,
     /// For each surface that is no triangle its number among them.
     curved_numbers: Vec<u32>,
-    whole: OnceLock<WholeLight>,
+    all: OnceLock<AllForLight>,
+    edges: OnceLock<EdgesForLight>,
 }
 
-/// All triangles, and the edges that may cast edges of shadows.
+/// What concerns all triangles, one after the other.
 #[derive(Debug)]
-struct WholeLight {
+struct AllForLight {
     sides: Vec<i8>,
     umbra_forms: Vec<Forms>,
+    start_planes: Vec<StartPlane>,
+}
+
+/// The edges that may cast edges of shadows.
+#[derive(Debug)]
+struct EdgesForLight {
     contours: Vec<Contour>,
     /// For each edge of the mesh its number among the contours.
     contour_numbers: Vec<u32>,
@@ -141,10 +148,9 @@ impl SceneTables {
     }
 }
 
-fn triangles(occluders: &Occluders) -> impl IndexedParallelIterator<Item = SurfaceId> {
-    (0..occluders.triangle_count() as u32)
-        .into_par_iter()
-        .map(SurfaceId)
+/// On one thread: one that waits for others may take up a query that waits for these tables.
+fn triangles(occluders: &Occluders) -> impl Iterator<Item = SurfaceId> {
+    (0..occluders.triangle_count() as u32).map(SurfaceId)
 }
 
 fn start_forms(occluders: &Occluders, frame: &Frame, triangle: SurfaceId) -> Forms {
@@ -196,11 +202,32 @@ impl LightTables {
             umbra_forms: once(count),
             curved,
             curved_numbers,
-            whole: OnceLock::new(),
+            all: OnceLock::new(),
+            edges: OnceLock::new(),
         }
     }
 
-    /// Makes the tables of all triangles.
+    /// Enters all triangles, one after the other.
+    pub(crate) fn make_all(&self, occluders: &Occluders, frame: &Frame, light: &LightShape) {
+        self.all.get_or_init(|| {
+            let count = occluders.triangle_count();
+            let mut all = AllForLight {
+                sides: occluders.light_sides(light),
+                umbra_forms: Vec::with_capacity(count),
+                start_planes: Vec::with_capacity(count),
+            };
+            for triangle in triangles(occluders) {
+                let side = all.sides[triangle.0 as usize];
+                let forms = umbra_forms(occluders, frame, light, triangle);
+                all.umbra_forms.push(forms);
+                let plane = StartPlane::of_triangle(occluders, frame, triangle, side);
+                all.start_planes.push(plane);
+            }
+            all
+        });
+    }
+
+    /// Makes all tables there are.
     pub(crate) fn make_whole(
         &self,
         scene: &SceneTables,
@@ -208,12 +235,15 @@ impl LightTables {
         frame: &Frame,
         light: &LightShape,
     ) {
+        self.make_all(occluders, frame, light);
         let mesh = &scene.make_whole(occluders, frame).mesh;
-        self.whole.get_or_init(|| {
-            let sides = occluders.light_sides(light);
+        let Some(AllForLight { sides, .. }) = self.all.get() else {
+            return;
+        };
+        self.edges.get_or_init(|| {
             let mut contours = Vec::new();
             let number_of = |edge: &MeshEdge| {
-                if !mesh.is_contour(edge, &sides) {
+                if !mesh.is_contour(edge, sides) {
                     return NONE;
                 }
                 let ends = occluders.edge_positions(edge);
@@ -225,12 +255,7 @@ impl LightTables {
                 contours.len() as u32 - 1
             };
             let contour_numbers = mesh.edges().iter().map(number_of).collect();
-            let umbra_forms = triangles(occluders)
-                .map(|triangle| umbra_forms(occluders, frame, light, triangle))
-                .collect();
-            WholeLight {
-                sides,
-                umbra_forms,
+            EdgesForLight {
                 contours,
                 contour_numbers,
             }
@@ -238,7 +263,7 @@ impl LightTables {
     }
 
     pub(crate) fn is_whole(&self) -> bool {
-        self.whole.get().is_some()
+        self.edges.get().is_some()
     }
 
     /// Returns the bytes of all tables.
@@ -248,25 +273,32 @@ impl LightTables {
             umbra_forms,
             curved,
             curved_numbers,
-            whole,
+            all,
+            edges,
         } = self;
-        let of_whole = |whole: &WholeLight| {
-            let WholeLight {
+        let of_all = |all: &AllForLight| {
+            let AllForLight {
                 sides,
                 umbra_forms,
-                contours,
-                contour_numbers,
-            } = whole;
+                start_planes,
+            } = all;
             size_of_val(sides.as_slice())
                 + size_of_val(umbra_forms.as_slice())
-                + size_of_val(contours.as_slice())
-                + size_of_val(contour_numbers.as_slice())
+                + size_of_val(start_planes.as_slice())
+        };
+        let of_edges = |edges: &EdgesForLight| {
+            let EdgesForLight {
+                contours,
+                contour_numbers,
+            } = edges;
+            size_of_val(contours.as_slice()) + size_of_val(contour_numbers.as_slice())
         };
         (size_of_val(&**sides)
             + size_of_val(&**umbra_forms)
             + size_of_val(curved.as_slice())
             + size_of_val(curved_numbers.as_slice())
-            + whole.get().map_or(0, of_whole)) as u64
+            + all.get().map_or(0, of_all)
+            + edges.get().map_or(0, of_edges)) as u64
     }
 }
 
@@ -278,15 +310,16 @@ pub(crate) struct Tables<'a> {
     pub(crate) light: &'a LightShape,
     pub(crate) scene: &'a SceneTables,
     of_light: &'a LightTables,
+    all: Option<&'a AllForLight>,
     whole: Option<Whole<'a>>,
 }
 
-/// Tables of all triangles.
+/// Tables that are made with the mesh.
 #[derive(Clone, Copy, Debug)]
 struct Whole<'a> {
     start_forms: &'a [Forms],
     mesh: &'a Mesh,
-    light: &'a WholeLight,
+    edges: &'a EdgesForLight,
 }
 
 impl<'a> Tables<'a> {
@@ -298,17 +331,18 @@ impl<'a> Tables<'a> {
         scene: &'a SceneTables,
         of_light: &'a LightTables,
     ) -> Self {
-        let whole = scene.whole.get().zip(of_light.whole.get());
+        let whole = scene.whole.get().zip(of_light.edges.get());
         Self {
             occluders,
             frame,
             light,
             scene,
             of_light,
-            whole: whole.map(|(scene, light)| Whole {
+            all: of_light.all.get(),
+            whole: whole.map(|(scene, edges)| Whole {
                 start_forms: &scene.start_forms,
                 mesh: &scene.mesh,
-                light,
+                edges,
             }),
         }
     }
@@ -336,8 +370,8 @@ impl<'a> Tables<'a> {
     /// Returns the forms of a triangle's umbra.
     #[inline(always)]
     pub(crate) fn umbra_forms(&self, triangle: usize) -> Option<&'a Forms> {
-        match self.whole {
-            Some(whole) => whole.light.umbra_forms.get(triangle),
+        match self.all {
+            Some(all) => all.umbra_forms.get(triangle),
             None => {
                 let forms = self.of_light.umbra_forms.get(triangle)?;
                 Some(forms.get_or_init(|| {
@@ -353,17 +387,24 @@ impl<'a> Tables<'a> {
         }
     }
 
-    /// Returns the forms of the umbrae of all triangles; none as long as there are no tables of all.
+    /// Returns the forms of the umbrae of all triangles; none as long as not all are entered.
     #[inline(always)]
     pub(crate) fn all_umbra_forms(&self) -> &'a [Forms] {
-        self.whole.map_or(&[], |whole| &whole.light.umbra_forms)
+        self.all.map_or(&[], |all| &all.umbra_forms)
+    }
+
+    /// Returns what tells whether points are where starts on triangles are, of all triangles; none as long as
+    /// not all are entered.
+    #[inline(always)]
+    pub(super) fn start_planes(&self) -> &'a [StartPlane] {
+        self.all.map_or(&[], |all| &all.start_planes)
     }
 
     /// Returns the side of a triangle's plane that the light is on.
     #[inline(always)]
     pub(crate) fn side(&self, triangle: usize) -> Option<i8> {
-        match self.whole {
-            Some(whole) => whole.light.sides.get(triangle).copied(),
+        match self.all {
+            Some(all) => all.sides.get(triangle).copied(),
             None => {
                 let kept = self.of_light.sides.get(triangle)?;
                 let side = kept.load(Ordering::Relaxed);
@@ -400,13 +441,13 @@ impl<'a> Tables<'a> {
     }
 
     pub(crate) fn contour(&self, number: u32) -> Option<&'a Contour> {
-        self.whole?.light.contours.get(number as usize)
+        self.whole?.edges.contours.get(number as usize)
     }
 
     /// Returns the number of a contour edge of the mesh's, [`NONE`] if it is none.
     pub(crate) fn contour_number(&self, edge: u32) -> u32 {
         self.whole
-            .and_then(|whole| whole.light.contour_numbers.get(edge as usize))
+            .and_then(|whole| whole.edges.contour_numbers.get(edge as usize))
             .copied()
             .unwrap_or(NONE)
     }

@@ -1,7 +1,7 @@
-//! What a light sees: a table of columns, each a bundle of directions from the light.
+//! What a light sees: a table of tiles, each a bundle of directions from the light.
 //!
-//! In: the scene's box, a light. Out: for each start the column that it lies in and how deep, in `f32` for many
-//! at a time; for surfaces the same projection in `f64`. Light from afar has one view, parallel or in
+//! In: the scene's box, a light. Out: for each start the tile that it lies in, where in it and how deep, in `f32`
+//! for many at a time; for surfaces the same projection in `f64`. Light from afar has one view, parallel or in
 //! perspective; light among the surfaces has six, the faces of a cube about it (Haines and Greenberg 1986).
 //!
 //! A view has three axes `a`, `b`, `c` of length 1 at right angles, `c` away from the light, and an origin `o`.
@@ -23,13 +23,13 @@ pub(super) struct View {
     pub(super) origin: DVec3,
     /// `W = w[0] + w[1] Z`.
     pub(super) w: [f64; 2],
-    /// Columns for a unit of place.
+    /// Tiles for a unit of place.
     pub(super) scale: f64,
-    /// What is added then, in columns.
+    /// What is added then, in tiles.
     pub(super) shift: DVec2,
-    /// Columns along both axes.
+    /// Tiles along both axes.
     pub(super) size: [usize; 2],
-    /// The number of the first column.
+    /// The number of the first tile.
     pub(super) first: usize,
     /// Whether places beyond the borders belong to other views.
     pub(super) is_face: bool,
@@ -79,36 +79,45 @@ enum Locator {
 /// Where some starts are.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Located<const N: usize> {
-    /// Numbers of columns, [`NO_COLUMN`] for none.
-    pub(super) columns: [u32; N],
+    /// Numbers of tiles, [`NO_TILE`] for none.
+    pub(super) tiles: [u32; N],
+    /// Where in the tile, along both axes, from 0 to 1.
+    pub(super) within: [[f32; N]; 2],
     pub(super) depths: [f32; N],
 }
 
-pub(super) const NO_COLUMN: u32 = u32::MAX;
+pub(super) const NO_TILE: u32 = u32::MAX;
+
+/// The same for eight starts.
+struct Eight<S: Simd> {
+    tiles: u32x8<S>,
+    within: [f32x8<S>; 2],
+    depths: f32x8<S>,
+}
 
 /// A light so many times farther from the scene's middle than the scene reaches has one view: `W` is at
 /// least a third in the scene.
 const FAR: f64 = 1.5;
-/// Starts of a smaller `W` have no column: in one view they are outside the scene, near the light
+/// Starts of a smaller `W` have no tile: in one view they are outside the scene, near the light
 /// of a cube they are too close for their place to be told well.
 const LEAST_W: [f64; 2] = [0.25, 1.0 / 64.0];
 /// The light of a cube is within so much of the middle, along each axis: forms are known up to [`BOUND`].
 const FARTHEST: f64 = 3.0;
-/// Columns along an axis at most.
-const MOST_ALONG: f64 = 4096.0;
-/// Columns about what surfaces fill.
-const BORDER: f64 = 2.0;
+/// Tiles along an axis at most.
+const MOST_ALONG: f64 = 512.0;
+/// Tiles about what surfaces fill.
+const BORDER: f64 = 1.0;
 
 impl Views {
-    /// Lays about so many columns; `None` for lights that no view suits.
+    /// Lays about so many tiles; `None` for lights that no view suits.
     pub(super) fn new(
         scene: &Bounds,
         frame: &Frame,
         light: &LightShape,
-        column_count: f64,
+        tile_count: f64,
     ) -> Option<Self> {
         let one = |away: DVec3, w: [f64; 2]| {
-            let view = View::one(scene, frame, away, w, column_count)?;
+            let view = View::one(scene, frame, away, w, tile_count)?;
             let narrow = |x: f64| x as f32;
             let row = |axis: usize| {
                 let DVec3 { x, y, z } = view.axes[axis];
@@ -134,13 +143,13 @@ impl Views {
                 if !is_among(scene, frame, light) {
                     return one(-light / distance, [1.0, 1.0 / distance]);
                 }
-                (light.abs().max_element() < FARTHEST).then(|| Self::cube(light, column_count))
+                (light.abs().max_element() < FARTHEST).then(|| Self::cube(light, tile_count))
             }
         }
     }
 
-    fn cube(light: DVec3, column_count: f64) -> Self {
-        let size = (column_count / 2.0).sqrt().ceil().clamp(16.0, 1024.0) as usize;
+    fn cube(light: DVec3, tile_count: f64) -> Self {
+        let size = (tile_count / 4.0).sqrt().ceil().clamp(8.0, 256.0) as usize;
         let half = 0.5 * size as f64;
         let all = (0..6).map(|face| {
             let axis = |number: usize| {
@@ -170,15 +179,15 @@ impl Views {
         }
     }
 
-    pub(super) fn column_count(&self) -> usize {
+    pub(super) fn tile_count(&self) -> usize {
         let counts = self.all.iter().map(|view| view.size[0] * view.size[1]);
         counts.sum()
     }
 
     /// Returns where starts within the scene's box are, given coordinate by coordinate.
     ///
-    /// The start itself is in the column inflated by [`View::margin`], and its depth is right up to
-    /// [`BOUND`]: the rows are unit vectors, so they are forms as that bound is derived for.
+    /// The start itself is within [`View::margin`] of its place, and its depth is right up to [`BOUND`]: the rows
+    /// are unit vectors, so they are forms as that bound is derived for.
     #[inline(always)]
     pub(super) fn locate<S: Simd, const N: usize>(
         &self,
@@ -186,17 +195,25 @@ impl Views {
         places: &[[f32; N]; 3],
     ) -> Located<N> {
         let mut located = Located {
-            columns: [NO_COLUMN; N],
+            tiles: [NO_TILE; N],
+            within: [[0.0; N]; 2],
             depths: [0.0; N],
         };
         for first in (0..N).step_by(8) {
-            let [x, y, z] = [0, 1, 2]
-                .map(|axis: usize| f32x8::from_slice(simd, &places[axis][first..first + 8]));
-            let (columns, depths) = match &self.locator {
+            let x = f32x8::from_slice(simd, &places[0][first..first + 8]);
+            let y = f32x8::from_slice(simd, &places[1][first..first + 8]);
+            let z = f32x8::from_slice(simd, &places[2][first..first + 8]);
+            let Eight {
+                tiles,
+                within: [u, v],
+                depths,
+            } = match &self.locator {
                 Locator::One { .. } => self.locator.in_one(simd, [x, y, z]),
                 Locator::Cube { .. } => self.locator.in_cube(simd, [x, y, z]),
             };
-            located.columns[first..first + 8].copy_from_slice(columns.as_slice());
+            located.tiles[first..first + 8].copy_from_slice(tiles.as_slice());
+            located.within[0][first..first + 8].copy_from_slice(u.as_slice());
+            located.within[1][first..first + 8].copy_from_slice(v.as_slice());
             located.depths[first..first + 8].copy_from_slice(depths.as_slice());
         }
         located
@@ -209,14 +226,14 @@ const WHOLE_MASK: u32 = (1 << 22) - 1;
 
 /// The whole part of numbers of `0..2^22`; of whole numbers perhaps the one below.
 #[inline(always)]
-fn whole<S: Simd>(x: f32x8<S>) -> u32x8<S> {
+pub(super) fn whole<S: Simd>(x: f32x8<S>) -> u32x8<S> {
     let bits: u32x8<S> = (x - 0.5 + WHOLE).to_bits();
     bits & WHOLE_MASK
 }
 
 impl Locator {
     #[inline(always)]
-    fn in_one<S: Simd>(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> (u32x8<S>, f32x8<S>) {
+    fn in_one<S: Simd>(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> Eight<S> {
         let Self::One {
             rows,
             w,
@@ -226,59 +243,86 @@ impl Locator {
             width,
         } = self
         else {
-            return (u32x8::splat(simd, NO_COLUMN), x);
+            return Eight::nowhere(simd);
         };
-        let form = |row: &[f32; 4]| x * row[0] + y * row[1] + (z * row[2] + row[3]);
-        let depth = form(&rows[2]);
-        let weight = depth * w[1] + w[0];
+        let depths = form(&rows[2], [x, y, z]);
+        let weight = depths * w[1] + w[0];
         let rate = f32x8::splat(simd, *scale) / weight;
-        let u = form(&rows[0]) * rate + shift[0];
-        let v = form(&rows[1]) * rate + shift[1];
+        let u = form(&rows[0], [x, y, z]) * rate + shift[0];
+        let v = form(&rows[1], [x, y, z]) * rate + shift[1];
         // Not for NaN.
         let is_there = weight.simd_ge(LEAST_W[0] as f32)
             & u.simd_ge(0.0)
             & u.simd_lt(size[0])
             & v.simd_ge(0.0)
             & v.simd_lt(size[1]);
-        let column = whole(v) * *width + whole(u);
-        (
-            is_there.select(column, u32x8::splat(simd, NO_COLUMN)),
-            depth,
-        )
+        let (column, row) = (whole(u), whole(v));
+        Eight {
+            tiles: is_there.select(row * *width + column, u32x8::splat(simd, NO_TILE)),
+            within: [
+                u - column.to_float::<f32x8<S>>(),
+                v - row.to_float::<f32x8<S>>(),
+            ],
+            depths,
+        }
     }
 
     #[inline(always)]
-    fn in_cube<S: Simd>(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> (u32x8<S>, f32x8<S>) {
+    fn in_cube<S: Simd>(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> Eight<S> {
         let Self::Cube { light, size } = self else {
-            return (u32x8::splat(simd, NO_COLUMN), x);
+            return Eight::nowhere(simd);
         };
         let [x, y, z] = [x - light[0], y - light[1], z - light[2]];
-        let depth = x.abs().max(y.abs()).max(z.abs());
-        let is_x = x.abs().simd_ge(depth);
-        let is_y = y.abs().simd_ge(depth);
-        let pick = |of_x: f32x8<S>, of_y: f32x8<S>, of_z: f32x8<S>| {
-            is_x.select(of_x, is_y.select(of_y, of_z))
-        };
-        let (a, b, along) = (pick(y, z, x), pick(z, x, y), pick(x, y, z));
-        let number = |number: u32| u32x8::splat(simd, number);
-        let face = is_x.select(number(0), is_y.select(number(2), number(4)));
-        let face = face + along.simd_lt(0.0).select(number(1), number(0));
+        let depths = x.abs().max(y.abs()).max(z.abs());
+        let is_x = x.abs().simd_ge(depths);
+        let is_y = y.abs().simd_ge(depths);
+        let a = is_x.select(y, is_y.select(z, x));
+        let b = is_x.select(z, is_y.select(x, y));
+        let along = is_x.select(x, is_y.select(y, z));
+        let face = is_x.select(
+            u32x8::splat(simd, 0),
+            is_y.select(u32x8::splat(simd, 2), u32x8::splat(simd, 4)),
+        );
+        let is_behind = along.simd_lt(0.0);
+        let face = face + is_behind.select(u32x8::splat(simd, 1), u32x8::splat(simd, 0));
         let half = 0.5 * *size as f32;
-        let rate = f32x8::splat(simd, half) / depth;
+        let rate = f32x8::splat(simd, half) / depths;
         // Rounding may lead a little beyond a face.
-        let last = f32x8::splat(simd, *size as f32 - 0.5);
-        let place = |a: f32x8<S>| (a * rate + half).max(f32x8::splat(simd, 0.0)).min(last);
-        let column = (face * *size + whole(place(b))) * *size + whole(place(a));
+        let last = f32x8::splat(simd, *size as f32 - 1.0 / 64.0);
+        let u = (a * rate + half).max(f32x8::splat(simd, 0.0)).min(last);
+        let v = (b * rate + half).max(f32x8::splat(simd, 0.0)).min(last);
+        let (column, row) = (whole(u), whole(v));
         // Not for NaN.
-        let is_there = depth.simd_ge(LEAST_W[1] as f32)
-            & depth.simd_lt(8.0)
-            & a.abs().simd_le(depth)
-            & b.abs().simd_le(depth);
-        (
-            is_there.select(column, u32x8::splat(simd, NO_COLUMN)),
-            depth,
-        )
+        let is_there = depths.simd_ge(LEAST_W[1] as f32)
+            & depths.simd_lt(8.0)
+            & a.abs().simd_le(depths)
+            & b.abs().simd_le(depths);
+        let tiles = (face * *size + row) * *size + column;
+        Eight {
+            tiles: is_there.select(tiles, u32x8::splat(simd, NO_TILE)),
+            within: [
+                u - column.to_float::<f32x8<S>>(),
+                v - row.to_float::<f32x8<S>>(),
+            ],
+            depths,
+        }
     }
+}
+
+impl<S: Simd> Eight<S> {
+    #[inline(always)]
+    fn nowhere(simd: S) -> Self {
+        Self {
+            tiles: u32x8::splat(simd, NO_TILE),
+            within: [f32x8::splat(simd, 0.0); 2],
+            depths: f32x8::splat(simd, 0.0),
+        }
+    }
+}
+
+#[inline(always)]
+fn form<S: Simd>(row: &[f32; 4], [x, y, z]: [f32x8<S>; 3]) -> f32x8<S> {
+    x * row[0] + y * row[1] + (z * row[2] + row[3])
 }
 
 impl View {
@@ -288,7 +332,7 @@ impl View {
         frame: &Frame,
         away: DVec3,
         w: [f64; 2],
-        column_count: f64,
+        tile_count: f64,
     ) -> Option<Self> {
         let (a, b) = away.any_orthonormal_pair();
         let mut view = Self {
@@ -311,7 +355,7 @@ impl View {
         let longest = (high - low).max_element();
         // A scene that is seen from its edge has columns no longer than wide.
         let extent = (high - low).max(DVec2::splat((longest / 64.0).max(1.0 / 1024.0)));
-        let scale = (column_count / (extent.x * extent.y))
+        let scale = (tile_count / (extent.x * extent.y))
             .sqrt()
             .min((MOST_ALONG - 2.0 * BORDER) / longest);
         if !scale.is_finite() {
@@ -346,21 +390,21 @@ impl View {
         self.w[0] + self.w[1] * depth
     }
 
-    /// Returns a projected point's place, in columns.
+    /// Returns a projected point's place, in tiles.
     #[inline]
     pub(super) fn place(&self, projected: DVec3) -> DVec2 {
         let rate = self.scale / self.weight(projected.z);
         DVec2::new(projected.x * rate, projected.y * rate) + self.shift
     }
 
-    /// Returns by how much a column is inflated, in columns, to hold every start that is located in it and
+    /// Returns by how much a part of the view is inflated, in tiles, to hold every start that is located in it and
     /// that something may block whose `W` is at least so much.
     ///
     /// `A`, `B` and `W` err by [`BOUND`] at most, so `A / W` errs by `(1 + |A / W|) BOUND / W` up to second
     /// order; twice that is more, as `W` is a thousand times its error. In parallel light only `A` errs. The
-    /// last steps, in columns, err by `2^-10`.
+    /// last steps, in tiles, of which there are at most 2^9, err by `2^-13`.
     pub(super) fn margin(&self, weight: f64) -> f64 {
         let least = LEAST_W[usize::from(self.is_face)];
-        2.0 * self.scale * f64::from(BOUND) * self.steepest / weight.max(least) + 1.0 / 256.0
+        2.0 * self.scale * f64::from(BOUND) * self.steepest / weight.max(least) + 1.0 / 2048.0
     }
 }

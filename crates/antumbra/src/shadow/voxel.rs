@@ -6,8 +6,8 @@ use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Columns, Found, Looks, MANY, Packed, SCOUTS, Scene, Store,
-    cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Columns, Found, Looks, MANY, Packed, SCOUTS, Scene, Source,
+    Store, cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -94,9 +94,9 @@ impl<R: Rays> ByVoxel<'_, R> {
         }
         let is_refining = self.values.is_refining();
         let store = self.values.store();
-        let mut ahead = starts.len();
-        let chunks = starts.chunks(NOTED).zip(is_shadowed.chunks_mut(NOTED));
-        for (starts, is_shadowed) in chunks {
+        let (mut left, mut left_answers) = (starts, is_shadowed);
+        let mut is_first = true;
+        while !left.is_empty() {
             let before = *counters;
             let begin = is_refining.then(Reading::now);
             let (looks, known) = match &store {
@@ -108,6 +108,14 @@ impl<R: Rays> ByVoxel<'_, R> {
                 }
                 None => (Looks::None, None),
             };
+            let has_columns = known.is_some_and(|known| known.columns.is_some());
+            // Rays are put in order together, once it is known what they cost.
+            let is_by_rays = looks == Looks::None && !has_columns && !is_first;
+            let count = if is_by_rays { WINDOW } else { NOTED }.min(left.len());
+            is_first = false;
+            let (starts, is_shadowed);
+            (starts, left) = left.split_at(count);
+            (is_shadowed, left_answers) = std::mem::take(&mut left_answers).split_at_mut(count);
             let mut sum = Sum::default();
             match (&known, looks) {
                 (Some(known), Looks::All) => {
@@ -137,7 +145,6 @@ impl<R: Rays> ByVoxel<'_, R> {
                 }
                 (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
             }
-            ahead -= starts.len();
             if let Some(begin) = begin {
                 let ray_count = counters.shadow.rays - before.shadow.rays;
                 let account = Account {
@@ -146,11 +153,15 @@ impl<R: Rays> ByVoxel<'_, R> {
                     rays_ns: cost_of_rays(&before, counters, ray_count),
                     looked_count: sum.looked_count,
                     found_count: sum.found_count,
-                    has_columns: known.is_some_and(|known| known.columns.is_some()),
+                    has_columns,
                     took: Some(begin.elapsed_ns().saturating_sub(sum.made)),
                 };
-                self.values
-                    .note(self.occluders, self.light_number, &account, ahead as u64);
+                self.values.note(
+                    self.occluders,
+                    self.light_number,
+                    &account,
+                    left.len() as u64,
+                );
             }
         }
         Ok(())
@@ -169,40 +180,47 @@ impl<R: Rays> ByVoxel<'_, R> {
         let Some(columns) = known.columns else {
             return self.answer_by_rays(starts, is_shadowed, counters, check);
         };
-        for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
-            let mut found = [Found::NOTHING; BLOCK];
-            self.values.find_in_columns(
+        let source = Source::Growing(known.store);
+        let mut unknown = Unknown::default();
+        let (mut list_count, mut shadowed_count) = (0, 0);
+        let blocks = starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY));
+        for (block, (starts, is_shadowed)) in blocks.enumerate() {
+            let (occluders, light) = (self.occluders, self.light_number);
+            let told = self.values.find_many_in_columns(
                 columns,
-                known.store,
-                self.occluders,
+                source,
+                occluders,
                 starts,
-                self.light_number,
-                &mut found,
+                light,
+                u64::MAX,
             );
-            for (is_shadowed, found) in is_shadowed.iter_mut().zip(&found) {
-                *is_shadowed = found.is_shadowed();
+            for (number, is_shadowed) in is_shadowed.iter_mut().enumerate() {
+                *is_shadowed = told.shadowed >> number & 1 != 0;
             }
-            let list_count = Found::count(&found, Found::is_by_list);
-            let ray_count = Found::count(&found, Found::is_nothing) - (BLOCK - starts.len()) as u64;
-            counters.shadow.shadowed += Found::count(&found, Found::is_shadowed);
-            counters.shadow.blocker_list += list_count;
-            counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
-            if ray_count == 0 {
-                continue;
-            }
-            let (mut numbers, mut asked) = ([0_usize; BLOCK], [starts[0]; BLOCK]);
-            let mut count = 0;
-            for (number, start) in starts.iter().enumerate() {
-                if found[number].is_nothing() {
-                    (numbers[count], asked[count]) = (number, *start);
-                    count += 1;
-                }
-            }
-            let mut blocked = [false; BLOCK];
-            self.answer_by_rays(&asked[..count], &mut blocked[..count], counters, &check)?;
-            for (&number, &blocked) in numbers[..count].iter().zip(&blocked) {
-                is_shadowed[number] = blocked;
-            }
+            shadowed_count += u64::from(told.shadowed.count_ones());
+            list_count += u64::from((told.listed & !told.unknown).count_ones());
+            unknown.add(block * MANY, told.unknown, starts);
+        }
+        counters.shadow.shadowed += shadowed_count;
+        counters.shadow.blocker_list += list_count;
+        counters.shadow.first_pass +=
+            starts.len() as u64 - list_count - unknown.starts.len() as u64;
+        self.answer_unknown(&unknown, is_shadowed, counters, check)
+    }
+
+    /// Answers by rays what nothing is known of.
+    fn answer_unknown(
+        &self,
+        unknown: &Unknown,
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        let mut blocked = [false; NOTED];
+        let blocked = &mut blocked[..unknown.starts.len()];
+        self.answer_by_rays(&unknown.starts, blocked, counters, check)?;
+        for (&number, &blocked) in unknown.numbers.iter().zip(&*blocked) {
+            is_shadowed[number as usize] = blocked;
         }
         Ok(())
     }
@@ -291,14 +309,7 @@ impl<R: Rays> ByVoxel<'_, R> {
             }
             if let (Some(columns), 1..) = (known.columns, unknown_count) {
                 let before = found;
-                self.values.find_in_columns(
-                    columns,
-                    store,
-                    self.occluders,
-                    starts,
-                    self.light_number,
-                    &mut found,
-                );
+                self.fill_by_columns(columns, store, starts, &mut found);
                 if is_sampled {
                     for (number, start) in starts.iter().enumerate() {
                         if before[number].is_nothing() && found[number].is_by_list() {
@@ -428,18 +439,35 @@ impl<R: Rays> ByVoxel<'_, R> {
     }
 
     fn find_one_in_columns(&self, known: &Known<'_>, start: &Start) -> Found {
-        let mut found = [Found::NOTHING; BLOCK];
-        if let Some(columns) = known.columns {
-            self.values.find_in_columns(
-                columns,
-                known.store,
-                self.occluders,
-                std::slice::from_ref(start),
-                self.light_number,
-                &mut found,
-            );
+        known.columns.map_or(Found::NOTHING, |columns| {
+            let source = Source::Growing(known.store);
+            let (occluders, light) = (self.occluders, self.light_number);
+            self.values
+                .find_one_in_columns(columns, source, occluders, start, light)
+        })
+    }
+
+    /// Asks columns about those of a block that nothing was found of.
+    fn fill_by_columns(
+        &self,
+        columns: &Columns,
+        store: &Store,
+        starts: &[Start],
+        found: &mut [Found; BLOCK],
+    ) {
+        let mut asked = 0;
+        for (number, found) in found[..starts.len()].iter().enumerate() {
+            asked |= u64::from(found.is_nothing()) << number;
         }
-        found[0]
+        let (source, light) = (Source::Growing(store), self.light_number);
+        let told =
+            self.values
+                .find_many_in_columns(columns, source, self.occluders, starts, light, asked);
+        for (number, found) in found.iter_mut().enumerate() {
+            if asked >> number & 1 != 0 {
+                *found = told.of(number);
+            }
+        }
     }
 
     /// Answers by a ray, which the cell pays for whose link stands at a place; and returns what the making
@@ -507,6 +535,26 @@ impl<R: Rays> ByVoxel<'_, R> {
 struct Known<'a> {
     store: &'a Store,
     columns: Option<&'a Columns>,
+}
+
+/// Starts of a chunk that nothing is known of.
+#[derive(Default)]
+struct Unknown {
+    starts: Vec<Start>,
+    numbers: Vec<u32>,
+}
+
+impl Unknown {
+    /// Adds those of a block, which begins with the chunk's `first`.
+    #[inline]
+    fn add(&mut self, first: usize, mut numbers: u64, block: &[Start]) {
+        while numbers != 0 {
+            let number = numbers.trailing_zeros() as usize;
+            numbers &= numbers - 1;
+            self.starts.push(block[number]);
+            self.numbers.push((first + number) as u32);
+        }
+    }
 }
 
 /// What became of queries that were looked up.
