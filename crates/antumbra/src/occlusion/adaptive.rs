@@ -275,6 +275,12 @@ impl LightValues {
         }
     }
 
+    /// Returns lists for all directions from the light, if there are any.
+    #[inline(always)]
+    pub(super) fn columns(&self) -> Option<&Columns> {
+        self.columns.get()?.as_ref()
+    }
+
     fn is_complete(&self) -> bool {
         self.is_complete.load(Ordering::Relaxed)
     }
@@ -326,6 +332,10 @@ impl AdaptiveValues {
             })
             .collect();
         for (light, packed) in packed.into_iter().flatten() {
+            // What was kept is to be there at once.
+            if !self.lights[light].is_complete() {
+                self.make_columns(occluders, light);
+            }
             self.lights[light].packed.get_or_init(|| packed);
             self.store.store(None);
         }
@@ -590,8 +600,9 @@ impl AdaptiveValues {
     /// Makes the lists of all directions from a light, where there is room.
     fn make_columns(&self, occluders: &Occluders, light: usize) {
         let has_room = self.store_bytes >= Columns::predict_bytes(occluders);
+        let may_list = self.depth.long_list > 0;
         self.lights[light].columns.get_or_init(|| {
-            if !has_room {
+            if !has_room || !may_list {
                 return None;
             }
             let values = &self.lights[light];

@@ -1,115 +1,186 @@
-//! Spheres as starts and as blockers, filtered in `f64`.
+//! Spheres as starts and as blockers, filtered in `f64`, eight at a time.
 //!
 //! Lights are those that [`LightShape::without_underflow`] gives: lengths are squared here.
 
 use antumbra_geometry::{DVec3, LightShape, Sphere};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x4, f64x8};
 
 use super::forms::Verdict;
+use super::vectors::{Vectors, turned};
 
-/// A sphere that queries start from.
+/// A sphere.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BallStart {
-    center: DVec3,
-    radius: f64,
+#[repr(C, align(32))]
+pub(super) struct Ball {
+    /// The centre, world space, and the radius.
+    numbers: [f64; 4],
 }
 
-/// What a point says of a start on a sphere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum OnBall {
+/// What is told at once.
+pub(super) const EIGHT: usize = 8;
+
+/// What points say of starts on spheres, a bit each; the exact rule tells where neither is set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnBalls {
     /// On the sphere, surely on the side of the light.
-    Front,
+    pub(super) front: u64,
     /// Surely behind, and the light surely outside: its own rule shadows it.
-    OwnShadow,
-    /// For the exact rule to tell.
-    Doubt,
+    pub(super) own_shadow: u64,
+}
+
+/// Which spheres surely block a start and which surely do not, a bit each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Verdicts {
+    pub(super) inside: u64,
+    pub(super) outside: u64,
 }
 
 /// More than any relative error of the few operations here.
 const ERROR: f64 = 64.0 * f64::EPSILON;
 
-impl BallStart {
-    /// For a surface that is no sphere, or blocks nothing: always in doubt.
+impl Ball {
+    /// For a surface that is no sphere, or from which nothing starts: always in doubt.
     pub(super) const NONE: Self = Self {
-        center: DVec3::ZERO,
-        radius: f64::NAN,
+        numbers: [0.0, 0.0, 0.0, f64::NAN],
     };
 
     pub(super) fn new(Sphere { center, radius }: Sphere) -> Self {
-        Self { center, radius }
-    }
-
-    /// Tells where a point is, that may be off the sphere by less than `room`.
-    #[inline(always)]
-    pub(super) fn tell(&self, point: DVec3, light: &LightShape, room: f64) -> OnBall {
-        let seen = point - self.center;
-        let square = self.radius * self.radius;
-        // Off by less than half the room: |d|^2 - r^2 = (|d| - r) (|d| + r).
-        let is_near = (seen.length_squared() - square).abs() < 0.5 * room * self.radius;
-        let (towards, weight) = match *light {
-            LightShape::Point(light) => (light - self.center, 1.0),
-            LightShape::Direction(direction) => (direction, 0.0),
-        };
-        let side = seen.dot(towards) - weight * square;
-        let size = |v: DVec3| v.abs().element_sum();
-        // The coordinates' own rounding was there before.
-        let error = ERROR * (size(seen) * size(towards) + square)
-            + 4.0 * f64::EPSILON * (size(point) + size(self.center)) * size(towards);
-        if !is_near {
-            OnBall::Doubt
-        } else if side > error {
-            OnBall::Front
-        } else if -side > error && towards.length_squared() > weight * square * (1.0 + ERROR) {
-            OnBall::OwnShadow
-        } else {
-            OnBall::Doubt
+        Self {
+            numbers: [center.x, center.y, center.z, radius],
         }
     }
 }
 
-/// A sphere that may block, for starts known up to a room.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ball {
-    center: DVec3,
-    radius: f64,
+/// The centres and radii of eight spheres.
+#[inline(always)]
+fn numbers<S: Simd>(simd: S, balls: [&Ball; EIGHT]) -> (Vectors<S>, f64x8<S>) {
+    let [a, b, c, d, e, f, g, h] = balls;
+    let low = four_numbers(simd, [a, b, c, d]);
+    let high = four_numbers(simd, [e, f, g, h]);
+    let center = Vectors([
+        low[0].combine(high[0]),
+        low[1].combine(high[1]),
+        low[2].combine(high[2]),
+    ]);
+    (center, low[3].combine(high[3]))
+}
+
+#[inline(always)]
+fn four_numbers<S: Simd>(simd: S, [a, b, c, d]: [&Ball; 4]) -> [f64x4<S>; 4] {
+    turned([
+        f64x4::from_slice(simd, &a.numbers),
+        f64x4::from_slice(simd, &b.numbers),
+        f64x4::from_slice(simd, &c.numbers),
+        f64x4::from_slice(simd, &d.numbers),
+    ])
+}
+
+/// Tells where eight points are, that may be off their spheres by less than `room`.
+#[inline(always)]
+pub(super) fn tell<S: Simd>(
+    simd: S,
+    balls: [&Ball; EIGHT],
+    points: [&DVec3; EIGHT],
+    light: &LightShape,
+    room: f64,
+) -> OnBalls {
+    let (center, radius) = numbers(simd, balls);
+    let point = Vectors::new(simd, points);
+    let seen = point.minus(center);
+    let square = radius * radius;
+    // Off by less than half the room: |d|^2 - r^2 = (|d| - r) (|d| + r).
+    let is_near = (seen.length_squared() - square)
+        .abs()
+        .simd_lt(radius * (0.5 * room));
+    let (towards, weight) = match *light {
+        LightShape::Point(light) => (Vectors::splat(simd, light).minus(center), 1.0),
+        LightShape::Direction(direction) => (Vectors::splat(simd, direction), 0.0),
+    };
+    let side = seen.dot(towards) - square * weight;
+    // The coordinates' own rounding was there before.
+    let error = (seen.size() * towards.size() + square) * ERROR
+        + (point.size() + center.size()) * towards.size() * (4.0 * f64::EPSILON);
+    let is_light_outside = towards
+        .length_squared()
+        .simd_gt(square * (weight * (1.0 + ERROR)));
+    OnBalls {
+        front: (is_near & side.simd_gt(error)).to_bitmask(),
+        own_shadow: (is_near & (-side).simd_gt(error) & is_light_outside).to_bitmask(),
+    }
+}
+
+/// Tells whether spheres block starts within `room` of eight points, in every coordinate.
+#[inline(always)]
+pub(super) fn verdicts<S: Simd>(
+    simd: S,
+    balls: [&Ball; EIGHT],
+    points: [&DVec3; EIGHT],
+    light: &LightShape,
+    room: f64,
+) -> Verdicts {
+    // Twice the room for the start's place, more than the rounding of coordinates besides.
+    let room = 4.0 * room;
+    let (center, radius) = numbers(simd, balls);
+    let point = Vectors::new(simd, points);
+    let seen = center.minus(point);
+    let (wide, narrow) = (radius + room, radius - room);
+    let wide_square = wide * wide;
+    let distance = seen.length_squared();
+    let (towards, is_finite) = match *light {
+        LightShape::Point(light) => (Vectors::splat(simd, light).minus(point), true),
+        LightShape::Direction(direction) => (Vectors::splat(simd, direction), false),
+    };
+    let length = towards.length_squared();
+    let along = seen.dot(towards);
+    // The line's distance from the centre, times its direction's length.
+    let across = seen.cross(towards).length_squared();
+    let slack = length.sqrt() * room;
+    let from_light = seen.minus(towards);
+    let is_outside = distance.simd_gt(wide_square);
+    // From a start outside, a sphere behind it, beside the line or beyond the light is missed.
+    let mut is_missed = along.simd_lt(-slack) | across.simd_gt(wide_square * length);
+    let mut is_met =
+        along.simd_gt(slack) & narrow.simd_gt(0.0) & across.simd_lt(narrow * narrow * length);
+    if is_finite {
+        let is_light_outside = from_light.length_squared().simd_gt(wide_square);
+        is_missed |= is_light_outside & (along - length).simd_gt(slack);
+        is_met &= (along - length).simd_lt(-slack);
+    }
+    Verdicts {
+        outside: (is_outside & is_missed).to_bitmask(),
+        inside: (is_outside & is_met).to_bitmask(),
+    }
 }
 
 impl Ball {
-    pub(super) fn new(Sphere { center, radius }: Sphere) -> Self {
-        Self { center, radius }
+    /// Tells where a point is, that may be off the sphere by less than `room`.
+    #[inline(always)]
+    pub(super) fn tell<S: Simd>(
+        &self,
+        simd: S,
+        point: DVec3,
+        light: &LightShape,
+        room: f64,
+    ) -> OnBalls {
+        tell(simd, [self; EIGHT], [&point; EIGHT], light, room)
     }
 
     /// Tells whether the sphere blocks a start within `room` of a point, in every coordinate.
     #[inline(always)]
-    pub(super) fn verdict(&self, point: DVec3, light: &LightShape, room: f64) -> Verdict {
-        // Twice the room for the start's place, more than the rounding of coordinates besides.
-        let room = 4.0 * room;
-        let seen = self.center - point;
-        let (wide, narrow) = (self.radius + room, self.radius - room);
-        let distance = seen.length_squared();
-        let (towards, is_finite) = match *light {
-            LightShape::Point(light) => (light - point, true),
-            LightShape::Direction(direction) => (direction, false),
-        };
-        let length = towards.length_squared();
-        let along = seen.dot(towards);
-        // The line's distance from the centre, times its direction's length.
-        let across = seen.cross(towards).length_squared();
-        let slack = room * length.sqrt();
-        let is_outside = distance > wide * wide;
-        // From a start outside, a sphere behind it, beside the line or beyond the light is missed.
-        let is_beyond = is_finite && {
-            let from_light = seen - towards;
-            from_light.length_squared() > wide * wide && along - length > slack
-        };
-        if is_outside && (along < -slack || across > wide * wide * length || is_beyond) {
-            return Verdict::Outside;
-        }
-        let is_met = narrow > 0.0 && across < narrow * narrow * length;
-        let is_between = along > slack && (!is_finite || along - length < -slack);
-        if is_outside && is_met && is_between {
-            Verdict::Inside
-        } else {
-            Verdict::Doubt
+    pub(super) fn verdict<S: Simd>(
+        &self,
+        simd: S,
+        point: DVec3,
+        light: &LightShape,
+        room: f64,
+    ) -> Verdict {
+        let Verdicts { inside, outside } =
+            verdicts(simd, [self; EIGHT], [&point; EIGHT], light, room);
+        match (inside & 1, outside & 1) {
+            (1, _) => Verdict::Inside,
+            (_, 1) => Verdict::Outside,
+            _ => Verdict::Doubt,
         }
     }
 }
@@ -117,6 +188,7 @@ impl Ball {
 #[cfg(test)]
 mod tests {
     use antumbra_geometry::{Bounds, Occluders, Opacity, Start, SurfaceId};
+    use fearless_simd::{Level, dispatch};
 
     use super::super::forms::START_ROOM;
     use super::super::testing::Random;
@@ -202,7 +274,9 @@ mod tests {
                     surface,
                 };
                 let expected = occluders.blocks(SurfaceId(1), &occluders.segment(&start, &light));
-                let is_wrong = match ball.verdict(point, &light, room) {
+                let verdict =
+                    dispatch!(Level::new(), simd => ball.verdict(simd, point, &light, room));
+                let is_wrong = match verdict {
                     Verdict::Outside => expected,
                     Verdict::Inside => !expected,
                     Verdict::Doubt => continue,
@@ -233,12 +307,14 @@ mod tests {
                     point: own.center + (own.radius + off) * way,
                     surface: Some(SurfaceId(0)),
                 };
-                let side = BallStart::new(own).tell(start.point, &light, room);
+                let ball = Ball::new(own);
+                let side =
+                    dispatch!(Level::new(), simd => ball.tell(simd, start.point, &light, room));
                 let is_own = occluders.own_rule_blocks(&occluders.segment(&start, &light));
-                match side {
-                    OnBall::Doubt => continue,
-                    OnBall::Front => assert!(!is_own, "{own:?} {light:?} {start:?}"),
-                    OnBall::OwnShadow => assert!(is_own, "{own:?} {light:?} {start:?}"),
+                match (side.front & 1, side.own_shadow & 1) {
+                    (0, 0) => continue,
+                    (1, 0) => assert!(!is_own, "{own:?} {light:?} {start:?}"),
+                    _ => assert!(is_own, "{own:?} {light:?} {start:?}"),
                 }
                 told[usize::from(is_own)] += 1;
                 moved += usize::from(off > 0.0);
@@ -248,7 +324,50 @@ mod tests {
         }
         assert!(told.iter().all(|&count| count > 3_000), "{told:?}");
         assert!(moved > 300, "{moved}");
-        let nowhere = BallStart::NONE.tell(DVec3::ZERO, &LightShape::Direction(DVec3::X), 1.0);
-        assert_eq!(nowhere, OnBall::Doubt);
+        let sun = LightShape::Direction(DVec3::X);
+        let nowhere =
+            dispatch!(Level::new(), simd => Ball::NONE.tell(simd, DVec3::ZERO, &sun, 1.0));
+        assert_eq!((nowhere.front, nowhere.own_shadow), (0, 0));
+    }
+
+    #[test]
+    fn eight_at_a_time_are_told_as_each_alone() {
+        let random = &mut Random(3);
+        let mut told = [0; 4];
+        for _ in 0..1_000 {
+            let scene = random.scene();
+            let room = START_ROOM / Frame::new(scene).scale;
+            let [own, other] = two_spheres(&scene, random);
+            let light = light(&scene, &own, random);
+            let all = [Ball::new(own), Ball::new(other), Ball::NONE];
+            let balls: [Ball; EIGHT] = std::array::from_fn(|_| random.pick(&all));
+            let points: [DVec3; EIGHT] = std::array::from_fn(|_| match random.below(2) {
+                0 => random.in_box(&scene),
+                _ => own.center + own.radius * random.in_cube().normalize(),
+            });
+            dispatch!(Level::new(), simd => {
+                let rows = balls.each_ref();
+                let blocked = verdicts(simd, rows, points.each_ref(), &light, room);
+                let on_balls = tell(simd, rows, points.each_ref(), &light, room);
+                for lane in 0..EIGHT {
+                    let point = points[lane];
+                    let bit = |bits: u64| bits >> lane & 1;
+                    let expected = balls[lane].tell(simd, point, &light, room);
+                    assert_eq!(bit(on_balls.front), expected.front & 1);
+                    assert_eq!(bit(on_balls.own_shadow), expected.own_shadow & 1);
+                    let verdict = match (bit(blocked.inside), bit(blocked.outside)) {
+                        (1, _) => Verdict::Inside,
+                        (_, 1) => Verdict::Outside,
+                        _ => Verdict::Doubt,
+                    };
+                    assert_eq!(verdict, balls[lane].verdict(simd, point, &light, room));
+                    told[0] += bit(on_balls.front);
+                    told[1] += bit(on_balls.own_shadow);
+                    told[2] += bit(blocked.inside);
+                    told[3] += bit(blocked.outside);
+                }
+            });
+        }
+        assert!(told.iter().all(|&count| count > 100), "{told:?}");
     }
 }

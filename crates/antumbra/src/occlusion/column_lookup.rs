@@ -156,7 +156,21 @@ impl<S: Simd> Lookup<'_, S> {
             told.unknown |= asked & there & !known & !told.shadowed;
             known &= there & !told.shadowed;
         }
-        let located = columns.locate(self.simd, &places);
+        self.find_known_in_columns(columns, [starts, starts], &places, known, told);
+    }
+
+    /// Answers those starts that are known to be where their points are. They are given as they are asked, and as
+    /// they are where they answer the same.
+    #[inline(always)]
+    pub(super) fn find_known_in_columns(
+        &self,
+        columns: &Columns,
+        starts: [&[Start; MANY]; 2],
+        places: &Places,
+        mut known: u64,
+        told: &mut Told,
+    ) {
+        let located = columns.locate(self.simd, places);
         for (number, &column) in located.columns.iter().enumerate() {
             let is_nowhere = u64::from(column == NO_COLUMN) << number & known;
             told.unknown |= is_nowhere;
@@ -188,7 +202,7 @@ impl<S: Simd> Lookup<'_, S> {
     fn tell_round(
         &self,
         columns: &Columns,
-        starts: &[Start; MANY],
+        starts: [&[Start; MANY]; 2],
         depths: &[f32; MANY],
         wide: &Wide,
         listed: &mut Listed,
@@ -197,7 +211,7 @@ impl<S: Simd> Lookup<'_, S> {
         let mut pairs = Pairs::none();
         for number in Numbers(listed.active) {
             let (first, end) = (listed.next[number], listed.ends[number]);
-            let own = starts[number].surface.map_or(NONE, |SurfaceId(own)| own);
+            let own = starts[0][number].surface.map_or(NONE, |SurfaceId(own)| own);
             let left = (end - first).min(ROUND as u32);
             let (nearest, surfaces) = columns.entries_from(first);
             let is_near = f32x8::from_slice(self.simd, nearest).simd_le(depths[number]);
@@ -214,11 +228,11 @@ impl<S: Simd> Lookup<'_, S> {
             let has_more = near.count_ones() as usize == ROUND && first + left < end;
             listed.active &= !(u64::from(!has_more) << number);
             if pairs.is_full() {
-                self.tell_pairs(&pairs, [starts, starts], wide, told);
+                self.tell_pairs(&pairs, starts, wide, told);
                 pairs = Pairs::none();
             }
         }
-        self.tell_pairs(&pairs, [starts, starts], wide, told);
+        self.tell_pairs(&pairs, starts, wide, told);
         listed.active &= !told.shadowed;
     }
 
@@ -254,20 +268,9 @@ impl<S: Simd> Lookup<'_, S> {
             let (are_starts, _) = tell(self.simd, rows, x);
             there |= are_starts.to_bitmask() << first;
         }
-        let mut others = 0;
-        for (number, &surface) in surfaces.iter().enumerate() {
-            others |= u64::from(surface as usize >= planes.len()) << number;
-        }
-        for number in Numbers(others & asked) {
-            match self.audience_on_ball(surfaces[number] as usize, starts[number].point) {
-                Asks::In(_) => there |= 1 << number,
-                Asks::OwnShadow => {
-                    there |= 1 << number;
-                    told.shadowed |= 1 << number;
-                }
-                Asks::Doubt => {}
-            }
-        }
+        let on_balls = self.tell_on_balls(starts, surfaces, self.not_on_triangles(surfaces));
+        told.shadowed |= on_balls.own_shadow & asked;
+        there |= (on_balls.front | on_balls.own_shadow) & asked;
         there
     }
 
@@ -333,7 +336,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     /// Asks about a start near `point`, which is `x` in the frame.
-    fn find_at_in_columns(
+    pub(super) fn find_at_in_columns(
         &self,
         columns: &Columns,
         start: &Start,

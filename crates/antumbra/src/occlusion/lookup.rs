@@ -7,8 +7,8 @@ use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::adaptive::AdaptiveValues;
-use super::balls::OnBall;
 use super::bricks::{Finder, Leaf, Store};
+use super::columns::Columns;
 use super::forms::{EightForms, Verdict};
 use super::lattice::{Code, Lattice};
 use super::links::Link;
@@ -251,6 +251,23 @@ pub(super) struct Lookup<'a, S> {
     pub(super) occluders: &'a Occluders,
 }
 
+/// Longer lists are not asked where there are columns, whose lists are short and in order.
+const LONGEST_ASKED: usize = 16;
+
+impl<S> Lookup<'_, S> {
+    /// Returns lists for all directions from the light, if there are any.
+    #[inline(always)]
+    pub(super) fn columns(&self) -> Option<&Columns> {
+        self.values.lights[self.number].columns()
+    }
+
+    /// Returns whether columns, if there are any, are asked instead of what a cell says.
+    #[inline(always)]
+    pub(super) fn is_for_columns(leaf: packed::Leaf) -> bool {
+        leaf == packed::Leaf::RAY || leaf.count() > LONGEST_ASKED
+    }
+}
+
 /// A surface of a list.
 pub(super) trait Listed {
     fn surface(&self) -> SurfaceId;
@@ -364,10 +381,13 @@ impl<S: Simd> Lookup<'_, S> {
         point: DVec3,
         x: [f32; 3],
     ) -> Found {
-        if leaf.count() == 0 {
-            return Found::NOTHING;
+        match self.columns() {
+            Some(columns) if Self::is_for_columns(leaf) => {
+                self.find_at_in_columns(columns, start, point, x)
+            }
+            _ if leaf.count() == 0 => Found::NOTHING,
+            _ => self.find_one_by_one(packed.list(leaf), start, point, x),
         }
-        self.find_one_by_one(packed.list(leaf), start, point, x)
     }
 
     /// Returns what a leaf tells of a start.
@@ -415,10 +435,11 @@ impl<S: Simd> Lookup<'_, S> {
         let Some(ball) = self.tables.scene.ball_starts.get(number) else {
             return Asks::Doubt;
         };
-        match ball.tell(point, self.light(), self.room()) {
-            OnBall::Front => Asks::In(Audience::Front),
-            OnBall::OwnShadow => Asks::OwnShadow,
-            OnBall::Doubt => Asks::Doubt,
+        let on_ball = ball.tell(self.simd, point, self.light(), self.room());
+        match (on_ball.front & 1, on_ball.own_shadow & 1) {
+            (1, _) => Asks::In(Audience::Front),
+            (_, 1) => Asks::OwnShadow,
+            _ => Asks::Doubt,
         }
     }
 
@@ -629,13 +650,11 @@ impl<S: Simd> Lookup<'_, S> {
         point: DVec3,
     ) -> Verdict {
         let number = surface.0 as usize - self.tables.triangle_count();
-        let Some(ball) = &self.tables.scene.balls[number] else {
-            return Verdict::Doubt;
-        };
+        let ball = &self.tables.scene.balls[number];
         if start.surface == Some(surface) {
             return Verdict::Outside;
         }
-        match ball.verdict(point, self.light(), self.room()) {
+        match ball.verdict(self.simd, point, self.light(), self.room()) {
             // Another one in the same place is its own, too.
             Verdict::Inside
                 if start

@@ -9,14 +9,16 @@ use std::hint::black_box;
 
 use antumbra_geometry::{Start, SurfaceId};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f32x16, f64x4, u32x8};
+use fearless_simd::{Simd, f32x8, f32x16, mask32x8, u32x8};
 
+use super::balls::{self, Ball, EIGHT, OnBalls, Verdicts};
 use super::forms::Verdict;
 use super::lattice::Codes;
-use super::lookup::{Asks, Entry, Found, Lookup};
+use super::lookup::{Entry, Found, Lookup};
 use super::packed::{Leaf, Packed, STRIDE};
 use super::planes::{StartPlane, tell};
 use super::value::Audience;
+use super::vectors::four_points;
 
 /// Starts that are looked up together; a bit each.
 pub(crate) const MANY: usize = 64;
@@ -268,7 +270,11 @@ impl<S: Simd> Lookup<'_, S> {
             deeper = undecided & !low;
         }
         if told.listed != 0 {
-            self.find_in_lists(packed, [starts, near], &places, &next, told);
+            let starts = [starts, near];
+            let long = self.find_in_lists(packed, starts, &places, &next, told);
+            if let (Some(columns), 1..) = (self.columns(), long) {
+                self.find_known_in_columns(columns, starts, &places, long, told);
+            }
         }
     }
 
@@ -277,17 +283,12 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn narrow_many(&self, starts: &[Start; MANY], places: &mut Places) {
         let frame = &self.values.frame;
         for (group, starts) in starts.as_chunks::<8>().0.iter().enumerate() {
-            let mut wide = [[0.0; 8]; 3];
-            for (lane, start) in starts.iter().enumerate() {
-                wide[0][lane] = start.point.x;
-                wide[1][lane] = start.point.y;
-                wide[2][lane] = start.point.z;
-            }
-            for (axis, wide) in wide.iter().enumerate() {
-                let low = f64x4::from_slice(self.simd, &wide[..4]);
-                let high = f64x4::from_slice(self.simd, &wide[4..]);
-                let low = (low - frame.center[axis]) * frame.scale;
-                let high = (high - frame.center[axis]) * frame.scale;
+            let [a, b, c, d, e, f, g, h] = starts.each_ref();
+            let low = four_points(self.simd, [&a.point, &b.point, &c.point, &d.point]);
+            let high = four_points(self.simd, [&e.point, &f.point, &g.point, &h.point]);
+            for axis in 0..3 {
+                let low = (low[axis] - frame.center[axis]) * frame.scale;
+                let high = (high[axis] - frame.center[axis]) * frame.scale;
                 let narrow: f32x8<S> = low.narrow(high);
                 places[axis][8 * group..8 * group + 8].copy_from_slice(narrow.as_slice());
             }
@@ -327,7 +328,8 @@ impl<S: Simd> Lookup<'_, S> {
             }
             black_box(read);
         }
-        let mut others = 0;
+        let others = self.not_on_triangles(surfaces);
+        let on_balls = self.tell_on_balls(starts, surfaces, others);
         for first in (0..MANY).step_by(8) {
             let mut rows = [&StartPlane::NOWHERE; 8];
             for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
@@ -339,26 +341,60 @@ impl<S: Simd> Lookup<'_, S> {
                 f32x8::from_slice(self.simd, &places[2][first..first + 8]),
             ];
             let (are_starts, are_behind) = tell(self.simd, rows, x);
+            let on_balls = mask32x8::from_bitmask(self.simd, on_balls.front >> first & 0xff);
             let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
             let place = (high >> (front.root_shift - 24)).min(front.place_count);
             let table = are_behind.select(back_first, front_first);
-            let place = are_starts.select(place + table, doubt_place);
+            let place = (are_starts | on_balls).select(place + table, doubt_place);
             roots[first..first + 8].copy_from_slice(place.as_slice());
+        }
+        for number in Numbers(on_balls.own_shadow) {
+            roots[number] = packed.beyond() + Packed::OWN_SHADOW;
+        }
+    }
+
+    /// Returns which of some surfaces are no triangles.
+    #[inline(always)]
+    pub(super) fn not_on_triangles(&self, surfaces: &[u32; MANY]) -> u64 {
+        let count = self.tables.start_planes().len() as u32;
+        let mut others = 0;
+        for first in (0..MANY).step_by(8) {
             let surface = u32x8::from_slice(self.simd, &surfaces[first..first + 8]);
-            let are_others = surface.simd_ge(planes.len() as u32);
-            others |= are_others.to_bitmask() << first;
+            others |= surface.simd_ge(count).to_bitmask() << first;
         }
-        for number in Numbers(others) {
-            let surface = surfaces[number] as usize;
-            roots[number] = match self.audience_on_ball(surface, starts[number].point) {
-                Asks::In(_) => {
-                    let place = codes.get(number).place_in_root(front.root_shift);
-                    front.first + place.min(front.place_count as usize) as u32
-                }
-                Asks::OwnShadow => packed.beyond() + Packed::OWN_SHADOW,
-                Asks::Doubt => doubt,
-            };
+        others
+    }
+
+    /// Tells of those starts that are on no triangles.
+    #[inline(always)]
+    pub(super) fn tell_on_balls(
+        &self,
+        starts: &[Start; MANY],
+        surfaces: &[u32; MANY],
+        others: u64,
+    ) -> OnBalls {
+        let balls = &self.tables.scene.ball_starts;
+        let mut all = OnBalls {
+            front: 0,
+            own_shadow: 0,
+        };
+        for first in (0..MANY).step_by(EIGHT) {
+            if others >> first & 0xff == 0 {
+                continue;
+            }
+            let mut rows = [&Ball::NONE; EIGHT];
+            let mut points = [&starts[first].point; EIGHT];
+            for (lane, (row, point)) in rows.iter_mut().zip(&mut points).enumerate() {
+                let number = surfaces[first + lane] as usize;
+                let number = number.wrapping_sub(self.tables.triangle_count());
+                *row = balls.get(number).unwrap_or(row);
+                *point = &starts[first + lane].point;
+            }
+            let told = balls::tell(self.simd, rows, points, self.light(), self.room());
+            all.front |= told.front << first;
+            all.own_shadow |= told.own_shadow << first;
         }
+        all
     }
 
     /// Takes free starts outside all cells to where their segments come in.
@@ -394,7 +430,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     /// Asks the blockers of lists, or says why there are none. Starts are given as they are asked, and as they
-    /// are where they answer the same.
+    /// are where they answer the same. Returns those whose lists are so long that columns are asked instead.
     #[inline(always)]
     fn find_in_lists(
         &self,
@@ -403,12 +439,19 @@ impl<S: Simd> Lookup<'_, S> {
         places: &Places,
         leaves: &[u32; MANY],
         told: &mut Told,
-    ) {
+    ) -> u64 {
+        let mut long = 0;
+        let has_columns = self.columns().is_some();
         let mut pairs = Pairs::none();
         let mut wide = [[0.0; 16]; MANY];
         for number in Numbers(told.listed) {
             let leaf = packed.leaf(leaves[number]);
             let count = leaf.count();
+            if has_columns && Self::is_for_columns(leaf) {
+                told.listed &= !(1 << number);
+                long |= 1 << number;
+                continue;
+            }
             if count == 0 {
                 told.listed &= !(1 << number);
                 self.find_elsewhere(leaf, number, &starts[0][number], told);
@@ -429,6 +472,7 @@ impl<S: Simd> Lookup<'_, S> {
             }
         }
         self.tell_pairs(&pairs, starts, &wide, told);
+        long
     }
 
     /// Answers a start whose cell has no list, or that has no cell.
@@ -454,20 +498,18 @@ impl<S: Simd> Lookup<'_, S> {
     ) {
         let forms = self.tables.all_umbra_forms();
         let mut left = [0_u16; PAIRS + SPARE];
-        let mut left_count = 0;
+        let mut curved = [0_u16; PAIRS + SPARE];
+        let (mut left_count, mut curved_count) = (0, 0);
         let all = pairs.surfaces.iter().zip(&pairs.numbers).take(pairs.count);
         for (pair, (&surface, &number)) in all.enumerate() {
             let number = usize::from(number) % MANY;
-            let may_block = match forms.get(surface as usize) {
-                Some(forms) => {
-                    !forms.is_outside(self.simd, f32x16::from_slice(self.simd, &wide[number]))
-                }
-                None => {
-                    let start = &near[number];
-                    let verdict = self.curved_verdict(SurfaceId(surface), start, start.point);
-                    verdict != Verdict::Outside
-                }
+            let Some(forms) = forms.get(surface as usize) else {
+                curved[curved_count] = pair as u16;
+                curved_count += 1;
+                continue;
             };
+            let may_block =
+                !forms.is_outside(self.simd, f32x16::from_slice(self.simd, &wide[number]));
             left[left_count % (PAIRS + SPARE)] = pair as u16;
             left_count += usize::from(may_block);
         }
@@ -479,26 +521,68 @@ impl<S: Simd> Lookup<'_, S> {
             if told.shadowed >> number & 1 != 0 {
                 continue;
             }
-            let verdict = match forms.get(surface.0 as usize) {
-                Some(forms) => {
-                    let is_flat_with = |own| self.tables.are_in_one_plane(own, surface);
-                    if start.surface.is_some_and(is_flat_with) {
-                        continue;
-                    }
-                    let [x, y, z] = [wide[number][0], wide[number][4], wide[number][8]];
-                    forms.wide_verdict(self.simd, [x, y, z])
-                }
-                None => self.curved_verdict(surface, start, start.point),
+            let Some(forms) = forms.get(surface.0 as usize) else {
+                continue;
             };
+            let is_flat_with = |own| self.tables.are_in_one_plane(own, surface);
+            if start.surface.is_some_and(is_flat_with) {
+                continue;
+            }
+            let [x, y, z] = [wide[number][0], wide[number][4], wide[number][8]];
+            let verdict = forms.wide_verdict(self.simd, [x, y, z]);
             let is_shadowed =
                 verdict == Verdict::Inside && self.occluders.is_opaque_everywhere(surface);
             told.shadowed |= u64::from(is_shadowed) << number;
             left[doubt_count] = pair as u16;
             doubt_count += usize::from(!is_shadowed);
         }
+        // What may block stays in its place, with what is known of it.
+        let mut may_count = 0;
+        for first in (0..curved_count).step_by(EIGHT) {
+            let group = first..curved_count.min(first + EIGHT);
+            let verdicts = self.curved_verdicts(pairs, &curved[group.clone()], near);
+            for (lane, place) in group.enumerate() {
+                let is_inside = (verdicts.inside >> lane & 1) as u16;
+                curved[may_count] = curved[place] << 1 | is_inside;
+                may_count += usize::from(verdicts.outside >> lane & 1 == 0);
+            }
+        }
+        for &may_block in &curved[..may_count] {
+            let (pair, is_inside) = (may_block >> 1, may_block & 1 != 0);
+            let number = usize::from(pairs.numbers[usize::from(pair)]) % MANY;
+            let surface = SurfaceId(pairs.surfaces[usize::from(pair)]);
+            let own = near[number].surface;
+            // Another one in the same place is its own, too.
+            let is_own = |own| self.occluders.have_one_own_rule(own, surface);
+            if told.shadowed >> number & 1 != 0
+                || own == Some(surface)
+                || is_inside && own.is_some_and(is_own)
+            {
+                continue;
+            }
+            let is_shadowed = is_inside && self.occluders.is_opaque_everywhere(surface);
+            told.shadowed |= u64::from(is_shadowed) << number;
+            left[doubt_count] = pair;
+            doubt_count += usize::from(!is_shadowed);
+        }
         if doubt_count > 0 {
             self.ask_exactly(pairs, &left[..doubt_count], starts, told);
         }
+    }
+
+    /// Tells whether surfaces block that are no triangles, but for the start's own.
+    #[inline(always)]
+    fn curved_verdicts(&self, pairs: &Pairs, group: &[u16], near: &[Start; MANY]) -> Verdicts {
+        let balls = &self.tables.scene.balls;
+        let mut rows = [&Ball::NONE; EIGHT];
+        let mut points = [&near[0].point; EIGHT];
+        for ((row, point), &pair) in rows.iter_mut().zip(&mut points).zip(group) {
+            let pair = usize::from(pair);
+            let number = pairs.surfaces[pair] as usize - self.tables.triangle_count();
+            *row = balls.get(number).unwrap_or(row);
+            *point = &near[usize::from(pairs.numbers[pair]) % MANY].point;
+        }
+        balls::verdicts(self.simd, rows, points, self.light(), self.room())
     }
 
     /// Asks the exact rule about pairs in doubt.

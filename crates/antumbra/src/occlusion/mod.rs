@@ -32,6 +32,7 @@ mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
 mod value;
+mod vectors;
 mod views;
 mod volume;
 

@@ -407,8 +407,6 @@ impl Packer {
     /// Returns what is told of a cell without an answer and without a brick.
     fn leaf_of(&mut self, store: &Store, link: Link) -> Leaf {
         let Some(list) = link.list() else {
-            // What may still be made is for a store.
-            self.is_odd |= link.is_pending();
             return Leaf::RAY;
         };
         let surfaces = store.list(list).surfaces();

@@ -11,7 +11,7 @@ use antumbra_geometry::{
     DVec3, ElementId, LightShape, Mesh, MeshEdge, Occluders, SurfaceId, Umbra,
 };
 
-use super::balls::{Ball, BallStart};
+use super::balls::Ball;
 use super::forms::Forms;
 use super::planes::StartPlane;
 use crate::frame::Frame;
@@ -22,9 +22,9 @@ pub(crate) struct SceneTables {
     /// For each triangle whether a point is where a start on it is.
     start_forms: Box<[OnceLock<Box<Forms>>]>,
     /// The same for the other surfaces.
-    pub(super) ball_starts: Vec<BallStart>,
+    pub(super) ball_starts: Vec<Ball>,
     /// Those of them that are spheres.
-    pub(super) balls: Vec<Option<Ball>>,
+    pub(super) balls: Vec<Ball>,
     whole: OnceLock<WholeScene>,
     no_mesh: Mesh,
 }
@@ -104,12 +104,12 @@ impl SceneTables {
         };
         let ball_starts = curved()
             .map(|surface| match occluders.sphere(surface) {
-                Some(sphere) if occluders.is_opaque(surface) => BallStart::new(sphere),
-                _ => BallStart::NONE,
+                Some(sphere) if occluders.is_opaque(surface) => Ball::new(sphere),
+                _ => Ball::NONE,
             })
             .collect();
         let balls = curved()
-            .map(|surface| occluders.sphere(surface).map(Ball::new))
+            .map(|surface| occluders.sphere(surface).map_or(Ball::NONE, Ball::new))
             .collect();
         Self {
             start_forms: once(occluders.triangle_count()),
