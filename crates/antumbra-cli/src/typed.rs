@@ -93,8 +93,7 @@ pub(crate) struct IndexCost {
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) memory_limit: Option<u64>,
 
-    /// Finest voxels of method voxel along the longest axis, where surfaces are; half as fine for
-    /// free points [default: 2048, and 1024 for free points]
+    /// Finest voxels of method voxel along the longest axis, where surfaces are [default: 2048]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=4096))]
     pub(crate) resolution: Option<u32>,
 

@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use super::bricks::{Decision, Store, cell_in_brick};
 use super::budget::{Account, Budget, Looks};
 use super::candidates::{Candidates, Casters};
-use super::columns::Columns;
+use super::column_lookup::Way;
+use super::columns::{Columns, Wanted};
 use super::forms::{BOUND, START_ROOM};
 use super::lattice::{Cell, Lattice};
 use super::links::{Link, charge, claim, publish, read};
@@ -145,7 +146,7 @@ impl AdaptiveValues {
             Refine::Asked => (0..self.lights.len()).for_each(|light| {
                 if self.lights[light].is_ordinary {
                     self.make_tables(occluders, light);
-                    self.make_columns(occluders, light);
+                    self.make_columns(occluders, light, Wanted::Few);
                 }
             }),
         }
@@ -225,18 +226,25 @@ impl AdaptiveValues {
             .then_some(columns)
     }
 
+    /// Returns how to ask the columns of a light.
+    #[inline(always)]
+    pub(crate) fn column_way(&self, light: usize) -> Way {
+        self.lights[light].budget.column_way()
+    }
+
     /// Returns which queries to look up: none as long as there are no tables, and while values are made those
     /// that pay.
     #[inline(always)]
     pub(crate) fn looks(&self, light: usize, is_refining: bool) -> Looks {
         let light = &self.lights[light];
-        let are_columns_fast = || {
-            self.refine == Refine::Lazy
-                && light.columns.get().is_some_and(Option::is_some)
-                && light.budget.are_columns_fast()
-        };
-        if light.tables.get().is_none() || are_columns_fast() {
+        let has_columns = self.refine == Refine::Lazy && light.columns().is_some();
+        if light.tables.get().is_none() {
             Looks::None
+        } else if has_columns {
+            match light.budget.looks_beside_columns() {
+                Looks::Scouts | Looks::Try if !is_refining => Looks::All,
+                looks => looks,
+            }
         } else if !is_refining || self.refine == Refine::Asked {
             Looks::All
         } else {
@@ -334,7 +342,7 @@ impl AdaptiveValues {
         for (light, packed) in packed.into_iter().flatten() {
             // What was kept is to be there at once.
             if !self.lights[light].is_complete() {
-                self.make_columns(occluders, light);
+                self.make_columns(occluders, light, Wanted::For(u64::MAX));
             }
             self.lights[light].packed.get_or_init(|| packed);
             self.store.store(None);
@@ -583,22 +591,26 @@ impl AdaptiveValues {
         if values.columns.get().is_some() || !values.is_ordinary || values.is_complete() {
             return;
         }
+        let wanted = match self.refine {
+            Refine::Asked => Wanted::Few,
+            Refine::Lazy | Refine::Eager => Wanted::For(ahead),
+        };
         let curved_count = occluders.surface_count() - occluders.triangle_count();
         let price = TABLE_NS * occluders.triangle_count() as u64
             + CURVED_NS * curved_count as u64
-            + Columns::price(occluders, &self.frame, &values.light);
+            + Columns::price(occluders, &self.frame, &values.light, wanted);
         let can_make = self.refine == Refine::Asked || values.budget.allows_columns(price, ahead);
         if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
             let begin = Reading::now();
             self.make_tables(occluders, light);
-            self.make_columns(occluders, light);
+            self.make_columns(occluders, light, wanted);
             values.budget.spend(begin.elapsed_ns());
             values.is_busy.store(false, Ordering::Release);
         }
     }
 
     /// Makes the lists of all directions from a light, where there is room.
-    fn make_columns(&self, occluders: &Occluders, light: usize) {
+    fn make_columns(&self, occluders: &Occluders, light: usize, wanted: Wanted) {
         let has_room = self.store_bytes >= Columns::predict_bytes(occluders);
         let may_list = self.depth.long_list > 0;
         self.lights[light].columns.get_or_init(|| {
@@ -609,7 +621,7 @@ impl AdaptiveValues {
             let of_light = values.tables.get()?;
             of_light.make_all(occluders, &self.frame, &values.light);
             let tables = self.tables(occluders, light)?;
-            Columns::new(occluders, &tables, self.refine == Refine::Asked)
+            Columns::new(occluders, &tables, wanted)
         });
     }
 

@@ -85,8 +85,18 @@ pub(super) fn tell<S: Simd>(
     light: &LightShape,
     room: f64,
 ) -> OnBalls {
-    let (center, radius) = numbers(simd, balls);
     let point = Vectors::new(simd, points);
+    tell_points(simd, numbers(simd, balls), point, light, room)
+}
+
+#[inline(always)]
+fn tell_points<S: Simd>(
+    simd: S,
+    (center, radius): (Vectors<S>, f64x8<S>),
+    point: Vectors<S>,
+    light: &LightShape,
+    room: f64,
+) -> OnBalls {
     let seen = point.minus(center);
     let square = radius * radius;
     // Off by less than half the room: |d|^2 - r^2 = (|d| - r) (|d| + r).
@@ -119,10 +129,20 @@ pub(super) fn verdicts<S: Simd>(
     light: &LightShape,
     room: f64,
 ) -> Verdicts {
+    let point = Vectors::new(simd, points);
+    verdicts_of_points(simd, numbers(simd, balls), point, light, room)
+}
+
+#[inline(always)]
+fn verdicts_of_points<S: Simd>(
+    simd: S,
+    (center, radius): (Vectors<S>, f64x8<S>),
+    point: Vectors<S>,
+    light: &LightShape,
+    room: f64,
+) -> Verdicts {
     // Twice the room for the start's place, more than the rounding of coordinates besides.
     let room = 4.0 * room;
-    let (center, radius) = numbers(simd, balls);
-    let point = Vectors::new(simd, points);
     let seen = center.minus(point);
     let (wide, narrow) = (radius + room, radius - room);
     let wide_square = wide * wide;
@@ -135,17 +155,23 @@ pub(super) fn verdicts<S: Simd>(
     let along = seen.dot(towards);
     // The line's distance from the centre, times its direction's length.
     let across = seen.cross(towards).length_squared();
-    let slack = length.sqrt() * room;
+    // A number is beyond the slack that is the room times the direction's length.
+    let slack_square = length * (room * room);
+    let is_beyond = (along * along).simd_gt(slack_square);
     let from_light = seen.minus(towards);
     let is_outside = distance.simd_gt(wide_square);
     // From a start outside, a sphere behind it, beside the line or beyond the light is missed.
-    let mut is_missed = along.simd_lt(-slack) | across.simd_gt(wide_square * length);
-    let mut is_met =
-        along.simd_gt(slack) & narrow.simd_gt(0.0) & across.simd_lt(narrow * narrow * length);
+    let mut is_missed = along.simd_lt(0.0) & is_beyond | across.simd_gt(wide_square * length);
+    let mut is_met = along.simd_gt(0.0)
+        & is_beyond
+        & narrow.simd_gt(0.0)
+        & across.simd_lt(narrow * narrow * length);
     if is_finite {
         let is_light_outside = from_light.length_squared().simd_gt(wide_square);
-        is_missed |= is_light_outside & (along - length).simd_gt(slack);
-        is_met &= (along - length).simd_lt(-slack);
+        let past = along - length;
+        let is_past = (past * past).simd_gt(slack_square);
+        is_missed |= is_light_outside & past.simd_gt(0.0) & is_past;
+        is_met &= past.simd_lt(0.0) & is_past;
     }
     Verdicts {
         outside: (is_outside & is_missed).to_bitmask(),
@@ -154,6 +180,13 @@ pub(super) fn verdicts<S: Simd>(
 }
 
 impl Ball {
+    #[inline(always)]
+    fn eight_times<S: Simd>(&self, simd: S) -> (Vectors<S>, f64x8<S>) {
+        let [x, y, z, radius] = self.numbers;
+        let center = Vectors::splat(simd, DVec3::new(x, y, z));
+        (center, f64x8::splat(simd, radius))
+    }
+
     /// Tells where a point is, that may be off the sphere by less than `room`.
     #[inline(always)]
     pub(super) fn tell<S: Simd>(
@@ -163,7 +196,8 @@ impl Ball {
         light: &LightShape,
         room: f64,
     ) -> OnBalls {
-        tell(simd, [self; EIGHT], [&point; EIGHT], light, room)
+        let point = Vectors::splat(simd, point);
+        tell_points(simd, self.eight_times(simd), point, light, room)
     }
 
     /// Tells whether the sphere blocks a start within `room` of a point, in every coordinate.
@@ -175,8 +209,13 @@ impl Ball {
         light: &LightShape,
         room: f64,
     ) -> Verdict {
-        let Verdicts { inside, outside } =
-            verdicts(simd, [self; EIGHT], [&point; EIGHT], light, room);
+        let Verdicts { inside, outside } = verdicts_of_points(
+            simd,
+            self.eight_times(simd),
+            Vectors::splat(simd, point),
+            light,
+            room,
+        );
         match (inside & 1, outside & 1) {
             (1, _) => Verdict::Inside,
             (_, 1) => Verdict::Outside,

@@ -9,6 +9,7 @@
 
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
+use super::column_lookup::Way;
 use crate::Counters;
 
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
@@ -44,6 +45,8 @@ const FIRST_TRIES: u32 = 64;
 const LATER_TRIES: u32 = 16;
 /// Values that cost more than columns are looked up for one chunk of queries in so many.
 const LOOK_TRIES: u32 = 32;
+/// The dearer way to ask columns is taken for one chunk of queries in so many.
+const WAY_TRIES: u32 = 32;
 /// How much of what a chunk cost comes into what columns cost lately.
 const CHEAPER: f32 = 0.5;
 const DEARER: f32 = 0.05;
@@ -82,6 +85,9 @@ pub(crate) struct Budget {
     recent_ray: AtomicU32,
     /// What a query cost lately where columns were asked, the bits of an `f32`.
     recent_column: AtomicU32,
+    /// The same for each [`Way`] of asking them, and how often it was weighed which to take.
+    recent_ways: [AtomicU32; 2],
+    way_tries: AtomicU32,
     /// The same where values were looked up before columns were asked.
     recent_looked: AtomicU32,
     /// So often it was weighed whether to look values up where there are columns.
@@ -97,7 +103,20 @@ pub(crate) enum Looks {
     None,
     /// One block in [`SCOUTS`], to find where values pay.
     Scouts,
+    /// All of this chunk, which stands for [`LOOK_TRIES`].
+    Try,
     All,
+}
+
+impl Looks {
+    /// For so many queries one stands that is looked up.
+    pub(crate) fn weight(self) -> u64 {
+        match self {
+            Self::None | Self::All => 1,
+            Self::Scouts => SCOUTS,
+            Self::Try => LOOK_TRIES.into(),
+        }
+    }
 }
 
 /// What some queries came to.
@@ -111,6 +130,8 @@ pub(crate) struct Account {
     pub(crate) found_count: u64,
     /// Whether columns were asked about what was not found.
     pub(crate) has_columns: bool,
+    /// How those were asked.
+    pub(crate) way: Way,
     /// What all took, without the making of values; `None` if nobody has measured.
     pub(crate) took: Option<u64>,
 }
@@ -160,6 +181,8 @@ impl Budget {
             // Chunks in which tables are made cost many times more, for once.
             let now = took as f32 / account.query_count as f32;
             renew(&self.recent_column, now, CHEAPER, DEARER);
+            let of_way = &self.recent_ways[account.way as usize];
+            renew(of_way, now, CHEAPER, DEARER);
         }
         if account.has_columns && account.looked_count == account.query_count {
             let now = took as f32 / account.query_count.max(1) as f32;
@@ -221,19 +244,41 @@ impl Budget {
         }
     }
 
-    /// Returns whether columns answer so fast that values would be no gain, as far as is known: now and then
-    /// it is time to see again.
-    pub(crate) fn are_columns_fast(&self) -> bool {
+    /// Returns which queries to look up where there are columns: none if those answer so fast that values would be
+    /// no gain, as far as is known, but for a try now and then.
+    pub(crate) fn looks_beside_columns(&self) -> Looks {
         let columns = self.column_ns();
-        if columns < FAST * self.usual_ray() {
-            return true;
-        }
-        if self.column_tries.load(Ordering::Relaxed) < FIRST_TRIES {
-            return true;
+        let is_new = self.column_tries.load(Ordering::Relaxed) < FIRST_TRIES;
+        if is_new || columns < FAST * self.usual_ray() {
+            return Looks::None;
         }
         let looked = f32::from_bits(self.recent_looked.load(Ordering::Relaxed));
         let tries = self.look_tries.fetch_add(1, Ordering::Relaxed);
-        f64::from(looked) > columns && !tries.is_multiple_of(LOOK_TRIES)
+        if f64::from(looked) <= columns {
+            self.looks()
+        } else if tries.is_multiple_of(LOOK_TRIES) && self.looks() != Looks::None {
+            Looks::Try
+        } else {
+            Looks::None
+        }
+    }
+
+    /// Returns how to ask columns: as costs less, and now and then otherwise, to see again.
+    pub(crate) fn column_way(&self) -> Way {
+        let [together, each] = [0, 1].map(|way: usize| {
+            let recent = self.recent_ways[way].load(Ordering::Relaxed);
+            f32::from_bits(recent)
+        });
+        let better = if each < together {
+            Way::Each
+        } else {
+            Way::Together
+        };
+        let tries = self.way_tries.fetch_add(1, Ordering::Relaxed);
+        match tries.is_multiple_of(WAY_TRIES) {
+            true => better.other(),
+            false => better,
+        }
     }
 
     /// Returns what to charge a cell for where columns answer: a share of what a value would have spared.
@@ -344,9 +389,9 @@ mod tests {
             let (mut took, mut made, mut looked, mut rays) = (0, 0, 0, 0);
             for (block, cells) in chunk.chunks(BLOCK).enumerate() {
                 let weight = match looks {
-                    Looks::All => 1,
-                    Looks::Scouts if (block as u64).is_multiple_of(SCOUTS) => SCOUTS,
-                    Looks::Scouts | Looks::None => 0,
+                    Looks::None => 0,
+                    Looks::Scouts if !(block as u64).is_multiple_of(SCOUTS) => 0,
+                    Looks::Scouts | Looks::Try | Looks::All => looks.weight(),
                 };
                 for &cell in cells {
                     if weight == 0 {
@@ -378,6 +423,7 @@ mod tests {
                 looked_count: looked,
                 found_count: chunk.len() as u64 - rays,
                 has_columns: false,
+                way: Way::Together,
                 took: market
                     .is_measured
                     .then_some((took as f64 * slowness) as u64),
@@ -566,8 +612,26 @@ mod tests {
         assert!(tries.contains(&first), "{first}");
         // Tables are made, say.
         assert!(asked(&budget, 20) > 1_000);
-        assert!(budget.are_columns_fast());
+        assert_eq!(budget.looks_beside_columns(), Looks::None);
         assert!(asked(&budget, 500) < 200);
+    }
+
+    #[test]
+    fn columns_are_asked_in_the_way_that_costs_less() {
+        for cheaper in [Way::Together, Way::Each] {
+            let budget = Budget::default();
+            budget.note(&rays(1_000));
+            let mut count = 0;
+            for _ in 0..1_000 {
+                let way = budget.column_way();
+                count += usize::from(way == cheaper);
+                budget.note(&Account {
+                    way,
+                    ..columns(1_000, if way == cheaper { 20 } else { 30 })
+                });
+            }
+            assert!((950..1_000).contains(&count), "{cheaper:?} {count}");
+        }
     }
 
     #[test]

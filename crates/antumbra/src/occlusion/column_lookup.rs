@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, u32x8};
 
 use super::adaptive::AdaptiveValues;
-use super::columns::{Columns, NO_COLUMN, Told as ToldOfColumn};
+use super::columns::{Columns, Located, NO_COLUMN, Told as ToldOfColumn};
 use super::forms::Verdict;
 use super::lookup::{Asks, Entry, Found, Lookup, Moved, Source};
 use super::many::{FAR_PLANES, FEW, MANY, Numbers, Pairs, Places, Told, Wide, first_bits, widened};
@@ -28,11 +28,11 @@ impl AdaptiveValues {
     pub(crate) fn find_many_in_columns(
         &self,
         columns: &Columns,
-        source: Source<'_>,
         occluders: &Occluders,
         starts: &[Start],
         light: usize,
         asked: u64,
+        way: Way,
     ) -> Told {
         let asked = asked & first_bits(starts.len());
         let Some(tables) = self.tables(occluders, light) else {
@@ -42,8 +42,9 @@ impl AdaptiveValues {
             };
         };
         dispatch!(self.level, simd => {
+            let source = Source::Nothing;
             let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
-            lookup.find_many_in_columns(columns, starts, asked)
+            lookup.find_many_in_columns(columns, starts, asked, way)
         })
     }
 
@@ -52,7 +53,6 @@ impl AdaptiveValues {
     pub(crate) fn find_one_in_columns(
         &self,
         columns: &Columns,
-        source: Source<'_>,
         occluders: &Occluders,
         start: &Start,
         light: usize,
@@ -61,9 +61,29 @@ impl AdaptiveValues {
             return Found::NOTHING;
         };
         dispatch!(self.level, simd => {
+            let source = Source::Nothing;
             let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             lookup.find_one_in_columns(columns, start)
         })
+    }
+}
+
+/// How the lists of many starts are asked. Answers are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// Some entries of all lists before the next: what they need is fetched together.
+    #[default]
+    Together,
+    /// List after list: neighbours take the same path through them, and lists end early.
+    Each,
+}
+
+impl Way {
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Together => Self::Each,
+            Self::Each => Self::Together,
+        }
     }
 }
 
@@ -78,18 +98,24 @@ struct Listed {
 
 impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
-    fn find_many_in_columns(&self, columns: &Columns, starts: &[Start], asked: u64) -> Told {
+    fn find_many_in_columns(
+        &self,
+        columns: &Columns,
+        starts: &[Start],
+        asked: u64,
+        way: Way,
+    ) -> Told {
         let mut told = Told::default();
         if asked.count_ones() as usize <= FEW {
             self.find_each_in_columns(columns, starts, asked, &mut told);
             return told;
         }
         match <&[Start; MANY]>::try_from(starts) {
-            Ok(starts) => self.find_block_in_columns(columns, starts, asked, &mut told),
+            Ok(starts) => self.find_block_in_columns(columns, starts, asked, way, &mut told),
             Err(_) => {
                 let mut block = [starts[0]; MANY];
                 block[..starts.len()].copy_from_slice(starts);
-                self.find_block_in_columns(columns, &block, asked, &mut told);
+                self.find_block_in_columns(columns, &block, asked, way, &mut told);
             }
         }
         told
@@ -133,6 +159,7 @@ impl<S: Simd> Lookup<'_, S> {
         columns: &Columns,
         starts: &[Start; MANY],
         asked: u64,
+        way: Way,
         told: &mut Told,
     ) {
         let mut surfaces = [0; MANY];
@@ -156,7 +183,7 @@ impl<S: Simd> Lookup<'_, S> {
             told.unknown |= asked & there & !known & !told.shadowed;
             known &= there & !told.shadowed;
         }
-        self.find_known_in_columns(columns, [starts, starts], &places, known, told);
+        self.find_known_in_columns(columns, [starts, starts], &places, known, way, told);
     }
 
     /// Answers those starts that are known to be where their points are. They are given as they are asked, and as
@@ -168,6 +195,7 @@ impl<S: Simd> Lookup<'_, S> {
         starts: [&[Start; MANY]; 2],
         places: &Places,
         mut known: u64,
+        way: Way,
         told: &mut Told,
     ) {
         let located = columns.locate(self.simd, places);
@@ -176,6 +204,33 @@ impl<S: Simd> Lookup<'_, S> {
             told.unknown |= is_nowhere;
             known &= !is_nowhere;
         }
+        told.listed |= known;
+        match way {
+            Way::Together => {
+                self.find_together_in_columns(columns, starts, places, &located, known, told);
+            }
+            Way::Each => {
+                for number in Numbers(known) {
+                    let at = (located.columns[number], located.depths[number]);
+                    let x = [places[0][number], places[1][number], places[2][number]];
+                    let (start, point) = (&starts[0][number], starts[1][number].point);
+                    let found = self.find_in_column(columns, at, start, point, x);
+                    told.shadowed |= u64::from(found.is_shadowed()) << number;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn find_together_in_columns(
+        &self,
+        columns: &Columns,
+        starts: [&[Start; MANY]; 2],
+        places: &Places,
+        located: &Located<MANY>,
+        known: u64,
+        told: &mut Told,
+    ) {
         let mut listed = Listed {
             next: [0; MANY],
             ends: [0; MANY],
@@ -191,7 +246,6 @@ impl<S: Simd> Lookup<'_, S> {
             let x = [places[0][number], places[1][number], places[2][number]];
             wide[number] = widened(x);
         }
-        told.listed |= known;
         while listed.active != 0 {
             self.tell_round(columns, starts, &located.depths, &wide, &mut listed, told);
         }
@@ -255,7 +309,11 @@ impl<S: Simd> Lookup<'_, S> {
             black_box(read);
         }
         let mut there = 0;
+        let others = self.not_on_triangles(surfaces);
         for first in (0..MANY).step_by(8) {
+            if others >> first & 0xff == 0xff {
+                continue;
+            }
             let mut rows = [&StartPlane::NOWHERE; 8];
             for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
                 *row = planes.get(surface as usize).unwrap_or(row);
@@ -268,7 +326,7 @@ impl<S: Simd> Lookup<'_, S> {
             let (are_starts, _) = tell(self.simd, rows, x);
             there |= are_starts.to_bitmask() << first;
         }
-        let on_balls = self.tell_on_balls(starts, surfaces, self.not_on_triangles(surfaces));
+        let on_balls = self.tell_on_balls(starts, surfaces, others);
         told.shadowed |= on_balls.own_shadow & asked;
         there |= (on_balls.front | on_balls.own_shadow) & asked;
         there
@@ -352,6 +410,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     /// Asks the blockers of a column about a start near `point`, which is `x` in the frame.
+    #[inline(always)]
     fn find_in_column(
         &self,
         columns: &Columns,
@@ -363,12 +422,12 @@ impl<S: Simd> Lookup<'_, S> {
         if column == NO_COLUMN {
             return Found::NOTHING;
         }
-        let entries = match columns.told(column, depth) {
+        let list = match columns.told(column, depth) {
             ToldOfColumn::Shadowed => return Found::by_list(true),
-            ToldOfColumn::List(entries) => entries,
+            ToldOfColumn::List(list) => list,
         };
         let mut is_in_doubt = false;
-        for &surface in entries {
+        for surface in list.near(depth) {
             let surface = SurfaceId(surface);
             let verdict = match self.tables.umbra_forms(surface.0 as usize) {
                 Some(_) if start.surface == Some(surface) => continue,
@@ -388,6 +447,8 @@ impl<S: Simd> Lookup<'_, S> {
             }
             is_in_doubt = true;
         }
-        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
+        let is_blocked =
+            is_in_doubt && self.is_blocked_exactly(list.all_near(depth), start, point, x);
+        Found::by_list(is_blocked)
     }
 }

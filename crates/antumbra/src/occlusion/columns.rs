@@ -92,8 +92,30 @@ impl Entry {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Told<'a> {
     Shadowed,
-    /// The surfaces that may block.
-    List(&'a [u32]),
+    List(List<'a>),
+}
+
+/// The surfaces of a column, the nearest to the light first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct List<'a> {
+    nearest: &'a [f32],
+    surfaces: &'a [u32],
+}
+
+impl<'a> List<'a> {
+    /// Returns the surfaces that may block a start of this depth.
+    #[inline(always)]
+    pub(super) fn near(self, depth: f32) -> impl Iterator<Item = u32> {
+        let entries = self.nearest.iter().zip(self.surfaces);
+        let near = entries.take_while(move |&(&nearest, _)| nearest <= depth);
+        near.map(|(_, &surface)| surface)
+    }
+
+    /// Returns the same together.
+    pub(super) fn all_near(self, depth: f32) -> &'a [u32] {
+        let count = self.nearest.partition_point(|&nearest| nearest <= depth);
+        &self.surfaces[..count]
+    }
 }
 
 /// An entry and its column.
@@ -103,10 +125,9 @@ struct Placed {
     entry: Entry,
 }
 
-/// Tiles for a surface, and the fewest and most of them.
-const TILES_EACH: f64 = 0.5;
+/// Tiles for a surface and for a query that is known to come, and the fewest and most of them.
+const TILES_EACH: [f64; 2] = [0.5, 1.0 / 16.0];
 const TILE_COUNT: [f64; 2] = [4_096.0, 65_536.0];
-/// In tests many scenes have columns, each of them for a few queries.
 const TILES_IN_TESTS: f64 = 256.0;
 /// Columns for a surface in a tile. Ten times more answer a tenth faster on the larger scenes, and cost three times
 /// as much.
@@ -126,20 +147,36 @@ const NARROW: f64 = 1e-4;
 /// Depths in `f32` that are off by [`BOUND`] are compared with what is so much less or more.
 const DEPTH_ROOM: f64 = 2.0 * BOUND as f64;
 
+/// How fine columns are to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wanted {
+    /// As fine as pays, with so many queries known to come.
+    For(u64),
+    /// For tests, where many scenes have columns, each of them for a few queries.
+    Few,
+}
+
+impl Wanted {
+    fn tiles(self, occluders: &Occluders) -> f64 {
+        match self {
+            Self::For(queries) => {
+                let for_surfaces = TILES_EACH[0] * occluders.surface_count() as f64;
+                let for_queries = TILES_EACH[1] * queries as f64;
+                for_surfaces
+                    .max(for_queries)
+                    .clamp(TILE_COUNT[0], TILE_COUNT[1])
+            }
+            Self::Few => TILES_IN_TESTS,
+        }
+    }
+}
+
 impl Columns {
     /// Makes the lists; `None` where they would be too long, or no view suits the light.
-    pub(crate) fn new(
-        occluders: &Occluders,
-        tables: &Tables<'_>,
-        is_for_tests: bool,
-    ) -> Option<Self> {
+    pub(crate) fn new(occluders: &Occluders, tables: &Tables<'_>, wanted: Wanted) -> Option<Self> {
         let (frame, light) = (tables.frame, tables.light);
         let bounds = occluders.bounds();
-        let count = if is_for_tests {
-            TILES_IN_TESTS
-        } else {
-            wanted_tiles(occluders)
-        };
+        let count = wanted.tiles(occluders);
         let mut fineness = FINENESS;
         for _ in 0..TRIES {
             let views = Views::new(&bounds, frame, light, count)?;
@@ -152,21 +189,26 @@ impl Columns {
     }
 
     /// Returns about what making them costs, in nanoseconds.
-    pub(crate) fn price(occluders: &Occluders, frame: &Frame, light: &LightShape) -> u64 {
+    pub(crate) fn price(
+        occluders: &Occluders,
+        frame: &Frame,
+        light: &LightShape,
+        wanted: Wanted,
+    ) -> u64 {
         // With the tables of all triangles. Amid surfaces, columns hold many large ones: so much was measured on
         // Lost Empire.
         const SURFACE_NS: [u64; 2] = [600, 1_300];
         let has_faces = has_faces(&occluders.bounds(), frame, light);
         const TILE_NS: f64 = 20.0;
         let count = occluders.surface_count() as u64;
-        SURFACE_NS[usize::from(has_faces)] * count + (TILE_NS * wanted_tiles(occluders)) as u64
+        SURFACE_NS[usize::from(has_faces)] * count + (TILE_NS * wanted.tiles(occluders)) as u64
     }
 
     /// Returns about how many bytes they will take.
     pub(crate) fn predict_bytes(occluders: &Occluders) -> u64 {
         const USUAL_ENTRIES: f64 = 5.0;
         let lists = (USUAL_ENTRIES + FINENESS) * occluders.surface_count() as f64;
-        (8.0 * lists + 12.0 * wanted_tiles(occluders)) as u64
+        (8.0 * lists + 12.0 * TILE_COUNT[1]) as u64
     }
 
     fn with(
@@ -252,9 +294,11 @@ impl Columns {
         if depth > full_from {
             return Told::Shadowed;
         }
-        let (first, end) = (first as usize, end as usize);
-        let near = self.nearest[first..end].partition_point(|&nearest| nearest <= depth);
-        Told::List(&self.surfaces[first..first + near])
+        let all = first as usize..end as usize;
+        Told::List(List {
+            nearest: &self.nearest[all.clone()],
+            surfaces: &self.surfaces[all],
+        })
     }
 
     /// So many entries may be read at once from where a list starts.
@@ -287,12 +331,6 @@ impl Columns {
             + size_of_val(&**nearest)
             + size_of_val(&**surfaces)) as u64
     }
-}
-
-/// Returns how many tiles there should be.
-fn wanted_tiles(occluders: &Occluders) -> f64 {
-    let wanted = TILES_EACH * occluders.surface_count() as f64;
-    wanted.clamp(TILE_COUNT[0], TILE_COUNT[1])
 }
 
 /// What a view shows of surfaces.
@@ -750,10 +788,10 @@ mod tests {
                         full_count += 1;
                     }
                     Told::List(listed) => {
-                        left_out_count += occluders.surface_count() - listed.len();
+                        left_out_count += occluders.surface_count() - listed.all_near(depth).len();
                         for surface in blocking {
                             assert!(
-                                listed.contains(&surface.0),
+                                listed.all_near(depth).contains(&surface.0),
                                 "{surface:?} {light:?} {given:?} {moved:?}"
                             );
                             listed_count += 1;

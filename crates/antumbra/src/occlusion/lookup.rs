@@ -236,6 +236,8 @@ impl AdaptiveValues {
 /// Where values are.
 #[derive(Clone, Copy)]
 pub(crate) enum Source<'a> {
+    /// Values are not asked.
+    Nothing,
     Growing(&'a Store),
     Packed(&'a Packed),
 }
@@ -524,6 +526,7 @@ impl<S: Simd> Lookup<'_, S> {
         let place = self.values.narrow(point);
         let code = self.values.lattices[audience as usize].code_of(self.simd, place);
         match self.source {
+            Source::Nothing => Found::NOTHING,
             Source::Growing(store) => {
                 let link = self.finder(store, audience).find(code).link;
                 match link.answer() {

@@ -12,6 +12,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, f32x16, mask32x8, u32x8};
 
 use super::balls::{self, Ball, EIGHT, OnBalls, Verdicts};
+use super::column_lookup::Way;
 use super::forms::Verdict;
 use super::lattice::Codes;
 use super::lookup::{Entry, Found, Lookup};
@@ -273,7 +274,7 @@ impl<S: Simd> Lookup<'_, S> {
             let starts = [starts, near];
             let long = self.find_in_lists(packed, starts, &places, &next, told);
             if let (Some(columns), 1..) = (self.columns(), long) {
-                self.find_known_in_columns(columns, starts, &places, long, told);
+                self.find_known_in_columns(columns, starts, &places, long, Way::Together, told);
             }
         }
     }
@@ -328,19 +329,23 @@ impl<S: Simd> Lookup<'_, S> {
             }
             black_box(read);
         }
+        let nowhere = mask32x8::from_bitmask(self.simd, 0);
         let others = self.not_on_triangles(surfaces);
         let on_balls = self.tell_on_balls(starts, surfaces, others);
         for first in (0..MANY).step_by(8) {
-            let mut rows = [&StartPlane::NOWHERE; 8];
-            for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
-                *row = planes.get(surface as usize).unwrap_or(row);
+            let (mut are_starts, mut are_behind) = (nowhere, nowhere);
+            if others >> first & 0xff != 0xff {
+                let mut rows = [&StartPlane::NOWHERE; 8];
+                for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
+                    *row = planes.get(surface as usize).unwrap_or(row);
+                }
+                let x = [
+                    f32x8::from_slice(self.simd, &places[0][first..first + 8]),
+                    f32x8::from_slice(self.simd, &places[1][first..first + 8]),
+                    f32x8::from_slice(self.simd, &places[2][first..first + 8]),
+                ];
+                (are_starts, are_behind) = tell(self.simd, rows, x);
             }
-            let x = [
-                f32x8::from_slice(self.simd, &places[0][first..first + 8]),
-                f32x8::from_slice(self.simd, &places[1][first..first + 8]),
-                f32x8::from_slice(self.simd, &places[2][first..first + 8]),
-            ];
-            let (are_starts, are_behind) = tell(self.simd, rows, x);
             let on_balls = mask32x8::from_bitmask(self.simd, on_balls.front >> first & 0xff);
             let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
             let place = (high >> (front.root_shift - 24)).min(front.place_count);

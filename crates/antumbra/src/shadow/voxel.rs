@@ -6,8 +6,8 @@ use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Columns, Found, Looks, MANY, Packed, SCOUTS, Scene, Source,
-    Store, cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Columns, Found, Looks, MANY, Packed, SCOUTS, Scene, Store, Way,
+    cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -109,6 +109,10 @@ impl<R: Rays> ByVoxel<'_, R> {
                 None => (Looks::None, None),
             };
             let has_columns = known.is_some_and(|known| known.columns.is_some());
+            let way = match has_columns {
+                true => self.values.column_way(self.light_number),
+                false => Way::default(),
+            };
             // Rays are put in order together, once it is known what they cost.
             let is_by_rays = looks == Looks::None && !has_columns && !is_first;
             let count = if is_by_rays { WINDOW } else { NOTED }.min(left.len());
@@ -118,8 +122,9 @@ impl<R: Rays> ByVoxel<'_, R> {
             (is_shadowed, left_answers) = std::mem::take(&mut left_answers).split_at_mut(count);
             let mut sum = Sum::default();
             match (&known, looks) {
-                (Some(known), Looks::All) => {
-                    sum = self.answer_some(known, starts, is_shadowed, counters, 1, &check)?;
+                (Some(known), Looks::All | Looks::Try) => {
+                    let weight = looks.weight();
+                    sum = self.answer_some(known, starts, is_shadowed, counters, weight, &check)?;
                 }
                 (Some(known), Looks::Scouts) => {
                     // Blocks here and there, by the chunk's first point.
@@ -136,12 +141,19 @@ impl<R: Rays> ByVoxel<'_, R> {
                                 &check,
                             )?);
                         } else {
-                            self.answer_by_columns(known, starts, is_shadowed, counters, &check)?;
+                            self.answer_by_columns(
+                                known,
+                                way,
+                                starts,
+                                is_shadowed,
+                                counters,
+                                &check,
+                            )?;
                         }
                     }
                 }
                 (Some(known), Looks::None) => {
-                    self.answer_by_columns(known, starts, is_shadowed, counters, &check)?;
+                    self.answer_by_columns(known, way, starts, is_shadowed, counters, &check)?;
                 }
                 (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
             }
@@ -154,6 +166,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                     looked_count: sum.looked_count,
                     found_count: sum.found_count,
                     has_columns,
+                    way,
                     took: Some(begin.elapsed_ns().saturating_sub(sum.made)),
                 };
                 self.values.note(
@@ -172,6 +185,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     fn answer_by_columns(
         &self,
         known: &Known<'_>,
+        way: Way,
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -180,20 +194,14 @@ impl<R: Rays> ByVoxel<'_, R> {
         let Some(columns) = known.columns else {
             return self.answer_by_rays(starts, is_shadowed, counters, check);
         };
-        let source = Source::Growing(known.store);
         let mut unknown = Unknown::default();
         let (mut list_count, mut shadowed_count) = (0, 0);
         let blocks = starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY));
         for (block, (starts, is_shadowed)) in blocks.enumerate() {
             let (occluders, light) = (self.occluders, self.light_number);
-            let told = self.values.find_many_in_columns(
-                columns,
-                source,
-                occluders,
-                starts,
-                light,
-                u64::MAX,
-            );
+            let told =
+                self.values
+                    .find_many_in_columns(columns, occluders, starts, light, u64::MAX, way);
             for (number, is_shadowed) in is_shadowed.iter_mut().enumerate() {
                 *is_shadowed = told.shadowed >> number & 1 != 0;
             }
@@ -309,7 +317,7 @@ impl<R: Rays> ByVoxel<'_, R> {
             }
             if let (Some(columns), 1..) = (known.columns, unknown_count) {
                 let before = found;
-                self.fill_by_columns(columns, store, starts, &mut found);
+                self.fill_by_columns(columns, starts, &mut found);
                 if is_sampled {
                     for (number, start) in starts.iter().enumerate() {
                         if before[number].is_nothing() && found[number].is_by_list() {
@@ -374,11 +382,12 @@ impl<R: Rays> ByVoxel<'_, R> {
         let looks = self.values.looks(self.light_number, is_refining);
         let hash = hash(start);
         let is_sampled = is_refining && hash.is_multiple_of(SAMPLED);
-        let (is_looked_up, weight) = match looks {
-            Looks::None => (false, 1),
+        let weight = looks.weight();
+        let is_looked_up = match looks {
+            Looks::None => false,
             // Other ones than those that are sampled.
-            Looks::Scouts => ((hash / SAMPLED).is_multiple_of(SCOUTS), SCOUTS),
-            Looks::All => (true, 1),
+            Looks::Scouts => (hash / SAMPLED).is_multiple_of(SCOUTS),
+            Looks::Try | Looks::All => true,
         };
         let before = *counters;
         let columns = self.values.columns(self.light_number, is_refining);
@@ -430,6 +439,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                 looked_count: SAMPLED * u64::from(is_looked_up),
                 found_count: SAMPLED * u64::from(is_found),
                 has_columns: columns.is_some(),
+                way: Way::default(),
                 took: None,
             };
             self.values
@@ -440,29 +450,27 @@ impl<R: Rays> ByVoxel<'_, R> {
 
     fn find_one_in_columns(&self, known: &Known<'_>, start: &Start) -> Found {
         known.columns.map_or(Found::NOTHING, |columns| {
-            let source = Source::Growing(known.store);
             let (occluders, light) = (self.occluders, self.light_number);
             self.values
-                .find_one_in_columns(columns, source, occluders, start, light)
+                .find_one_in_columns(columns, occluders, start, light)
         })
     }
 
     /// Asks columns about those of a block that nothing was found of.
-    fn fill_by_columns(
-        &self,
-        columns: &Columns,
-        store: &Store,
-        starts: &[Start],
-        found: &mut [Found; BLOCK],
-    ) {
+    fn fill_by_columns(&self, columns: &Columns, starts: &[Start], found: &mut [Found; BLOCK]) {
         let mut asked = 0;
         for (number, found) in found[..starts.len()].iter().enumerate() {
             asked |= u64::from(found.is_nothing()) << number;
         }
-        let (source, light) = (Source::Growing(store), self.light_number);
-        let told =
-            self.values
-                .find_many_in_columns(columns, source, self.occluders, starts, light, asked);
+        let light = self.light_number;
+        let told = self.values.find_many_in_columns(
+            columns,
+            self.occluders,
+            starts,
+            light,
+            asked,
+            Way::Together,
+        );
         for (number, found) in found.iter_mut().enumerate() {
             if asked >> number & 1 != 0 {
                 *found = told.of(number);

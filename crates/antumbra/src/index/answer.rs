@@ -1,0 +1,48 @@
+//! What a query comes to.
+
+use antumbra_geometry::DVec3;
+
+/// Whether a light reaches a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shadow {
+    /// Nothing opaque is between.
+    Lit,
+    /// Something is.
+    Shadowed,
+}
+
+/// How a query was decided; for statistics, never part of the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decided {
+    /// By the value of the start's voxel.
+    FirstPass,
+    /// By the value of a voxel on the way.
+    Intermediate,
+    /// By a blocker list.
+    BlockerList,
+    /// By a full walk.
+    Ray,
+}
+
+/// The answer to a shadow query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// The bit.
+    pub shadow: Shadow,
+    /// How it was found.
+    pub decided: Decided,
+}
+
+/// Why a query has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum QueryError {
+    /// The start's point is NaN, infinite or beyond 2^100.
+    #[error("start {0}: coordinates must be finite and at most 2^100 in magnitude")]
+    BadPoint(DVec3),
+    /// The start names a surface that is not there.
+    #[error("surface {0} does not exist")]
+    UnknownSurface(u32),
+    /// The query names a light that is not there.
+    #[error("light {0} does not exist")]
+    UnknownLight(usize),
+}

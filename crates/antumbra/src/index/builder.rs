@@ -1,0 +1,312 @@
+//! From surfaces, lights and settings to an index: what is made, in which order, and what is refused.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use antumbra_geometry::{DVec3, LightShape, Occluders};
+
+use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
+use super::{LARGEST, ShadowIndex};
+use crate::bvh::Bvh;
+use crate::grid::{Grid, Layout};
+use crate::kept::{Kept, LoadError};
+use crate::occlusion::{AdaptiveValues, DenseValues, mark, quick_check};
+
+/// Why an index cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    /// A light is not finite, too large, or a zero direction.
+    #[error(
+        "light {light}: position or direction must be finite, at most 2^100 and not a zero direction"
+    )]
+    BadLight {
+        /// Index of the light.
+        light: usize,
+    },
+    /// A grid resolution is out of range.
+    #[error(
+        "grid resolution {0:?}: each axis takes 1 to 2048 voxels, and all together fewer than 2^32 - 1 \
+         (about 1625 an axis)"
+    )]
+    BadResolution([u32; 3]),
+    /// The grid, the tree and the values would need more memory than allowed.
+    #[error(
+        "grid and occlusion values need about {needed} bytes, more than the limit of {limit}; lower the grid resolution"
+    )]
+    Memory {
+        /// Predicted bytes.
+        needed: u64,
+        /// Allowed bytes.
+        limit: u64,
+    },
+    /// A file of occlusion values is refused.
+    #[error(transparent)]
+    Occlusion(#[from] LoadError),
+}
+
+/// Collects settings for a [`ShadowIndex`].
+#[derive(Clone, Debug)]
+pub struct Builder {
+    occluders: Arc<Occluders>,
+    lights: Vec<LightShape>,
+    method: Method,
+    rays: RayMethod,
+    resolution: GridResolution,
+    quick_check: QuickCheck,
+    refinement: Refinement,
+    has_tree: bool,
+    memory_limit: Option<u64>,
+    occlusion_file: Option<PathBuf>,
+}
+
+impl Builder {
+    pub(super) fn new(occluders: Arc<Occluders>, lights: Vec<LightShape>) -> Self {
+        Self {
+            occluders,
+            lights,
+            method: Method::default(),
+            rays: RayMethod::default(),
+            resolution: GridResolution::default(),
+            quick_check: QuickCheck::default(),
+            refinement: Refinement::default(),
+            has_tree: true,
+            memory_limit: None,
+            occlusion_file: None,
+        }
+    }
+
+    /// Chooses how shadow queries are answered.
+    #[must_use]
+    pub fn method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
+    }
+
+    /// Chooses what finds nearest hits.
+    #[must_use]
+    pub fn rays(mut self, rays: RayMethod) -> Self {
+        self.rays = rays;
+        self
+    }
+
+    /// Chooses the grid's resolution.
+    #[must_use]
+    pub fn grid(mut self, resolution: GridResolution) -> Self {
+        self.resolution = resolution;
+        self
+    }
+
+    /// Chooses what the quick check does.
+    #[must_use]
+    pub fn quick_check(mut self, quick_check: QuickCheck) -> Self {
+        self.quick_check = quick_check;
+        self
+    }
+
+    /// Chooses how far values are refined.
+    #[must_use]
+    pub fn refinement(mut self, refinement: Refinement) -> Self {
+        self.refinement = refinement;
+        self
+    }
+
+    /// Keeps no tree, for callers that bring rays of their own ([`ShadowIndex::with_rays`]). Whatever would
+    /// have asked the tree walks the grid instead, with the same answers and slower. Values of
+    /// [`Method::Voxel`] are made before the first query, while there is a tree to make them with.
+    #[must_use]
+    pub fn without_tree(mut self) -> Self {
+        self.has_tree = false;
+        self
+    }
+
+    /// Limits the memory of grid, tree and values, in bytes; without it there is no limit.
+    #[must_use]
+    pub fn memory_limit(mut self, bytes: u64) -> Self {
+        self.memory_limit = Some(bytes);
+        self
+    }
+
+    /// Takes the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to a file, instead of
+    /// making them: those of all lights whose kind and pose are in it, in any order
+    /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. The file is only
+    /// read, and not needed any more once the index is built; values that are made later go on from it.
+    #[must_use]
+    pub fn occlusion_file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.occlusion_file = Some(path.into());
+        self
+    }
+
+    /// Builds what the settings need of grid, tree and occlusion values, on all threads of the current rayon
+    /// pool.
+    ///
+    /// # Errors
+    /// A light or a setting is out of range, the memory limit is too small, or the file of
+    /// [`Builder::occlusion_file`] is refused: it was cut off or damaged, is something else, or is about another
+    /// scene or other settings.
+    pub fn build(self) -> Result<ShadowIndex, BuildError> {
+        // What was asked for must be possible before anything is taken.
+        for (index, light) in self.lights.iter().enumerate() {
+            check_light(index, light)?;
+        }
+        if let Some(limit) = self.memory_limit {
+            let needed = predict_bytes(
+                &self.occluders,
+                self.lights.len(),
+                self.resolution,
+                self.method,
+                self.has_tree && needs_bvh(self.method, self.rays),
+            )?;
+            if needed > limit {
+                return Err(BuildError::Memory { needed, limit });
+            }
+        }
+        let layout = layout(&self.occluders, self.resolution)?;
+        let grid = self
+            .needs_grid()
+            .then(|| Grid::build(&self.occluders, layout));
+
+        // Paper 7.3: perhaps the values are not worth it.
+        let verdict = match (self.quick_check, &grid) {
+            (QuickCheck::Off, _) | (_, None) => None,
+            (QuickCheck::Report | QuickCheck::Obey, Some(grid)) => {
+                Some(quick_check(&self.occluders, grid))
+            }
+        };
+        let is_advised_against = self.quick_check == QuickCheck::Obey
+            && verdict.is_some_and(|verdict| !verdict.is_advised);
+        let method = match self.method {
+            Method::Voxel1990 if is_advised_against => Method::Grid,
+            method => method,
+        };
+        let values = match (method, &grid) {
+            (Method::Voxel1990, Some(grid)) => self
+                .lights
+                .iter()
+                .map(|light| mark(&self.occluders, grid, light))
+                .collect(),
+            _ => Vec::new(),
+        };
+        let (occluders, lights) = (&*self.occluders, &self.lights);
+        let adaptive = (method == Method::Voxel).then(|| {
+            let mut making = self.refinement.making();
+            if !self.has_tree {
+                // While there is one.
+                making.refine = Refine::Eager;
+            }
+            AdaptiveValues::new(occluders, lights, &making)
+        });
+        let kept = match (&self.occlusion_file, &adaptive) {
+            (None, _) => None,
+            (Some(path), Some(values)) => Some(Kept::open(path, values, occluders)?),
+            (Some(path), None) => return Err(LoadError::no_values(path).into()),
+        };
+        let bvh = if needs_bvh(self.method, self.rays) {
+            let tree = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
+            let tree = tree.flatten();
+            Some(tree.unwrap_or_else(|| Bvh::build(occluders)))
+        } else {
+            None
+        };
+        let mut kept_lights = Vec::new();
+        if let (Some(values), Some(bvh)) = (&adaptive, &bvh) {
+            if let Some(kept) = &kept {
+                kept_lights = kept.take(values, occluders, lights)?;
+            }
+            values.make_first(occluders, bvh);
+        }
+        let bvh = bvh.filter(|_| self.has_tree);
+        Ok(ShadowIndex {
+            surface_count: self.occluders.surface_count(),
+            occluders: self.occluders,
+            lights: self.lights,
+            method,
+            rays: self.rays,
+            layout,
+            grid,
+            bvh,
+            values,
+            adaptive,
+            kept_lights,
+            quick_check: verdict,
+        })
+    }
+}
+
+impl Builder {
+    /// Returns whether anything will walk the grid or look at it.
+    fn needs_grid(&self) -> bool {
+        matches!(self.method, Method::Voxel1990 | Method::Grid)
+            || self.rays == RayMethod::Grid
+            || self.quick_check != QuickCheck::Off
+            || !self.has_tree
+            || !needs_bvh(self.method, self.rays)
+    }
+}
+
+fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
+    let (x, weight) = light.homogeneous();
+    let is_fine =
+        x.is_finite() && x.abs().max_element() <= LARGEST && (weight != 0.0 || x != DVec3::ZERO);
+    if is_fine {
+        Ok(())
+    } else {
+        Err(BuildError::BadLight { light: index })
+    }
+}
+
+pub(super) fn predict_bytes(
+    occluders: &Occluders,
+    light_count: usize,
+    resolution: GridResolution,
+    method: Method,
+    has_tree: bool,
+) -> Result<u64, BuildError> {
+    let layout = layout(occluders, resolution)?;
+    let grid = Grid::predict_bytes(occluders, &layout);
+    let values = match method {
+        // While they are marked, values take a byte each, and umbrae some hundred.
+        Method::Voxel1990 => {
+            DenseValues::bytes_for(layout.voxel_count()) * light_count as u64
+                + layout.voxel_count() as u64
+                + 600 * occluders.elements().len() as u64
+        }
+        // The tables of every surface, and values, lists and the octrees that they are packed from: measured
+        // on meshes of all kinds, and doubled.
+        Method::Voxel => {
+            (occluders.surface_count() as u64 + 4096) * (300 + 3000 * light_count as u64)
+        }
+        Method::Grid | Method::Bvh | Method::Naive => 0,
+    };
+    let bvh = if has_tree {
+        Bvh::predict_bytes(occluders.surface_count())
+    } else {
+        0
+    };
+    Ok(grid + values + bvh)
+}
+
+/// Returns whether the settings ask for the tree.
+pub(super) fn needs_bvh(method: Method, rays: RayMethod) -> bool {
+    matches!(method, Method::Bvh | Method::Voxel) || rays == RayMethod::Bvh
+}
+
+pub(super) fn layout(
+    occluders: &Occluders,
+    resolution: GridResolution,
+) -> Result<Layout, BuildError> {
+    let bounds = occluders.bounds();
+    let resolution = match resolution {
+        GridResolution::Automatic => {
+            Layout::automatic_resolution(bounds, occluders.elements().len())
+        }
+        GridResolution::Fixed(resolution) => resolution,
+    };
+    // Voxels are numbered in 32 bits. Axes within their range cannot overflow the product.
+    let is_fine = resolution.iter().all(|n| (1..=2048).contains(n))
+        && resolution.iter().map(|&n| u64::from(n)).product::<u64>() < u64::from(u32::MAX);
+    if is_fine {
+        Ok(Layout::new(bounds, resolution))
+    } else {
+        Err(BuildError::BadResolution(resolution))
+    }
+}

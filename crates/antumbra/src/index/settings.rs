@@ -1,0 +1,140 @@
+//! What an index is asked to be.
+
+use crate::occlusion::{Depth, Making};
+
+/// How shadow queries are answered. Every method gives the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Voxel occlusion testing as published in 1990.
+    Voxel1990,
+    /// Values that are exact on meshes, in voxels refined where surfaces are; blocker lists; rays for
+    /// the rest.
+    #[default]
+    Voxel,
+    /// A walk through the uniform grid for each query.
+    Grid,
+    /// A ray through the bounding volume hierarchy for each query.
+    Bvh,
+    /// Every surface is tested: the reference.
+    Naive,
+}
+
+/// How rays that ask for the nearest hit find it. Both give the same hits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RayMethod {
+    /// The bounding volume hierarchy.
+    #[default]
+    Bvh,
+    /// The uniform grid.
+    Grid,
+}
+
+/// How fine the uniform grid is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GridResolution {
+    /// Woo's rule, from the number of surfaces.
+    #[default]
+    Automatic,
+    /// Voxels along x, y and z: each 1 to 2048, their product below 2^32 - 1.
+    Fixed([u32; 3]),
+}
+
+/// How far the values of [`Method::Voxel`] are refined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refinement {
+    /// Finest voxels along the longest axis of the scene, where surfaces are: rounded up to a power
+    /// of two, 4 to 4096.
+    pub resolution: u32,
+    /// The same for points of space near surfaces.
+    pub space_resolution: u32,
+    /// As few possible blockers are listed instead of finer voxels; 0 lists none.
+    pub short_list: usize,
+    /// The same for points of space.
+    pub space_list: usize,
+    /// As few are listed in the finest voxels; 0 lists none.
+    pub long_list: usize,
+    /// When values are made.
+    pub refine: Refine,
+    /// Bytes that values and lists may take, for all lights together, 4 GiB at most. Where that is too little,
+    /// values that are made while queries are answered are thrown away and made again; answers do not
+    /// change. Tables of the surfaces come beside: about 120 bytes each, and 200 for each light.
+    pub memory: u64,
+}
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self {
+            resolution: 2048,
+            space_resolution: 2048,
+            short_list: 1,
+            space_list: 8,
+            long_list: 32,
+            refine: Refine::default(),
+            memory: 512 << 20,
+        }
+    }
+}
+
+impl Refinement {
+    pub(super) fn making(self) -> Making {
+        Making {
+            depth: self.depth(),
+            refine: self.refine,
+            most_bytes: self.memory,
+        }
+    }
+
+    pub(super) fn depth(self) -> Depth {
+        let level = |resolution: u32| resolution.clamp(4, 4096).next_power_of_two().ilog2();
+        Depth {
+            surfaces: level(self.resolution),
+            space: level(self.space_resolution),
+            short_list: self.short_list,
+            space_list: self.space_list,
+            early_list: match self.refine {
+                Refine::Lazy | Refine::Asked if self.long_list > 0 => EARLY_LIST,
+                Refine::Lazy | Refine::Asked | Refine::Eager => 0,
+            },
+            long_list: self.long_list,
+        }
+    }
+}
+
+/// As few blockers are listed for a voxel until finer ones are made.
+const EARLY_LIST: usize = 8;
+
+/// When the values of [`Method::Voxel`] are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Refine {
+    /// While queries are answered, where it pays.
+    #[default]
+    Lazy,
+    /// Before the first query, all of them.
+    Eager,
+    /// For each voxel at the first queries that fall into it, whether it pays or not: for tests and
+    /// studies.
+    Asked,
+}
+
+/// What to do with the quick check of Paper 7.3.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum QuickCheck {
+    /// Do not evaluate it.
+    #[default]
+    Off,
+    /// Evaluate it and say what it advises.
+    Report,
+    /// Evaluate it and leave voxel occlusion testing out where it advises so.
+    Obey,
+}
+
+/// What the quick check of Paper 7.3 found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuickCheckVerdict {
+    /// Mean share of the grid's voxels that an element occupies, 0..1.
+    pub occupied_share: f64,
+    /// The share below which the check advises against.
+    pub threshold: f64,
+    /// Whether the check advises voxel occlusion testing.
+    pub is_advised: bool,
+}
