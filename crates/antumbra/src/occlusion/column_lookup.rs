@@ -11,9 +11,10 @@ use fearless_simd::{Simd, dispatch, f32x8, u32x8};
 use super::adaptive::AdaptiveValues;
 use super::columns::{Columns, Located, NO_COLUMN, Told as ToldOfColumn};
 use super::forms::Verdict;
-use super::lookup::{Asks, Entry, Found, Lookup, Moved, Source};
+use super::lookup::{Found, Lookup, Source};
 use super::many::{FAR_PLANES, FEW, MANY, Numbers, Pairs, Places, Told, Wide, first_bits, widened};
 use super::planes::{StartPlane, tell};
+use super::starts::{Asks, Entry, Moved};
 use super::tables::NONE;
 
 /// So many possible blockers of each start are told together, before others of those that are not blocked.

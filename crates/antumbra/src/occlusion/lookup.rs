@@ -3,17 +3,18 @@
 //! In: starts. Out: a [`Found`] each. Invariant: an answer that is found is the reference's. Absent here:
 //! rays, lights' power, how values were made.
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::adaptive::AdaptiveValues;
 use super::bricks::{Finder, Leaf, Store};
 use super::columns::Columns;
 use super::forms::{EightForms, Verdict};
-use super::lattice::{Code, Lattice};
+use super::lattice::Code;
 use super::links::Link;
 use super::many::{MANY, Told};
 use super::packed::{self, Packed};
+use super::starts::{Asks, Entry, Moved};
 use super::sync::{AtomicU32, Ordering};
 use super::tables::Tables;
 use super::value::Audience;
@@ -415,36 +416,6 @@ impl<S: Simd> Lookup<'_, S> {
         &self.values.lights[self.number].light
     }
 
-    /// Returns whose values speak of a start that is where its point is.
-    #[inline(always)]
-    pub(super) fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
-        let Some(SurfaceId(surface)) = start.surface else {
-            return Asks::In(Audience::Free);
-        };
-        let surface = surface as usize;
-        let Some(forms) = self.tables.start_forms(surface) else {
-            return self.audience_on_ball(surface, start.point);
-        };
-        if !forms.is_start(self.simd, x) {
-            return Asks::Doubt;
-        }
-        Asks::on_side(self.tables.side(surface).unwrap_or(0))
-    }
-
-    #[inline(always)]
-    pub(super) fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
-        let number = surface - self.tables.triangle_count();
-        let Some(ball) = self.tables.scene.ball_starts.get(number) else {
-            return Asks::Doubt;
-        };
-        let on_ball = ball.tell(self.simd, point, self.light(), self.room());
-        match (on_ball.front & 1, on_ball.own_shadow & 1) {
-            (1, _) => Asks::In(Audience::Front),
-            (_, 1) => Asks::OwnShadow,
-            _ => Asks::Doubt,
-        }
-    }
-
     /// Returns how far a start may lie from its point, in world units.
     #[inline(always)]
     pub(super) fn room(&self) -> f64 {
@@ -462,39 +433,6 @@ impl<S: Simd> Lookup<'_, S> {
         }
     }
 
-    /// Tells where the start of a point is that may be off its surface.
-    pub(super) fn move_onto_surface(&self, start: &Start) -> Moved {
-        let Some(surface) = start.surface else {
-            return Moved::Unknown;
-        };
-        let is_near = start.point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
-        if !is_near || surface.0 as usize >= self.occluders.surface_count() {
-            return Moved::Unknown;
-        }
-        let segment = self.occluders.segment(start, self.light());
-        let room = 0.5 * self.room();
-        let asks = match self.tables.side(surface.0 as usize) {
-            Some(side) => Asks::on_side(side),
-            None => {
-                // Values speak of starts that no own rule shadows.
-                if self.occluders.own_rule_blocks(&segment) {
-                    return Moved::OwnShadow;
-                }
-                if self.is_on_curved(surface, start.point, room) {
-                    Asks::In(Audience::Front)
-                } else {
-                    Asks::Doubt
-                }
-            }
-        };
-        match asks {
-            Asks::In(audience) if segment.origin_error() < room => {
-                Moved::To(segment.origin(), audience)
-            }
-            _ => Moved::Unknown,
-        }
-    }
-
     /// A free start outside all cells answers as the point where its segment comes in: nothing blocks
     /// before that.
     #[cold]
@@ -508,17 +446,6 @@ impl<S: Simd> Lookup<'_, S> {
             Entry::Unknown => Found::NOTHING,
             Entry::At(point) => self.find_at(start, point, Audience::Free),
         }
-    }
-
-    /// Returns where the segment of a free start outside all cells comes in.
-    #[inline(always)]
-    pub(super) fn entry(&self, point: DVec3) -> Entry {
-        let lattice = &self.values.lattices[Audience::Free as usize];
-        let is_near = point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
-        if !is_near || lattice.bounds().contains(point) {
-            return Entry::Unknown;
-        }
-        enter(lattice, point, self.light())
     }
 
     /// Finds what is known of a start that answers as one within the room of a point does.
@@ -539,19 +466,6 @@ impl<S: Simd> Lookup<'_, S> {
                 Err(leaf) => self.find_in_packed(packed, leaf, start, point, place),
             },
         }
-    }
-
-    /// Returns whether a point is nearly on a curved surface.
-    fn is_on_curved(&self, surface: SurfaceId, point: DVec3, room: f64) -> bool {
-        if let Some(sphere) = self.occluders.sphere(surface) {
-            let distance = (point - sphere.center).length();
-            return (distance - sphere.radius).abs() < room;
-        }
-        let around = Bounds {
-            min: point - room,
-            max: point + room,
-        };
-        self.occluders.may_meet_box(surface, &around)
     }
 
     /// Asks the blockers of a list about a start near `point`, which is `x` in the frame. Triangles of
@@ -689,88 +603,5 @@ impl<S: Simd> Lookup<'_, S> {
             };
             verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
         })
-    }
-}
-
-/// Where a start is whose point may be off its surface.
-pub(super) enum Moved {
-    /// Its own rule shadows it.
-    OwnShadow,
-    /// Within the room of a point.
-    To(DVec3, Audience),
-    /// Nobody knows well enough.
-    Unknown,
-}
-
-/// Where a segment comes into the box of all cells.
-pub(super) enum Entry {
-    /// Within half a room of a point of the segment, inside.
-    At(DVec3),
-    Never,
-    /// Too far away to tell well.
-    Unknown,
-}
-
-/// Returns where the segment from a point outside comes into a lattice's box: a slab test with a box
-/// that is a quarter of the room wider, which covers its rounding.
-fn enter(lattice: &Lattice, from: DVec3, light: &LightShape) -> Entry {
-    const SHORTEST: f64 = 1e-200;
-    let (towards, reach) = match *light {
-        LightShape::Point(light) => (light - from, 1.0),
-        LightShape::Direction(direction) => (direction, f64::INFINITY),
-    };
-    let (room, bounds) = (lattice.room(), lattice.bounds());
-    // Each parameter errs by a few roundings of itself.
-    let farthest = (from - bounds.center()).abs().max_element() + bounds.size().max_element();
-    let is_told = farthest * 32.0 * f64::EPSILON < 0.125 * room;
-    if !is_told || towards.abs().max_element() < SHORTEST {
-        return Entry::Unknown;
-    }
-    let wider = bounds.inflated(DVec3::splat(0.25 * room));
-    let (mut enters, mut leaves) = (0.0_f64, reach);
-    for axis in 0..3 {
-        let rate = 1.0 / towards[axis];
-        if !rate.is_finite() {
-            if from[axis] < wider.min[axis] || from[axis] > wider.max[axis] {
-                return Entry::Never;
-            }
-            continue;
-        }
-        let at = |plane: DVec3| (plane[axis] - from[axis]) * rate;
-        let (a, b) = (at(wider.min), at(wider.max));
-        enters = enters.max(a.min(b));
-        leaves = leaves.min(a.max(b));
-    }
-    if enters > leaves {
-        return Entry::Never;
-    }
-    let inside = bounds.inflated(DVec3::splat(-room / 64.0));
-    Entry::At((from + towards * enters).clamp(inside.min, inside.max))
-}
-
-/// Points farther out are none: 2^100, as for geometry.
-const LARGEST_POINT: f64 = 1.2676506002282294e30;
-
-/// Where the answer to a start is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Asks {
-    /// In the values of an audience, at the start's point.
-    In(Audience),
-    /// Its own rule shadows it.
-    OwnShadow,
-    /// The start may not be where its point is; or no values speak of it.
-    Doubt,
-}
-
-impl Asks {
-    /// Values speak of starts on a triangle by the side that the light is on; of those that the light's
-    /// plane holds none do.
-    #[inline(always)]
-    fn on_side(side: i8) -> Self {
-        match side {
-            1 => Self::In(Audience::Front),
-            -1 => Self::In(Audience::Back),
-            _ => Self::Doubt,
-        }
     }
 }

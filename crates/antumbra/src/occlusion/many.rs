@@ -15,9 +15,10 @@ use super::balls::{self, Ball, EIGHT, OnBalls, Verdicts};
 use super::column_lookup::Way;
 use super::forms::Verdict;
 use super::lattice::Codes;
-use super::lookup::{Entry, Found, Lookup};
+use super::lookup::{Found, Lookup};
 use super::packed::{Leaf, Packed, STRIDE};
 use super::planes::{StartPlane, tell};
+use super::starts::Entry;
 use super::value::Audience;
 use super::vectors::four_points;
 
