@@ -28,4 +28,15 @@ impl Reading {
     pub(crate) fn elapsed_ns(self) -> u64 {
         self.0.elapsed().as_nanos() as u64
     }
+
+    /// Returns the nanoseconds from an earlier reading on the same thread to this one.
+    #[cfg(unix)]
+    pub(crate) fn since_ns(self, earlier: Self) -> u64 {
+        self.0.saturating_sub(earlier.0)
+    }
+
+    #[cfg(not(unix))]
+    pub(crate) fn since_ns(self, earlier: Self) -> u64 {
+        self.0.saturating_duration_since(earlier.0).as_nanos() as u64
+    }
 }

@@ -181,47 +181,77 @@ fn verdicts_of_points<S: Simd>(
 
 impl Ball {
     #[inline(always)]
-    fn eight_times<S: Simd>(&self, simd: S) -> (Vectors<S>, f64x8<S>) {
+    fn parts(&self) -> (DVec3, f64) {
         let [x, y, z, radius] = self.numbers;
-        let center = Vectors::splat(simd, DVec3::new(x, y, z));
-        (center, f64x8::splat(simd, radius))
+        (DVec3::new(x, y, z), radius)
     }
 
-    /// Tells where a point is, that may be off the sphere by less than `room`.
+    /// Tells where a point is as [`tell`] does, in the same operations.
     #[inline(always)]
-    pub(super) fn tell<S: Simd>(
-        &self,
-        simd: S,
-        point: DVec3,
-        light: &LightShape,
-        room: f64,
-    ) -> OnBalls {
-        let point = Vectors::splat(simd, point);
-        tell_points(simd, self.eight_times(simd), point, light, room)
-    }
-
-    /// Tells whether the sphere blocks a start within `room` of a point, in every coordinate.
-    #[inline(always)]
-    pub(super) fn verdict<S: Simd>(
-        &self,
-        simd: S,
-        point: DVec3,
-        light: &LightShape,
-        room: f64,
-    ) -> Verdict {
-        let Verdicts { inside, outside } = verdicts_of_points(
-            simd,
-            self.eight_times(simd),
-            Vectors::splat(simd, point),
-            light,
-            room,
-        );
-        match (inside & 1, outside & 1) {
-            (1, _) => Verdict::Inside,
-            (_, 1) => Verdict::Outside,
-            _ => Verdict::Doubt,
+    pub(super) fn tell(&self, point: DVec3, light: &LightShape, room: f64) -> OnBalls {
+        let (center, radius) = self.parts();
+        let seen = point - center;
+        let square = radius * radius;
+        let is_near = (seen.length_squared() - square).abs() < radius * (0.5 * room);
+        let (towards, weight) = match *light {
+            LightShape::Point(light) => (light - center, 1.0),
+            LightShape::Direction(direction) => (direction, 0.0),
+        };
+        let side = seen.dot(towards) - square * weight;
+        let error = (size(seen) * size(towards) + square) * ERROR
+            + (size(point) + size(center)) * size(towards) * (4.0 * f64::EPSILON);
+        let is_light_outside = towards.length_squared() > square * (weight * (1.0 + ERROR));
+        OnBalls {
+            front: u64::from(is_near && side > error),
+            own_shadow: u64::from(is_near && -side > error && is_light_outside),
         }
     }
+
+    /// Tells whether the sphere blocks a start as [`verdicts`] does, in the same operations.
+    #[inline(always)]
+    pub(super) fn verdict(&self, point: DVec3, light: &LightShape, room: f64) -> Verdict {
+        let room = 4.0 * room;
+        let (center, radius) = self.parts();
+        let seen = center - point;
+        let (wide, narrow) = (radius + room, radius - room);
+        let wide_square = wide * wide;
+        // What holds the start may block it.
+        let is_outside = seen.length_squared() > wide_square;
+        if !is_outside {
+            return Verdict::Doubt;
+        }
+        let (towards, is_finite) = match *light {
+            LightShape::Point(light) => (light - point, true),
+            LightShape::Direction(direction) => (direction, false),
+        };
+        let length = towards.length_squared();
+        let along = seen.dot(towards);
+        let across = seen.cross(towards).length_squared();
+        let slack_square = length * (room * room);
+        let is_beyond = along * along > slack_square;
+        if along < 0.0 && is_beyond || across > wide_square * length {
+            return Verdict::Outside;
+        }
+        let past = along - length;
+        let is_past = past * past > slack_square;
+        if is_finite && past > 0.0 && is_past && (seen - towards).length_squared() > wide_square {
+            return Verdict::Outside;
+        }
+        let is_met = narrow > 0.0 && across < narrow * narrow * length;
+        let is_between = along > 0.0 && is_beyond && (!is_finite || past < 0.0 && is_past);
+        if is_met && is_between {
+            Verdict::Inside
+        } else {
+            Verdict::Doubt
+        }
+    }
+}
+
+/// The sum of a vector's absolute coordinates.
+#[inline(always)]
+fn size(v: DVec3) -> f64 {
+    let v = v.abs();
+    v.x + v.y + v.z
 }
 
 #[cfg(test)]
@@ -313,8 +343,7 @@ mod tests {
                     surface,
                 };
                 let expected = occluders.blocks(SurfaceId(1), &occluders.segment(&start, &light));
-                let verdict =
-                    dispatch!(Level::new(), simd => ball.verdict(simd, point, &light, room));
+                let verdict = ball.verdict(point, &light, room);
                 let is_wrong = match verdict {
                     Verdict::Outside => expected,
                     Verdict::Inside => !expected,
@@ -347,8 +376,7 @@ mod tests {
                     surface: Some(SurfaceId(0)),
                 };
                 let ball = Ball::new(own);
-                let side =
-                    dispatch!(Level::new(), simd => ball.tell(simd, start.point, &light, room));
+                let side = ball.tell(start.point, &light, room);
                 let is_own = occluders.own_rule_blocks(&occluders.segment(&start, &light));
                 match (side.front & 1, side.own_shadow & 1) {
                     (0, 0) => continue,
@@ -364,8 +392,7 @@ mod tests {
         assert!(told.iter().all(|&count| count > 3_000), "{told:?}");
         assert!(moved > 300, "{moved}");
         let sun = LightShape::Direction(DVec3::X);
-        let nowhere =
-            dispatch!(Level::new(), simd => Ball::NONE.tell(simd, DVec3::ZERO, &sun, 1.0));
+        let nowhere = Ball::NONE.tell(DVec3::ZERO, &sun, 1.0);
         assert_eq!((nowhere.front, nowhere.own_shadow), (0, 0));
     }
 
@@ -391,7 +418,7 @@ mod tests {
                 for lane in 0..EIGHT {
                     let point = points[lane];
                     let bit = |bits: u64| bits >> lane & 1;
-                    let expected = balls[lane].tell(simd, point, &light, room);
+                    let expected = balls[lane].tell(point, &light, room);
                     assert_eq!(bit(on_balls.front), expected.front & 1);
                     assert_eq!(bit(on_balls.own_shadow), expected.own_shadow & 1);
                     let verdict = match (bit(blocked.inside), bit(blocked.outside)) {
@@ -399,7 +426,7 @@ mod tests {
                         (_, 1) => Verdict::Outside,
                         _ => Verdict::Doubt,
                     };
-                    assert_eq!(verdict, balls[lane].verdict(simd, point, &light, room));
+                    assert_eq!(verdict, balls[lane].verdict(point, &light, room));
                     told[0] += bit(on_balls.front);
                     told[1] += bit(on_balls.own_shadow);
                     told[2] += bit(blocked.inside);

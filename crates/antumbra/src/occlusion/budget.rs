@@ -39,9 +39,9 @@ const TEST_NS: u64 = 5;
 const LOOKUP_NS: u64 = 15;
 const MISS_NS: u64 = 30;
 
-/// Columns that cost more than rays are asked for so many chunks of queries all the same, since tables are made at
+/// Columns that cost more than rays are asked for so many chunks of queries all the same, since caches are cold at
 /// the first, and later for one in so many.
-const FIRST_TRIES: u32 = 64;
+const FIRST_TRIES: u32 = 8;
 const LATER_TRIES: u32 = 16;
 /// Values that cost more than columns are looked up for one chunk of queries in so many.
 const LOOK_TRIES: u32 = 32;
@@ -166,7 +166,11 @@ impl Budget {
             Some(took) => took as f64 / self.slowness(),
             None => {
                 let missed = MISS_NS * account.looked_count.saturating_sub(answered);
-                (account.rays_ns + missed + LOOKUP_NS * answered) as f64
+                let answer_ns = match account.has_columns {
+                    true => self.column_ns().max(LOOKUP_NS as f64),
+                    false => LOOKUP_NS as f64,
+                };
+                (account.rays_ns + missed) as f64 + answer_ns * answered as f64
             }
         };
         add(&self.by_rays, by_rays as u64);
@@ -176,7 +180,8 @@ impl Budget {
             let share = before + RECENT * (now - before);
             self.found_share.store(share.to_bits(), Ordering::Relaxed);
         }
-        if account.has_columns && account.looked_count == 0 && account.query_count > 0 {
+        let is_timed = account.took.is_some() && account.query_count > 0;
+        if is_timed && account.has_columns && account.looked_count == 0 {
             self.column_tries.fetch_add(1, Ordering::Relaxed);
             // Chunks in which tables are made cost many times more, for once.
             let now = took as f32 / account.query_count as f32;
@@ -184,8 +189,8 @@ impl Budget {
             let of_way = &self.recent_ways[account.way as usize];
             renew(of_way, now, CHEAPER, DEARER);
         }
-        if account.has_columns && account.looked_count == account.query_count {
-            let now = took as f32 / account.query_count.max(1) as f32;
+        if is_timed && account.has_columns && account.looked_count == account.query_count {
+            let now = took as f32 / account.query_count as f32;
             renew(&self.recent_looked, now, CHEAPER, DEARER);
         }
         if !is_alone {

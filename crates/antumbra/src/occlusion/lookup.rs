@@ -571,7 +571,7 @@ impl<S: Simd> Lookup<'_, S> {
         if start.surface == Some(surface) {
             return Verdict::Outside;
         }
-        match ball.verdict(self.simd, point, self.light(), self.room()) {
+        match ball.verdict(point, self.light(), self.room()) {
             // Another one in the same place is its own, too.
             Verdict::Inside
                 if start

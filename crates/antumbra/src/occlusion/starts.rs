@@ -79,7 +79,7 @@ impl<S: Simd> Lookup<'_, S> {
         let Some(ball) = self.tables.scene.ball_starts.get(number) else {
             return Asks::Doubt;
         };
-        let on_ball = ball.tell(self.simd, point, self.light(), self.room());
+        let on_ball = ball.tell(point, self.light(), self.room());
         match (on_ball.front & 1, on_ball.own_shadow & 1) {
             (1, _) => Asks::In(Audience::Front),
             (_, 1) => Asks::OwnShadow,

@@ -45,6 +45,8 @@ const NOTED: usize = 64 * BLOCK;
 
 /// One query or block in so many says what using lists has cost, for all of them.
 const SAMPLED: u64 = 16;
+/// One of so many single queries that say so is timed.
+const TIMED: u64 = 16;
 
 impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
@@ -389,6 +391,10 @@ impl<R: Rays> ByVoxel<'_, R> {
             Looks::Scouts => (hash / SAMPLED).is_multiple_of(SCOUTS),
             Looks::Try | Looks::All => true,
         };
+        let is_timed = is_sampled && (hash / SAMPLED).is_multiple_of(TIMED);
+        // What reading the clock takes comes beside.
+        let begin = is_timed.then(|| (Reading::now(), Reading::now()));
+        let mut made = 0;
         let before = *counters;
         let columns = self.values.columns(self.light_number, is_refining);
         let known = store.as_deref().map(|store| Known { store, columns });
@@ -400,7 +406,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                         .find_one(known.store, self.occluders, start, self.light_number);
                 is_found = !found.is_nothing();
                 if found.is_by_list() && (is_sampled || self.values.is_asked()) {
-                    self.charge_list(known.store, start, place, weight);
+                    made += self.charge_list(known.store, start, place, weight);
                 }
                 let found = if is_found {
                     found
@@ -410,12 +416,13 @@ impl<R: Rays> ByVoxel<'_, R> {
                 if !found.is_nothing() {
                     let is_new = !is_found && found.is_by_list();
                     if is_new && (is_sampled || self.values.is_asked()) {
-                        self.charge_column(known.store, start, place, weight);
+                        made += self.charge_column(known.store, start, place, weight);
                     }
                     Answer::new(found.is_shadowed(), found.decided())
                 } else {
-                    let (is_blocked, _) =
+                    let (is_blocked, took) =
                         self.is_blocked_at(known.store, start, place, weight, counters);
+                    made += took;
                     Answer::new(is_blocked, Decided::Ray)
                 }
             }
@@ -440,7 +447,10 @@ impl<R: Rays> ByVoxel<'_, R> {
                 found_count: SAMPLED * u64::from(is_found),
                 has_columns: columns.is_some(),
                 way: Way::default(),
-                took: None,
+                took: begin.map(|(first, second)| {
+                    let reading = second.since_ns(first);
+                    SAMPLED * second.elapsed_ns().saturating_sub(reading + made)
+                }),
             };
             self.values
                 .note(self.occluders, self.light_number, &account, 0);
