@@ -67,12 +67,12 @@ pub(super) struct MethodFigures {
     pub(super) spread: f64,
     /// Time of plain traversal over this method's, median of the rounds' ratios.
     pub(super) speedup: f64,
-    /// Queries that needed no shadow ray, by the start's voxel or a blocker list, 0..1; for `voxel` in the
-    /// second picture.
+    /// Queries that needed no shadow ray, by the start's voxel or a blocker list, 0..1; for `voxel` with
+    /// all values made before.
     pub(super) known_share: f64,
     /// Of those, the queries for which no surface was tested either, 0..1 of all.
     pub(super) value_share: f64,
-    /// `known_share` in the first picture.
+    /// `known_share` in the picture that is timed, whose values are made meanwhile.
     pub(super) first_known_share: f64,
     /// Queries decided by the value of a voxel on the way.
     pub(super) intermediate: u64,
@@ -87,7 +87,7 @@ pub(super) struct MethodFigures {
     pub(super) bytes_per_light: f64,
     /// What the paper expects, where it says.
     pub(super) paper_memory: Option<PaperMemory>,
-    /// Rendering the same picture again with what the first one left; only `voxel` learns.
+    /// Rendering the same picture with all values made before, for `voxel`.
     pub(super) second_render_s: Option<f64>,
 }
 

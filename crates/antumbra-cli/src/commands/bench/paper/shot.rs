@@ -6,7 +6,7 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use antumbra::{GridResolution, QuickCheck, QuickCheckVerdict, RayMethod};
+use antumbra::{GridResolution, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement};
 use antumbra_baselines::rival::formulas::{self, PaperMemory};
 use antumbra_render::camera::View;
 use antumbra_render::film::{self, Picture, RenderSettings, Show, Watch};
@@ -74,18 +74,29 @@ impl Subject {
         }
     }
 
-    /// Prepares and renders; then renders once more, with what the first picture left, if `again`.
+    /// The same with all values of `voxel` made before.
+    fn eager_options(&self, method: Shadows) -> PrepareOptions {
+        PrepareOptions {
+            refinement: Refinement {
+                refine: Refine::Eager,
+                ..Refinement::default()
+            },
+            ..self.options(method)
+        }
+    }
+
+    /// Prepares and renders; then renders once more with all values made before, if `eagerly`.
     pub(super) fn shoot(
         &self,
         method: Shadows,
-        again: bool,
+        eagerly: bool,
         stopwatch: Stopwatch,
     ) -> Result<(Shot, Option<Shot>), Failure> {
         let scene = self.scene.clone();
         let (prepared, prepare) = stopwatch.time(|| Prepared::new(scene, &self.options(method)));
         let prepared = prepared?;
-        let shoot = |prepare| {
-            let (rendered, render) = stopwatch.time(|| self.render(&prepared, Show::Scene));
+        let shoot = |prepared: &Prepared, prepare| {
+            let (rendered, render) = stopwatch.time(|| self.render(prepared, Show::Scene));
             let index = prepared.index();
             let paper_memory = match prepared.rival() {
                 Some(rival) => rival.paper_memory(index),
@@ -103,18 +114,25 @@ impl Subject {
                 paper_memory,
             }
         };
-        let first = shoot(prepare);
-        let second = again.then(|| shoot(Duration::ZERO));
-        Ok((first, second))
+        let first = shoot(&prepared, prepare);
+        if !eagerly {
+            return Ok((first, None));
+        }
+        let options = self.eager_options(method);
+        let (prepared, prepare) = stopwatch.time(|| Prepared::new(self.scene.clone(), &options));
+        let second = shoot(&prepared?, prepare);
+        Ok((first, Some(second)))
     }
 
-    /// Returns how the queries of what each pixel shows first are decided, in false colours: in the first
-    /// picture, or in the second.
-    pub(super) fn decided_by(&self, method: Shadows, in_second: bool) -> Result<Picture, Failure> {
-        let prepared = Prepared::new(self.scene.clone(), &self.options(method))?;
-        if in_second {
-            self.render(&prepared, Show::Scene);
-        }
+    /// Returns how the queries of what each pixel shows first are decided, in false colours: by values that are made
+    /// meanwhile, or all before.
+    pub(super) fn decided_by(&self, method: Shadows, eagerly: bool) -> Result<Picture, Failure> {
+        let options = if eagerly {
+            self.eager_options(method)
+        } else {
+            self.options(method)
+        };
+        let prepared = Prepared::new(self.scene.clone(), &options)?;
         Ok(self.render(&prepared, Show::Occlusion).picture)
     }
 

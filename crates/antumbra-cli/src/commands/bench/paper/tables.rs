@@ -70,8 +70,8 @@ fn times(scenes: &[SceneFigures]) -> Table {
 fn savings(scenes: &[SceneFigures]) -> Table {
     let mut table = Table {
         title: "Table 2: savings",
-        caption: "%Known: queries that needed no shadow ray; for voxel in the second picture, in brackets in the \
-                  first. By value: those of them for which no surface was tested either; the candidates of a light buffer \
+        caption: "%Known: queries that needed no shadow ray; for voxel with all values made before, in brackets in the \
+                  picture of Table 1. By value: those of them for which no surface was tested either; the candidates of a light buffer \
                   are tested, but no ray is walked. #Trav and #Int: voxels entered and surfaces \
                   tested that plain traversal took more of. #Intermed: queries decided on the way. The paper's \
                   rows are as printed; in the last three #Trav and #Int look exchanged. Work of voxel counts \
@@ -121,7 +121,7 @@ fn shares(scenes: &[SceneFigures]) -> Table {
     let mut table = Table {
         title: "What shadows cost",
         caption: "Seconds of Table 1 less those of the picture without lights, and how often that goes into plain \
-                  traversal's. Again: rendering the picture once more with the values that the first one left."
+                  traversal's. Known: rendering with all values made before."
             .into(),
         columns: columns(["image", "queries", "in shadow"]),
         rows: Vec::new(),
@@ -129,7 +129,7 @@ fn shares(scenes: &[SceneFigures]) -> Table {
     let names = METHODS.iter().map(|method| method.name().to_owned());
     table
         .columns
-        .extend(names.chain(["voxel again".to_owned()]));
+        .extend(names.chain(["voxel, known".to_owned()]));
     for scene in scenes {
         let by_grid = scene.methods.get(GRID.name()).map(|found| found.shadow_s);
         let cost = |seconds: f64| match by_grid {

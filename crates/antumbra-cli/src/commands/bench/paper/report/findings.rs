@@ -28,7 +28,7 @@ impl Findings {
         for method in [VOXEL_1990, VOXEL] {
             findings.against_traversal(figures, method.name());
         }
-        findings.second_picture(&figures.scenes);
+        findings.known_values(&figures.scenes);
         findings.against_rivals(&figures.scenes);
         for method in [VOXEL_1990, VOXEL] {
             findings.small_pictures(&figures.sweeps, method.name());
@@ -74,18 +74,18 @@ impl Findings {
         }
     }
 
-    fn second_picture(&mut self, scenes: &[SceneFigures]) {
+    fn known_values(&mut self, scenes: &[SceneFigures]) {
         let all: Vec<(&str, f64)> = scenes
             .iter()
             .filter_map(|scene| {
-                let again = scene.methods.get(VOXEL.name())?.second_render_s?;
+                let eager_s = scene.methods.get(VOXEL.name())?.second_render_s?;
                 let by_grid = scene.methods.get(GRID.name())?;
-                Some((&*scene.name, by_grid.render_s / again))
+                Some((&*scene.name, by_grid.render_s / eager_s))
             })
             .collect();
         if !all.is_empty() {
             self.wins.push(format!(
-                "Rendering the picture again, voxel is faster than plain traversal by {}.",
+                "Rendering with all values made before, voxel is faster than plain traversal by {}.",
                 list(&all)
             ));
         }
@@ -155,14 +155,14 @@ impl Findings {
     /// Says where `voxel` prefers rays.
     fn by_rays(&mut self, scenes: &[SceneFigures]) {
         let shares = scenes.iter().filter_map(|scene| {
-            let known = scene.methods.get(VOXEL.name())?.known_share;
+            let known = scene.methods.get(VOXEL.name())?.first_known_share;
             let scene = &scene.name;
             (known < 0.9).then(|| format!("{scene} {}", percent(known)))
         });
         let shares: Vec<String> = shares.collect();
         if !shares.is_empty() {
             self.losses.push(format!(
-                "In the second picture voxel still answers many queries by rays through its tree, because its cost \
+                "In a single picture voxel answers many queries by rays through its tree, because its cost \
                  rule has found no gain in values. It knows: {}.",
                 shares.join(", ")
             ));

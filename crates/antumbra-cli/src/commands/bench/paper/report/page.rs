@@ -69,8 +69,8 @@ pub(super) fn page(figures: &Figures, findings: &Findings, pictures: &[ScenePict
                     section {
                         h2 { "Knowledge" }
                         p {
-                            "Share of the shadow queries that are answered without a shadow ray. For voxel in the \
-                             second picture, when it has learnt from the first."
+                            "Share of the shadow queries that are answered without a shadow ray. For voxel \
+                             with all values made before."
                         }
                         (plot::bars(&known_groups(&figures.scenes), Some(1.0), "Known share of each method"))
                         @for table in tables::all(figures).iter().skip(1) { (table.html()) }
@@ -137,7 +137,7 @@ fn card(pictures: &ScenePictures, figures: &Figures) -> Markup {
                 img.over.by-1990 src=(pictures.by_1990) width=(width) height=(height)
                     alt=(format!("{name}, how voxel-1990 decided its shadow queries"));
                 img.over.by-voxel src=(pictures.by_voxel) width=(width) height=(height) hidden
-                    alt=(format!("{name}, how voxel decided its shadow queries in the second picture"));
+                    alt=(format!("{name}, how voxel with all values made before decided its shadow queries"));
                 span.cut {}
                 input type="range" min="0" max="100" value="50" aria-label=(format!("How much of {name} is shown as rendered"));
             }

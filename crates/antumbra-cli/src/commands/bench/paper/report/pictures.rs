@@ -21,9 +21,9 @@ pub(super) struct ScenePictures {
     pub(super) name: &'static str,
     pub(super) size: [u32; 2],
     pub(super) plain: String,
-    /// How queries were decided in the first picture by `voxel-1990`.
+    /// How queries were decided by `voxel-1990`.
     pub(super) by_1990: String,
-    /// The same in the second picture by `voxel`.
+    /// The same by `voxel` with all values made before.
     pub(super) by_voxel: String,
 }
 
