@@ -106,7 +106,10 @@ with multiprocessing.get_context("fork").Pool(2) as pool:
 @pytest.mark.parametrize("work", ["index.occluded(points, threads=1)", "antumbra.render(scene, samples=65536, threads=1)"])
 def test_ctrl_c_ends_long_work(work: str) -> None:
     code = f"""
+import signal
 import antumbra, numpy as np
+# Who is started in the background ignores it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = antumbra.Scene.from_arrays(np.random.default_rng(1).normal(size=(60, 3)), np.arange(60).reshape(20, 3))
 index = antumbra.ShadowIndex(scene, [antumbra.PointLight((5, 5, 5))], method="naive")
 points = np.zeros((1 << 26, 3), np.float32)
