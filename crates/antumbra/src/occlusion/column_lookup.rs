@@ -2,8 +2,6 @@
 //!
 //! In: starts. Out: a [`Found`] each, as from a list. Invariant: an answer that is found is the reference's.
 
-use std::hint::black_box;
-
 use antumbra_geometry::{DVec3, Occluders, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, u32x8};
@@ -12,8 +10,7 @@ use super::adaptive::AdaptiveValues;
 use super::columns::{Columns, Located, NO_COLUMN, Told as ToldOfColumn};
 use super::forms::Verdict;
 use super::lookup::{Found, Lookup, Source};
-use super::many::{FAR_PLANES, FEW, MANY, Numbers, Pairs, Places, Told, Wide, first_bits, widened};
-use super::planes::{StartPlane, tell};
+use super::many::{FEW, MANY, Numbers, Pairs, Places, Told, Wide, first_bits, widened};
 use super::starts::{Asks, Entry, Moved};
 use super::tables::NONE;
 
@@ -177,10 +174,20 @@ impl<S: Simd> Lookup<'_, S> {
         self.narrow_many(starts, &mut places);
         let mut known = asked & self.are_in_scene(&places);
         if is_free {
-            self.find_outside_in_columns(columns, starts, asked & !known, told);
+            for number in Numbers(asked & !known) {
+                told.add(
+                    number,
+                    self.find_outside_in_columns(columns, &starts[number]),
+                );
+            }
         } else {
             let there = self.are_on_surfaces(starts, &surfaces, &places, asked, told);
-            self.find_off_surfaces_in_columns(columns, starts, asked & !there, told);
+            for number in Numbers(asked & !there) {
+                told.add(
+                    number,
+                    self.find_off_surface_in_columns(columns, &starts[number]),
+                );
+            }
             told.unknown |= asked & there & !known & !told.shadowed;
             known &= there & !told.shadowed;
         }
@@ -301,32 +308,8 @@ impl<S: Simd> Lookup<'_, S> {
         asked: u64,
         told: &mut Told,
     ) -> u64 {
-        let planes = self.tables.start_planes();
-        if planes.len() >= FAR_PLANES {
-            let mut read = 0;
-            for &surface in surfaces {
-                read |= planes.get(surface as usize).map_or(0, StartPlane::any_word);
-            }
-            black_box(read);
-        }
-        let mut there = 0;
         let others = self.not_on_triangles(surfaces);
-        for first in (0..MANY).step_by(8) {
-            if others >> first & 0xff == 0xff {
-                continue;
-            }
-            let mut rows = [&StartPlane::NOWHERE; 8];
-            for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
-                *row = planes.get(surface as usize).unwrap_or(row);
-            }
-            let x = [
-                f32x8::from_slice(self.simd, &places[0][first..first + 8]),
-                f32x8::from_slice(self.simd, &places[1][first..first + 8]),
-                f32x8::from_slice(self.simd, &places[2][first..first + 8]),
-            ];
-            let (are_starts, _) = tell(self.simd, rows, x);
-            there |= are_starts.to_bitmask() << first;
-        }
+        let (mut there, _) = self.tell_on_triangles(surfaces, places, others);
         let on_balls = self.tell_on_balls(starts, surfaces, others);
         told.shadowed |= on_balls.own_shadow & asked;
         there |= (on_balls.front | on_balls.own_shadow) & asked;
@@ -347,43 +330,20 @@ impl<S: Simd> Lookup<'_, S> {
         near
     }
 
+    #[cold]
     #[inline(never)]
-    fn find_outside_in_columns(
-        &self,
-        columns: &Columns,
-        starts: &[Start; MANY],
-        asked: u64,
-        told: &mut Told,
-    ) {
-        for number in Numbers(asked) {
-            let start = &starts[number];
-            let found = match self.entry(start.point) {
-                Entry::Never => Found::by_value(false),
-                Entry::Unknown => Found::NOTHING,
-                Entry::At(point) => {
-                    self.find_at_in_columns(columns, start, point, self.values.narrow(point))
-                }
-            };
-            told.add(number, found);
+    fn find_outside_in_columns(&self, columns: &Columns, start: &Start) -> Found {
+        match self.entry(start.point) {
+            Entry::Never => Found::by_value(false),
+            Entry::Unknown => Found::NOTHING,
+            Entry::At(point) => {
+                self.find_at_in_columns(columns, start, point, self.values.narrow(point))
+            }
         }
     }
 
+    #[cold]
     #[inline(never)]
-    fn find_off_surfaces_in_columns(
-        &self,
-        columns: &Columns,
-        starts: &[Start; MANY],
-        asked: u64,
-        told: &mut Told,
-    ) {
-        for number in Numbers(asked) {
-            told.add(
-                number,
-                self.find_off_surface_in_columns(columns, &starts[number]),
-            );
-        }
-    }
-
     fn find_off_surface_in_columns(&self, columns: &Columns, start: &Start) -> Found {
         match self.move_onto_surface(start) {
             Moved::OwnShadow => Found::by_value(true),

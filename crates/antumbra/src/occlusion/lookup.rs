@@ -267,7 +267,7 @@ impl<S> Lookup<'_, S> {
     /// Returns whether columns, if there are any, are asked instead of what a cell says.
     #[inline(always)]
     pub(super) fn is_for_columns(leaf: packed::Leaf) -> bool {
-        leaf == packed::Leaf::RAY || leaf.count() > LONGEST_ASKED
+        leaf.is_unknown() || leaf.count() > LONGEST_ASKED
     }
 }
 

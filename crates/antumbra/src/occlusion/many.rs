@@ -319,10 +319,37 @@ impl<S: Simd> Lookup<'_, S> {
     ) {
         let (front, back) = (packed.area(Audience::Front), packed.area(Audience::Back));
         let doubt = packed.beyond() + Packed::DOUBT;
-        let planes = self.tables.start_planes();
         let front_first = u32x8::splat(self.simd, front.first);
         let back_first = u32x8::splat(self.simd, back.first);
         let doubt_place = u32x8::splat(self.simd, doubt);
+        let others = self.not_on_triangles(surfaces);
+        let on_balls = self.tell_on_balls(starts, surfaces, others);
+        let (on_triangles, behind) = self.tell_on_triangles(surfaces, places, others);
+        for first in (0..MANY).step_by(8) {
+            let there = (on_triangles | on_balls.front) >> first & 0xff;
+            let are_there = mask32x8::from_bitmask(self.simd, there);
+            let are_behind = mask32x8::from_bitmask(self.simd, behind >> first & 0xff);
+            let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
+            let place = (high >> (front.root_shift - 24)).min(front.place_count);
+            let table = are_behind.select(back_first, front_first);
+            let place = are_there.select(place + table, doubt_place);
+            roots[first..first + 8].copy_from_slice(place.as_slice());
+        }
+        for number in Numbers(on_balls.own_shadow) {
+            roots[number] = packed.beyond() + Packed::OWN_SHADOW;
+        }
+    }
+
+    /// Tells of those starts that are on triangles which are where their points are, and for which of these the
+    /// light is behind.
+    #[inline(always)]
+    pub(super) fn tell_on_triangles(
+        &self,
+        surfaces: &[u32; MANY],
+        places: &Places,
+        others: u64,
+    ) -> (u64, u64) {
+        let planes = self.tables.start_planes();
         if planes.len() >= FAR_PLANES {
             let mut read = 0;
             for &surface in surfaces {
@@ -330,33 +357,25 @@ impl<S: Simd> Lookup<'_, S> {
             }
             black_box(read);
         }
-        let nowhere = mask32x8::from_bitmask(self.simd, 0);
-        let others = self.not_on_triangles(surfaces);
-        let on_balls = self.tell_on_balls(starts, surfaces, others);
+        let (mut there, mut behind) = (0, 0);
         for first in (0..MANY).step_by(8) {
-            let (mut are_starts, mut are_behind) = (nowhere, nowhere);
-            if others >> first & 0xff != 0xff {
-                let mut rows = [&StartPlane::NOWHERE; 8];
-                for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
-                    *row = planes.get(surface as usize).unwrap_or(row);
-                }
-                let x = [
-                    f32x8::from_slice(self.simd, &places[0][first..first + 8]),
-                    f32x8::from_slice(self.simd, &places[1][first..first + 8]),
-                    f32x8::from_slice(self.simd, &places[2][first..first + 8]),
-                ];
-                (are_starts, are_behind) = tell(self.simd, rows, x);
+            if others >> first & 0xff == 0xff {
+                continue;
             }
-            let on_balls = mask32x8::from_bitmask(self.simd, on_balls.front >> first & 0xff);
-            let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
-            let place = (high >> (front.root_shift - 24)).min(front.place_count);
-            let table = are_behind.select(back_first, front_first);
-            let place = (are_starts | on_balls).select(place + table, doubt_place);
-            roots[first..first + 8].copy_from_slice(place.as_slice());
+            let mut rows = [&StartPlane::NOWHERE; 8];
+            for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
+                *row = planes.get(surface as usize).unwrap_or(row);
+            }
+            let x = [
+                f32x8::from_slice(self.simd, &places[0][first..first + 8]),
+                f32x8::from_slice(self.simd, &places[1][first..first + 8]),
+                f32x8::from_slice(self.simd, &places[2][first..first + 8]),
+            ];
+            let (are_starts, are_behind) = tell(self.simd, rows, x);
+            there |= are_starts.to_bitmask() << first;
+            behind |= are_behind.to_bitmask() << first;
         }
-        for number in Numbers(on_balls.own_shadow) {
-            roots[number] = packed.beyond() + Packed::OWN_SHADOW;
-        }
+        (there, behind)
     }
 
     /// Returns which of some surfaces are no triangles.

@@ -63,7 +63,7 @@ pub(super) struct Reader<'a> {
 }
 
 /// The list of a cell: where it starts and how long it is, six bits; or why there is none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Leaf(u32);
 
 impl Leaf {
@@ -73,6 +73,26 @@ impl Leaf {
     pub(super) const OUTSIDE: Self = Self(1 << COUNT_BITS);
     /// The start may not be where its point is.
     pub(super) const DOUBT: Self = Self(2 << COUNT_BITS);
+
+    /// Ask a ray; there was no room to know more, for a price.
+    fn pending(price: u32) -> Self {
+        Self((FIRST_PENDING + price) << COUNT_BITS)
+    }
+
+    /// Returns what is said in place of the list where there is none.
+    fn unlisted(self) -> Link {
+        match self.first().checked_sub(FIRST_PENDING as usize) {
+            Some(price) => Link::pending(price as u32),
+            None => Link::RAY,
+        }
+    }
+
+    /// Returns whether there is neither a list nor another way to an answer than to ask a ray.
+    #[inline(always)]
+    pub(super) fn is_unknown(self) -> bool {
+        let is_known = self == Self::OUTSIDE || self == Self::DOUBT;
+        self.count() == 0 && !is_known
+    }
 
     /// Returns how many surfaces are listed; 0 if there is no list.
     #[inline(always)]
@@ -87,6 +107,8 @@ impl Leaf {
 }
 
 const COUNT_BITS: u32 = 6;
+/// Numbers from here on, where nothing is listed, are prices.
+const FIRST_PENDING: u32 = 3;
 const LONGEST: u32 = (1 << COUNT_BITS) - 1;
 
 /// So many entries may be read at once from where a list starts, and from every so many of it on.
@@ -231,7 +253,7 @@ impl Packed {
             let same = |link: &Link| link.list().filter(|&known| self.leaves[known] == leaf);
             let known = links.iter().find_map(same);
             links.push(match leaf.count() {
-                0 => Link::RAY,
+                0 => leaf.unlisted(),
                 _ => Link::to_list(known.map_or(next, |known| known as u32)),
             });
         }
@@ -287,7 +309,9 @@ struct Packer {
     leaves: Vec<Leaf>,
     entries: Vec<u32>,
     lists: HashMap<Box<[u32]>, Leaf>,
-    /// A list is too long to be told, or empty; or something may still be made.
+    /// The bricks of roots that found no room.
+    pending: HashMap<Leaf, u32>,
+    /// A list is too long to be told, or empty.
     is_odd: bool,
 }
 
@@ -298,6 +322,7 @@ impl Packer {
             leaves: Vec::new(),
             entries: Vec::new(),
             lists: HashMap::new(),
+            pending: HashMap::new(),
             is_odd: false,
         };
         for whole in [
@@ -358,6 +383,15 @@ impl Packer {
                             number
                         }
                         (None, Leaf::RAY) => Whole::Ray as u32,
+                        // One for all roots of a price, of which there may be many.
+                        (None, leaf) if leaf.is_unknown() => {
+                            let known = self.pending.get(&leaf).copied();
+                            known.unwrap_or_else(|| {
+                                self.pending.insert(leaf, number);
+                                self.add_listed(leaf);
+                                number
+                            })
+                        }
                         (None, leaf) => {
                             self.add_listed(leaf);
                             number
@@ -407,7 +441,10 @@ impl Packer {
     /// Returns what is told of a cell without an answer and without a brick.
     fn leaf_of(&mut self, store: &Store, link: Link) -> Leaf {
         let Some(list) = link.list() else {
-            return Leaf::RAY;
+            return match link.is_pending() {
+                true => Leaf::pending(link.price()),
+                false => Leaf::RAY,
+            };
         };
         let surfaces = store.list(list).surfaces();
         let count = surfaces.len() as u32;

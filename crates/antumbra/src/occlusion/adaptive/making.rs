@@ -125,12 +125,8 @@ impl AdaptiveValues {
             return;
         };
         store.publish(place, made);
-        let Some(brick_at) = made.brick() else {
-            return;
-        };
-        for (place, number) in store.unfinished(brick_at) {
-            let finer = cell_in_brick(cell, number);
-            self.make_below(store, scene, light, audience, finer, place);
+        if made.brick().is_some() {
+            self.make_rest(store, scene, light, audience, cell, place);
         }
     }
 
