@@ -693,6 +693,30 @@ fn values_without_room_are_left_out() {
 }
 
 #[test]
+fn what_found_no_room_may_still_be_made() {
+    let world = World::new(64, Refine::Eager);
+    let folder = Folder::new();
+    let path = folder.file("part");
+    let starts = world.starts(10_000, 16);
+    let expected = world.expected(&starts);
+    let whole = world.index().occlusion_bytes();
+    let mut part_count = 0;
+    for share in [0, 2, 5, 8] {
+        let mut small = World::new(64, Refine::Eager);
+        small.refinement.memory = whole * share / 10;
+        let index = small.index();
+        small.assert_right(&index, &starts, &expected);
+        part_count += u32::from(index.save(&path).expect("a file").pending_count > 0);
+        // Who has room makes the rest.
+        let index = world.load(&path).expect("it is taken");
+        world.assert_right(&index, &starts, &expected);
+        let pending_count = index.save(&path).expect("a file").pending_count;
+        assert_eq!(pending_count, 0, "{share} {:?}", index.kept_lights());
+    }
+    assert_eq!(part_count, 4);
+}
+
+#[test]
 fn a_volume_says_what_holds_in_all_of_a_cell() {
     let world = World::new(64, Refine::Eager);
     let index = world.index();

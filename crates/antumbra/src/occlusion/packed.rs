@@ -237,14 +237,12 @@ impl Packed {
     /// Returns the planes of a brick in words, and what is known of its cells that have no answer.
     pub(super) fn brick(&self, number: usize) -> ([u32; 4], Vec<Link>) {
         let reader = self.reader();
-        let Brick { low, high, .. } = self.bricks[number];
-        let halves = |plane: u64| [plane as u32, (plane >> 32) as u32];
-        let [a, b] = halves(low);
-        let [c, d] = halves(high);
+        let Brick { mut low, high, .. } = self.bricks[number];
+        let listed = low;
         let mut links: Vec<Link> = Vec::with_capacity(high.count_ones() as usize);
         for place in (0..64).filter(|place| high >> place & 1 != 0) {
             let next = reader.next(number as u32, place);
-            if low >> place & 1 == 0 {
+            if listed >> place & 1 == 0 {
                 links.push(Link::to_brick(next));
                 continue;
             }
@@ -252,11 +250,18 @@ impl Packed {
             // A list that cells share is told once.
             let same = |link: &Link| link.list().filter(|&known| self.leaves[known] == leaf);
             let known = links.iter().find_map(same);
+            let unlisted = leaf.unlisted();
+            if leaf.count() == 0 && unlisted.is_pending() {
+                // As a store says it: finer cells may come here.
+                low &= !(1 << place);
+            }
             links.push(match leaf.count() {
-                0 => leaf.unlisted(),
+                0 => unlisted,
                 _ => Link::to_list(known.map_or(next, |known| known as u32)),
             });
         }
+        let halves = |plane: u64| [plane as u32, (plane >> 32) as u32];
+        let ([a, b], [c, d]) = (halves(low), halves(high));
         ([a, b, c, d], links)
     }
 
