@@ -10,7 +10,8 @@ use super::adaptive::AdaptiveValues;
 use super::columns::{Columns, Located, NO_COLUMN, Told as ToldOfColumn};
 use super::forms::Verdict;
 use super::lookup::{Found, Lookup, Source};
-use super::many::{FEW, MANY, Numbers, Pairs, Places, Told, Wide, first_bits, widened};
+use super::many::{FEW, MANY, Numbers, Places, Told, first_bits};
+use super::pairs::{Pairs, Wide, widened};
 use super::starts::{Asks, Entry, Moved};
 use super::tables::NONE;
 

@@ -23,6 +23,7 @@ mod lookup;
 mod many;
 mod mark;
 mod packed;
+mod pairs;
 mod planes;
 mod quick_check;
 mod refine;
