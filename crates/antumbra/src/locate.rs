@@ -107,7 +107,7 @@ impl ShadowIndex {
 
     /// Visits at least the surfaces within `reach` of a point; some of them twice.
     fn visit_near(&self, point: DVec3, reach: f64, mut visit: impl FnMut(SurfaceId) -> f64) {
-        if let Some(bvh) = &self.bvh {
+        if let Some(bvh) = self.bvh() {
             return bvh.visit_near(point, reach, visit);
         }
         let around = Bounds {

@@ -31,3 +31,4 @@ mod walk;
 
 pub(crate) use cull::Region;
 pub(crate) use data::Bvh;
+pub(crate) use topology::{Topology, Tree};

@@ -7,7 +7,7 @@ use antumbra_geometry::{DVec3, LightShape, Occluders};
 
 use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
 use super::{LARGEST, ShadowIndex};
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Tree};
 use crate::grid::{Grid, Layout};
 use crate::kept::{Kept, LoadError};
 use crate::occlusion::{AdaptiveValues, DenseValues, mark, quick_check};
@@ -200,21 +200,26 @@ impl Builder {
             (Some(path), Some(values)) => Some(Kept::open(path, values, occluders)?),
             (Some(path), None) => return Err(LoadError::no_values(path).into()),
         };
-        let bvh = if needs_bvh(self.method, self.rays) {
-            let tree = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
-            let tree = tree.flatten();
-            Some(tree.unwrap_or_else(|| Bvh::build(occluders)))
+        let tree = if needs_bvh(self.method, self.rays) {
+            let topology = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
+            Some(match topology.flatten() {
+                // With all values there may never be a ray.
+                Some(topology) => Tree::later(topology),
+                None => Tree::now(occluders),
+            })
         } else {
             None
         };
         let mut kept_lights = Vec::new();
-        if let (Some(values), Some(bvh)) = (&adaptive, &bvh) {
+        if let (Some(values), Some(tree)) = (&adaptive, &tree) {
             if let Some(kept) = &kept {
                 kept_lights = kept.take(values, occluders, lights)?;
             }
-            values.make_first(occluders, bvh);
+            if !values.is_all_packed() {
+                values.make_first(occluders, tree.get(occluders));
+            }
         }
-        let bvh = bvh.filter(|_| self.has_tree);
+        let tree = tree.filter(|_| self.has_tree);
         Ok(ShadowIndex {
             surface_count: self.occluders.surface_count(),
             occluders: self.occluders,
@@ -223,7 +228,7 @@ impl Builder {
             rays: self.rays,
             layout,
             grid,
-            bvh,
+            tree,
             values,
             adaptive,
             kept_lights,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
 
 use crate::Counters;
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Tree};
 use crate::grid::{Grid, Layout};
 use crate::kept::KeptLight;
 use crate::occlusion::{AdaptiveValues, DenseValues};
@@ -85,7 +85,7 @@ pub struct ShadowIndex {
     /// Where the settings ask for it.
     grid: Option<Grid>,
     /// Where the settings ask for it.
-    pub(crate) bvh: Option<Bvh>,
+    tree: Option<Tree>,
     /// One store per light, for the methods that keep values.
     pub(crate) values: Vec<DenseValues>,
     adaptive: Option<AdaptiveValues>,
@@ -109,6 +109,12 @@ impl ShadowIndex {
         &self.occluders
     }
 
+    /// Returns the tree, where the settings ask for it.
+    #[inline(always)]
+    pub(crate) fn bvh(&self) -> Option<&Bvh> {
+        self.tree.as_ref().map(|tree| tree.get(&self.occluders))
+    }
+
     /// Returns the lights.
     pub fn lights(&self) -> &[LightShape] {
         &self.lights
@@ -123,9 +129,10 @@ impl ShadowIndex {
     /// Returns the nearest surface along `ray`; transparent ones count. Ties go to the lowest id.
     pub fn nearest(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         let segment = self.occluders.ray_segment(ray);
-        match (self.rays, &self.bvh) {
-            (RayMethod::Bvh, Some(bvh)) => bvh.nearest(&self.occluders, &segment, counters),
-            _ => self.grid().nearest(&self.occluders, &segment, counters),
+        let is_by_tree = self.rays == RayMethod::Bvh;
+        match self.bvh().filter(|_| is_by_tree) {
+            Some(bvh) => bvh.nearest(&self.occluders, &segment, counters),
+            None => self.grid().nearest(&self.occluders, &segment, counters),
         }
     }
 
@@ -229,7 +236,8 @@ impl ShadowIndex {
     pub(crate) fn by_voxel_or<R: Rays>(&self, light: usize, rays: R) -> Option<ByVoxel<'_, R>> {
         self.adaptive.as_ref().map(|values| ByVoxel {
             occluders: &self.occluders,
-            bvh: self.bvh.as_ref(),
+            // What is all there needs none, and it may have to be built yet.
+            bvh: values.packed(light).map_or_else(|| self.bvh(), |_| None),
             values,
             light_number: light,
             rays,
@@ -240,7 +248,7 @@ impl ShadowIndex {
     #[inline]
     fn by_ray(&self, start: &Start, light: &LightShape, counters: &mut Counters) -> Answer {
         let occluders = &*self.occluders;
-        match &self.bvh {
+        match self.bvh() {
             Some(bvh) => shadow::by_bvh(occluders, bvh, start, light, counters),
             None => {
                 let segment = occluders.segment(start, light);
@@ -280,7 +288,7 @@ impl ShadowIndex {
         mut visit: impl FnMut(Hit),
     ) {
         let segment = self.occluders.ray_segment(ray);
-        if let Some(bvh) = &self.bvh {
+        if let Some(bvh) = self.bvh() {
             return bvh.all(&self.occluders, &segment, counters, visit);
         }
         counters.intersections += self.surface_count as u64;
@@ -299,7 +307,7 @@ impl ShadowIndex {
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) {
-        let Some(bvh) = &self.bvh else {
+        let Some(bvh) = self.bvh() else {
             for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
                 *is_shadowed =
                     self.by_ray(start, &self.lights[light], counters).shadow == Shadow::Shadowed;

@@ -7,17 +7,17 @@
 use super::identity::{Hash, hash_of_bytes};
 use super::map::Map;
 use super::{Change, Part, Refusal};
-use crate::occlusion::AdaptiveValues;
+use crate::occlusion::{AdaptiveValues, RUNS};
 
 /// The first byte is no text, and line ends are changed where files are taken for text (as PNG has it).
 const MAGIC: [u8; 8] = *b"\x89ANT\r\n\x1a\n";
 
 /// Raised with every change of what the bytes mean, of what a value says, or of how values are made.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes before the entries of lights, of an entry, and of the checksum behind them.
 const FIXED: usize = 148;
-const ENTRY: usize = 80;
+const ENTRY: usize = 72 + 8 * RUNS;
 const CHECKSUM: usize = 32;
 /// Bytes that say how long the head is: magic, version, number of lights.
 const START: u64 = 16;
@@ -46,8 +46,14 @@ pub(super) struct TreeEntry {
 pub(super) struct LightEntry {
     pub(super) key: Hash,
     pub(super) checksum: Hash,
-    pub(super) word_count: u64,
+    pub(super) word_counts: [u64; RUNS],
     pub(super) pending_count: u64,
+}
+
+impl LightEntry {
+    fn word_count(&self) -> u64 {
+        self.word_counts.iter().sum()
+    }
 }
 
 /// Settings that values depend on.
@@ -99,7 +105,7 @@ impl Head {
 
     /// Returns how long the file is.
     pub(super) fn file_bytes(&self) -> u64 {
-        let words: u64 = self.lights.iter().map(|light| light.word_count).sum();
+        let words: u64 = self.lights.iter().map(LightEntry::word_count).sum();
         Self::bytes_for(self.lights.len()) + 4 * (self.tree.word_count + words)
     }
 
@@ -115,7 +121,7 @@ impl Head {
             if entry.key == *key {
                 return Some((entry, at));
             }
-            at += 4 * entry.word_count;
+            at += 4 * entry.word_count();
         }
         None
     }
@@ -145,12 +151,14 @@ impl Head {
             let LightEntry {
                 key,
                 checksum,
-                word_count,
+                word_counts,
                 pending_count,
             } = entry;
             bytes.extend(key);
             bytes.extend(checksum);
-            bytes.extend(word_count.to_le_bytes());
+            for count in word_counts {
+                bytes.extend(count.to_le_bytes());
+            }
             bytes.extend(pending_count.to_le_bytes());
         }
         let checksum = hash_of_bytes(&bytes);
@@ -227,13 +235,18 @@ impl Head {
         let tree_bytes = head.tree.word_count.checked_mul(4)?;
         let mut sum = Self::bytes_for(light_count as usize).checked_add(tree_bytes)?;
         for _ in 0..light_count {
+            let (key, checksum) = (fields.take()?, fields.take()?);
+            let mut word_counts = [0; RUNS];
+            for count in &mut word_counts {
+                *count = u64::from_le_bytes(fields.take()?);
+                sum = sum.checked_add(count.checked_mul(4)?)?;
+            }
             let entry = LightEntry {
-                key: fields.take()?,
-                checksum: fields.take()?,
-                word_count: u64::from_le_bytes(fields.take()?),
+                key,
+                checksum,
+                word_counts,
                 pending_count: u64::from_le_bytes(fields.take()?),
             };
-            sum = sum.checked_add(entry.word_count.checked_mul(4)?)?;
             head.lights.push(entry);
         }
         // What it says itself and what its parts come to.

@@ -20,14 +20,15 @@ mod map;
 mod volume;
 mod whole;
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
 
 use crate::ShadowIndex;
-use crate::bvh::Bvh;
-use crate::occlusion::{AdaptiveValues, Misfit, Section};
-use identity::hash_of_words;
+use crate::bvh::{Bvh, Topology};
+use crate::occlusion::{AdaptiveValues, KeptValues, Misfit, RUNS};
+use identity::hash_of_runs;
 use layout::{Head, LightEntry, Settings, TreeEntry};
 use map::Map;
 
@@ -208,7 +209,7 @@ impl ShadowIndex {
             scene,
             cells: identity::of_cells(values),
             tree: TreeEntry {
-                checksum: hash_of_words(&tree),
+                checksum: hash_of_runs([&*tree]),
                 word_count: tree.len() as u64,
             },
             lights: Vec::with_capacity(self.lights().len()),
@@ -221,20 +222,20 @@ impl ShadowIndex {
         let written = whole::write(path, |file| {
             // The head comes last, when all checksums are known.
             file.skip(head_bytes)?;
-            file.words(tree)?;
+            file.words(tree.into())?;
             for (number, light) in self.lights().iter().enumerate() {
-                let Section {
-                    words,
+                let KeptValues {
+                    runs,
                     pending_count,
-                } = values.section(number);
+                } = values.keep(number);
                 head.lights.push(LightEntry {
                     key: identity::of_light(light),
-                    checksum: hash_of_words(&words),
-                    word_count: words.len() as u64,
+                    checksum: hash_of_runs(runs.iter().map(|run| &**run)),
+                    word_counts: runs.each_ref().map(|run| run.len() as u64),
                     pending_count,
                 });
                 saved.pending_count += pending_count;
-                file.words(words)?;
+                runs.into_iter().try_for_each(|run| file.words(run))?;
             }
             saved.bytes = head.file_bytes();
             file.start(&head.to_bytes())
@@ -291,17 +292,18 @@ impl<'a> Kept<'a> {
         open().map_err(|reason| LoadError::new(path, reason))
     }
 
-    /// Builds the tree as the file has it; none if it has none.
-    pub(crate) fn tree(&self, occluders: &Occluders) -> Result<Option<Bvh>, LoadError> {
+    /// Returns how the file has the tree built; none if it does not say.
+    pub(crate) fn tree(&self, occluders: &Occluders) -> Result<Option<Topology>, LoadError> {
         let TreeEntry {
             checksum,
             word_count,
         } = self.head.tree;
-        let words = self.words(Part::Tree, self.head.tree_at(), word_count, &checksum)?;
+        let counts = [word_count];
+        let [words] = self.runs(Part::Tree, self.head.tree_at(), counts, &checksum)?;
         if words.is_empty() {
             return Ok(None);
         }
-        let tree = Bvh::of_topology(occluders, &words);
+        let tree = Topology::new(words, occluders.surface_count());
         let what = "no tree over the surfaces";
         tree.map(Some)
             .ok_or_else(|| self.malformed(Part::Tree, 0, what))
@@ -319,8 +321,8 @@ impl<'a> Kept<'a> {
                 return Ok(KeptLight::Absent);
             };
             let part = Part::Light(number);
-            let words = self.words(part, at, entry.word_count, &entry.checksum)?;
-            match values.take(occluders, number, &words) {
+            let runs: [_; RUNS] = self.runs(part, at, entry.word_counts, &entry.checksum)?;
+            match values.take(occluders, number, runs.map(Cow::Owned)) {
                 Ok(()) => Ok(KeptLight::Taken),
                 Err(Misfit::NoRoom) => Ok(KeptLight::NoRoom),
                 Err(Misfit::At(word, what)) => Err(self.malformed(part, word, what)),
@@ -329,18 +331,22 @@ impl<'a> Kept<'a> {
         lights.iter().enumerate().map(take).collect()
     }
 
-    /// Returns a copy of a part, which is checked and which nobody can change any more.
-    fn words(
+    /// Returns copies of runs of words that make a part, which is checked and which nobody can change any more.
+    fn runs<const N: usize>(
         &self,
         part: Part,
-        at: u64,
-        count: u64,
+        mut at: u64,
+        counts: [u64; N],
         checksum: &identity::Hash,
-    ) -> Result<Vec<u32>, LoadError> {
-        let words = self.map.words(at, count);
-        let words = words.map_err(|error| LoadError::new(self.path, unreadable(error)))?;
-        if hash_of_words(&words) == *checksum {
-            Ok(words)
+    ) -> Result<[Vec<u32>; N], LoadError> {
+        let mut runs = [const { Vec::new() }; N];
+        for (run, count) in runs.iter_mut().zip(counts) {
+            let words = self.map.words(at, count);
+            *run = words.map_err(|error| LoadError::new(self.path, unreadable(error)))?;
+            at += 4 * count;
+        }
+        if hash_of_runs(runs.each_ref().map(Vec::as_slice)) == *checksum {
+            Ok(runs)
         } else {
             Err(LoadError::new(self.path, Refusal::Damaged(part)))
         }

@@ -5,6 +5,7 @@
 //! processes may read meanwhile and go on reading what they have opened; of two that write at once each writes
 //! a file of its own, and the last to finish is the one whose file stays.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek as _, SeekFrom, Write as _};
@@ -23,9 +24,12 @@ impl Writing {
     }
 
     /// Writes words behind what was written, the lowest byte of each first.
-    pub(super) fn words(&mut self, mut words: Vec<u32>) -> io::Result<()> {
+    pub(super) fn words(&mut self, mut words: Cow<'_, [u32]>) -> io::Result<()> {
         if cfg!(target_endian = "big") {
-            words.iter_mut().for_each(|word| *word = word.to_le());
+            words
+                .to_mut()
+                .iter_mut()
+                .for_each(|word| *word = word.to_le());
         }
         self.file.write_all(bytemuck::cast_slice(&words))
     }
@@ -105,7 +109,7 @@ mod tests {
         let fill = |first: u32| {
             move |file: &mut Writing| {
                 file.skip(3)?;
-                file.words(vec![first, 0x0403_0201])?;
+                file.words(vec![first, 0x0403_0201].into())?;
                 file.start(b"abc")
             }
         };
@@ -126,7 +130,7 @@ mod tests {
                 step()?;
                 file.skip(3)?;
                 step()?;
-                file.words(vec![1; 1000])?;
+                file.words(vec![1; 1000].into())?;
                 step()?;
                 file.start(b"xyz")
             });

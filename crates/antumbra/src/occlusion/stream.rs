@@ -27,10 +27,10 @@ const SHARED: usize = 64;
 
 /// One light's values in words.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Section {
-    pub(crate) words: Vec<u32>,
+pub(super) struct Section {
+    pub(super) words: Vec<u32>,
     /// Links and lists in whose place finer cells may be made.
-    pub(crate) pending_count: u64,
+    pub(super) pending_count: u64,
 }
 
 /// Why words are no values.

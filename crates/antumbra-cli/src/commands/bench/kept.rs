@@ -1,7 +1,7 @@
 //! `antumbra bench kept`: what a second process gains by a file of values.
 //!
 //! In: a scene, the queries of one camera. Out: the time to the answers in processes of their own, with a file
-//! of values and without. The file is what a process before has left: all values, where they are eager, or those
+//! of values and without. The file is what a process before has left: all values, where they are eager, or baked, or those
 //! that it made while it answered other queries of the same camera. With and without take turns, each in a fresh
 //! process; answers are compared inside the timed loop.
 
@@ -41,7 +41,11 @@ pub(crate) struct Kept {
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub(crate) queries: u64,
 
-    /// Frames that the process before has answered, where values are not eager
+    /// The process before has made all values, as `antumbra bake` does; without a file values are made as usual
+    #[arg(long)]
+    pub(crate) baked: bool,
+
+    /// Frames that the process before has answered, where it has not made all values
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) learn: u32,
 
@@ -91,6 +95,8 @@ struct Report {
     scene: String,
     light: String,
     refine: &'static str,
+    /// Whether the file has all values.
+    is_baked: bool,
     queries: usize,
     file_bytes: u64,
     pending: u64,
@@ -179,9 +185,16 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
     timed.is_shadowed.truncate(wanted);
     write_queries(&queries, &timed)?;
 
+    let is_baked = typed.baked || is_eager(typed);
     let (saved, bake) = stopwatch.time(|| -> Result<_, Failure> {
-        let index = index(typed, subject.recorder.gathered(), &subject, None)?;
-        if !is_eager(typed) {
+        let mut options = options(typed);
+        if is_baked {
+            options.refinement.refine = Refine::Eager;
+        }
+        let lights = &subject.recorder.scene().lights;
+        let gathered = subject.recorder.gathered();
+        let index = gathered.index_from(lights, &options, None)?;
+        if !is_baked {
             for number in number..number + typed.learn {
                 let starts = frame(number).batch.starts;
                 let mut found = vec![false; starts.len()];
@@ -211,6 +224,7 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
         scene: subject.name.clone(),
         light: subject.light(),
         refine: if is_eager(typed) { "eager" } else { "lazy" },
+        is_baked,
         queries: wanted,
         file_bytes: saved.bytes,
         pending: saved.pending_count,
@@ -236,10 +250,11 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
 impl Report {
     fn table(&self) -> String {
         let mut lines = vec![format!(
-            "{}, {}, {} values: file of {}, made in {:.2} s; {} queries",
+            "{}, {}, {} values: file of {} values, {}, made in {:.2} s; {} queries",
             self.scene,
             self.light,
             self.refine,
+            if self.is_baked { "all" } else { "learned" },
             values::format_bytes(self.file_bytes),
             self.bake_s,
             self.queries
@@ -348,16 +363,6 @@ fn options(typed: &Kept) -> PrepareOptions {
         memory_limit: memory::limit(cost.memory_limit),
         ..PrepareOptions::default()
     }
-}
-
-fn index(
-    typed: &Kept,
-    gathered: &Gathered,
-    subject: &Subject,
-    file: Option<&Path>,
-) -> Result<ShadowIndex, Failure> {
-    let lights = &subject.recorder.scene().lights;
-    Ok(gathered.index_from(lights, &options(typed), file)?)
 }
 
 /// Asks slice by slice, as a caller with many points does.

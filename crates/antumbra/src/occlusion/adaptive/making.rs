@@ -46,7 +46,7 @@ impl AdaptiveValues {
         };
         let scene = Scene { occluders, bvh };
         for light in 0..self.lights.len() {
-            if !self.lights[light].is_ordinary {
+            if !self.lights[light].is_ordinary || self.packed(light).is_some() {
                 continue;
             }
             self.make_whole_tables(occluders, light);
@@ -69,7 +69,7 @@ impl AdaptiveValues {
     /// Packs the values of all lights for reading and drops the store, if all of it can be told so.
     pub(super) fn pack(&self, occluders: &Occluders, store: &Store) {
         let packed: Option<Vec<_>> = (0..self.lights.len())
-            .filter(|&light| self.lights[light].is_ordinary)
+            .filter(|&light| self.lights[light].is_ordinary && self.packed(light).is_none())
             .map(|light| {
                 // Of a light that was kept there may be none yet.
                 self.make_whole_tables(occluders, light);

@@ -29,6 +29,7 @@ use crate::Refine;
 use crate::bvh::Bvh;
 use crate::frame::Frame;
 
+pub(crate) use self::keeping::KeptValues;
 use self::making::LOOK_PRICE;
 pub(crate) use self::making::Scene;
 
@@ -279,6 +280,11 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn packed(&self, light: usize) -> Option<&Packed> {
         self.lights[light].packed.get()
+    }
+
+    /// Returns whether all values of all lights are there.
+    pub(crate) fn is_all_packed(&self) -> bool {
+        (0..self.lights.len()).all(|light| self.packed(light).is_some())
     }
 
     /// Returns the bytes of values and links.
