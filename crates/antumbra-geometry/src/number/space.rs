@@ -17,24 +17,29 @@ impl<N: Number> Vector<N> {
         Self(std::array::from_fn(|i| self.0[i].plus(&other.0[i])))
     }
 
+    #[inline]
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i].minus(&other.0[i])))
     }
 
+    #[inline]
     pub(crate) fn scaled(&self, factor: &N) -> Self {
         Self(std::array::from_fn(|i| self.0[i].times(factor)))
     }
 
+    #[inline]
     pub(crate) fn negated(&self) -> Self {
         Self(std::array::from_fn(|i| self.0[i].negated()))
     }
 
+    #[inline]
     pub(crate) fn dot(&self, other: &Self) -> N {
         let [a, b, c] = &self.0;
         let [d, e, f] = &other.0;
         a.times(d).plus(&b.times(e)).plus(&c.times(f))
     }
 
+    #[inline]
     pub(crate) fn cross(&self, other: &Self) -> Self {
         let [a, b, c] = &self.0;
         let [d, e, f] = &other.0;

@@ -182,6 +182,7 @@ impl Occluders {
 
     /// Returns the axis of the largest component of a triangle's normal, the lowest on ties; `None` for
     /// triangles without area and other surfaces.
+    #[inline]
     pub fn dominant_axis(&self, surface: SurfaceId) -> Option<usize> {
         match self.surface(surface) {
             Surface::Triangle(triangle) if triangle.axis != NO_AXIS => {
@@ -249,6 +250,7 @@ impl Occluders {
     }
 
     /// Returns the positions of a triangle's vertices in order, `None` for other surfaces.
+    #[inline]
     pub fn triangle_positions(&self, surface: SurfaceId) -> Option<[DVec3; 3]> {
         match self.surface(surface) {
             Surface::Triangle(triangle) => Some(self.positions_of(triangle)),

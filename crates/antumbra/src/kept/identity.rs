@@ -40,25 +40,3 @@ pub(super) fn of_light(light: &LightShape) -> Hash {
     hasher.update(&light.identity());
     *hasher.finalize().as_bytes()
 }
-
-/// Returns the hash of words as they are in a file, one run behind the other, the lowest byte first; on all threads
-/// of the current rayon pool where they are many.
-pub(super) fn hash_of_runs<'a>(runs: impl IntoIterator<Item = &'a [u32]>) -> Hash {
-    let mut hasher = blake3::Hasher::new();
-    for words in runs {
-        if cfg!(target_endian = "little") {
-            hasher.update_rayon(bytemuck::cast_slice(words));
-            continue;
-        }
-        for words in words.chunks(1 << 12) {
-            let turned: Vec<u32> = words.iter().map(|word| word.to_le()).collect();
-            hasher.update(bytemuck::cast_slice(&turned));
-        }
-    }
-    *hasher.finalize().as_bytes()
-}
-
-/// Returns the hash of bytes.
-pub(super) fn hash_of_bytes(bytes: &[u8]) -> Hash {
-    *blake3::hash(bytes).as_bytes()
-}

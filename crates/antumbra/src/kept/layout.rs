@@ -4,7 +4,8 @@
 //! that it names lie one after the other from its end to the end of the file, so that its checksum and theirs
 //! cover every byte.
 
-use super::identity::{Hash, hash_of_bytes};
+use super::checksum::{self, Checksum};
+use super::identity::Hash;
 use super::map::Map;
 use super::{Change, Part, Refusal};
 use crate::occlusion::{AdaptiveValues, RUNS};
@@ -16,9 +17,9 @@ const MAGIC: [u8; 8] = *b"\x89ANT\r\n\x1a\n";
 const VERSION: u32 = 2;
 
 /// Bytes before the entries of lights, of an entry, and of the checksum behind them.
-const FIXED: usize = 148;
-const ENTRY: usize = 72 + 8 * RUNS;
-const CHECKSUM: usize = 32;
+const FIXED: usize = 132;
+const ENTRY: usize = 56 + 8 * RUNS;
+const CHECKSUM: usize = size_of::<Checksum>();
 /// Bytes that say how long the head is: magic, version, number of lights.
 const START: u64 = 16;
 
@@ -37,7 +38,7 @@ pub(super) struct Head {
 /// The tree over the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TreeEntry {
-    pub(super) checksum: Hash,
+    pub(super) checksum: Checksum,
     pub(super) word_count: u64,
 }
 
@@ -45,7 +46,7 @@ pub(super) struct TreeEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct LightEntry {
     pub(super) key: Hash,
-    pub(super) checksum: Hash,
+    pub(super) checksum: Checksum,
     pub(super) word_counts: [u64; RUNS],
     pub(super) pending_count: u64,
 }
@@ -161,8 +162,7 @@ impl Head {
             }
             bytes.extend(pending_count.to_le_bytes());
         }
-        let checksum = hash_of_bytes(&bytes);
-        bytes.extend(checksum);
+        bytes.extend(checksum::of_bytes(&bytes));
         bytes
     }
 
@@ -200,7 +200,7 @@ impl Head {
         }
         let bytes = read(head_bytes)?;
         let (said, checksum) = bytes.split_at(bytes.len() - CHECKSUM);
-        if hash_of_bytes(said) != checksum {
+        if checksum::of_bytes(said) != checksum {
             return Err(Refusal::Damaged(Part::Head));
         }
         let (head, file_bytes) = Self::parse(said, light_count).ok_or(Refusal::Malformed {

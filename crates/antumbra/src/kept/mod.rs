@@ -8,12 +8,14 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | `checksum` | whether bytes are what they were |
 //! | `identity` | whose values they are, as hashes |
 //! | `layout` | the head of a file: where what is, and checksums |
 //! | `map` | a file in memory, and copies of its parts: the only `unsafe` code |
 //! | `volume` | values for other programs, in memory |
 //! | `whole` | writing so that a crash leaves the file before |
 
+mod checksum;
 mod identity;
 mod layout;
 mod map;
@@ -28,7 +30,7 @@ use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
 use crate::ShadowIndex;
 use crate::bvh::{Bvh, Topology};
 use crate::occlusion::{AdaptiveValues, KeptValues, Misfit, RUNS};
-use identity::hash_of_runs;
+use checksum::Checksum;
 use layout::{Head, LightEntry, Settings, TreeEntry};
 use map::Map;
 
@@ -209,7 +211,7 @@ impl ShadowIndex {
             scene,
             cells: identity::of_cells(values),
             tree: TreeEntry {
-                checksum: hash_of_runs([&*tree]),
+                checksum: checksum::of_runs([&*tree]),
                 word_count: tree.len() as u64,
             },
             lights: Vec::with_capacity(self.lights().len()),
@@ -230,7 +232,7 @@ impl ShadowIndex {
                 } = values.keep(number);
                 head.lights.push(LightEntry {
                     key: identity::of_light(light),
-                    checksum: hash_of_runs(runs.iter().map(|run| &**run)),
+                    checksum: checksum::of_runs(runs.iter().map(|run| &**run)),
                     word_counts: runs.each_ref().map(|run| run.len() as u64),
                     pending_count,
                 });
@@ -337,7 +339,7 @@ impl<'a> Kept<'a> {
         part: Part,
         mut at: u64,
         counts: [u64; N],
-        checksum: &identity::Hash,
+        checksum: &Checksum,
     ) -> Result<[Vec<u32>; N], LoadError> {
         let mut runs = [const { Vec::new() }; N];
         for (run, count) in runs.iter_mut().zip(counts) {
@@ -345,7 +347,7 @@ impl<'a> Kept<'a> {
             *run = words.map_err(|error| LoadError::new(self.path, unreadable(error)))?;
             at += 4 * count;
         }
-        if hash_of_runs(runs.each_ref().map(Vec::as_slice)) == *checksum {
+        if checksum::of_runs(runs.each_ref().map(Vec::as_slice)) == *checksum {
             Ok(runs)
         } else {
             Err(LoadError::new(self.path, Refusal::Damaged(part)))
