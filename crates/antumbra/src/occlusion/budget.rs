@@ -47,7 +47,9 @@ const LATER_TRIES: u32 = 16;
 const LOOK_TRIES: u32 = 32;
 /// The dearer way to ask columns is taken for one chunk of queries in so many.
 const WAY_TRIES: u32 = 32;
-/// How much of what a chunk cost comes into what columns cost lately.
+/// Where there are no columns, and looks cost less than rays, rays are asked for one chunk of queries in so many.
+const RAY_TRIES: u32 = 32;
+/// How much of what a chunk cost comes into what columns, looks and rays cost lately.
 const CHEAPER: f32 = 0.5;
 const DEARER: f32 = 0.05;
 /// Where columns cost a smaller share of what rays do, values cost no less, all in all.
@@ -92,6 +94,11 @@ pub(crate) struct Budget {
     recent_looked: AtomicU32,
     /// So often it was weighed whether to look values up where there are columns.
     look_tries: AtomicU32,
+    /// What a query cost lately where there were rays alone, and where all were looked up and there were no columns,
+    /// the bits of an `f32`; and how often it was weighed which is cheaper.
+    recent_alone: AtomicU32,
+    recent_values: AtomicU32,
+    ray_tries: AtomicU32,
     /// So often columns were asked, or were not because rays cost less.
     column_tries: AtomicU32,
 }
@@ -101,10 +108,12 @@ pub(crate) struct Budget {
 pub(crate) enum Looks {
     /// None: rays answer until they have made up for the loss.
     None,
+    /// None of this chunk, to see what rays cost.
+    Rays,
     /// One block in [`SCOUTS`], to find where values pay.
     Scouts,
-    /// All of this chunk, which stands for [`LOOK_TRIES`].
-    Try,
+    /// All of this chunk, which stands for so many.
+    Try(u64),
     All,
 }
 
@@ -112,9 +121,9 @@ impl Looks {
     /// For so many queries one stands that is looked up.
     pub(crate) fn weight(self) -> u64 {
         match self {
-            Self::None | Self::All => 1,
+            Self::None | Self::Rays | Self::All => 1,
             Self::Scouts => SCOUTS,
-            Self::Try => LOOK_TRIES.into(),
+            Self::Try(weight) => weight,
         }
     }
 }
@@ -189,6 +198,14 @@ impl Budget {
             let of_way = &self.recent_ways[account.way as usize];
             renew(of_way, now, CHEAPER, DEARER);
         }
+        if is_timed && is_alone {
+            let now = took as f32 / account.query_count as f32;
+            renew(&self.recent_alone, now, RECENT, RECENT);
+        }
+        if is_timed && !account.has_columns && account.looked_count == account.query_count {
+            let now = took as f32 / account.query_count as f32;
+            renew(&self.recent_values, now, CHEAPER, RECENT);
+        }
         if is_timed && account.has_columns && account.looked_count == account.query_count {
             let now = took as f32 / account.query_count as f32;
             renew(&self.recent_looked, now, CHEAPER, DEARER);
@@ -207,8 +224,31 @@ impl Budget {
         if by_parts > 0.0 { took / by_parts } else { 1.0 }
     }
 
-    /// Returns which queries to look up.
+    /// Returns which queries to look up: fewer where that costs more than rays alone, but for a try now and then.
     pub(crate) fn looks(&self) -> Looks {
+        let looks = self.affordable_looks();
+        if looks != Looks::All {
+            return looks;
+        }
+        let [alone, values] = [&self.recent_alone, &self.recent_values]
+            .map(|recent| f32::from_bits(recent.load(Ordering::Relaxed)));
+        let tries = self.ray_tries.fetch_add(1, Ordering::Relaxed);
+        if values == 0.0 {
+            Looks::All
+        } else if alone == 0.0 || (values <= alone && tries.is_multiple_of(RAY_TRIES)) {
+            Looks::Rays
+        } else if values <= alone {
+            Looks::All
+        } else if tries.is_multiple_of(SCOUTS as u32) {
+            Looks::Try(SCOUTS)
+        } else {
+            // Rays are asked together.
+            Looks::None
+        }
+    }
+
+    /// Returns which queries may be looked up, and are likely to be answered.
+    fn affordable_looks(&self) -> Looks {
         let [by_rays, gain, spent] = self.sums();
         let share = f32::from_bits(self.found_share.load(Ordering::Relaxed));
         if spent > HOPE * by_rays + gain {
@@ -260,9 +300,9 @@ impl Budget {
         let looked = f32::from_bits(self.recent_looked.load(Ordering::Relaxed));
         let tries = self.look_tries.fetch_add(1, Ordering::Relaxed);
         if f64::from(looked) <= columns {
-            self.looks()
-        } else if tries.is_multiple_of(LOOK_TRIES) && self.looks() != Looks::None {
-            Looks::Try
+            self.affordable_looks()
+        } else if tries.is_multiple_of(LOOK_TRIES) && self.affordable_looks() != Looks::None {
+            Looks::Try(LOOK_TRIES.into())
         } else {
             Looks::None
         }
@@ -394,9 +434,9 @@ mod tests {
             let (mut took, mut made, mut looked, mut rays) = (0, 0, 0, 0);
             for (block, cells) in chunk.chunks(BLOCK).enumerate() {
                 let weight = match looks {
-                    Looks::None => 0,
+                    Looks::None | Looks::Rays => 0,
                     Looks::Scouts if !(block as u64).is_multiple_of(SCOUTS) => 0,
-                    Looks::Scouts | Looks::Try | Looks::All => looks.weight(),
+                    Looks::Scouts | Looks::Try(_) | Looks::All => looks.weight(),
                 };
                 for &cell in cells {
                     if weight == 0 {
@@ -619,6 +659,44 @@ mod tests {
         assert!(asked(&budget, 20) > 1_000);
         assert_eq!(budget.looks_beside_columns(), Looks::None);
         assert!(asked(&budget, 500) < 200);
+    }
+
+    #[test]
+    fn looks_that_cost_more_than_rays_are_few_until_they_do_not() {
+        // All was there before the first query, and answers half of what is asked.
+        let budget = Budget::default();
+        budget.expect_answers();
+        let all_looked_up = |each_ns: u64| {
+            let mut count = 0;
+            for _ in 0..1_000 {
+                let looks = budget.looks();
+                let looked_count = match looks {
+                    Looks::All => 1_000,
+                    Looks::Scouts => 1_000 / SCOUTS,
+                    Looks::Try(_) => 1_000,
+                    Looks::None | Looks::Rays => 0,
+                };
+                let found_count = looked_count / 2;
+                let ray_count = 1_000 - found_count;
+                count += u32::from(looks == Looks::All);
+                budget.note(&Account {
+                    query_count: 1_000,
+                    ray_count,
+                    // What values leave is dear.
+                    rays_ns: 160 * (1_000 - looked_count)
+                        + 300 * (ray_count + looked_count - 1_000),
+                    looked_count,
+                    found_count,
+                    took: Some(160 * (1_000 - looked_count) + each_ns * looked_count),
+                    ..Account::default()
+                });
+            }
+            count
+        };
+        let tries = 1_000 / RAY_TRIES;
+        assert!((1..=tries).contains(&all_looked_up(180)));
+        assert!((900..1_000).contains(&all_looked_up(120)));
+        assert!((1..200).contains(&all_looked_up(180)));
     }
 
     #[test]

@@ -124,7 +124,7 @@ impl<R: Rays> ByVoxel<'_, R> {
             (is_shadowed, left_answers) = std::mem::take(&mut left_answers).split_at_mut(count);
             let mut sum = Sum::default();
             match (&known, looks) {
-                (Some(known), Looks::All | Looks::Try) => {
+                (Some(known), Looks::All | Looks::Try(_)) => {
                     let weight = looks.weight();
                     sum = self.answer_some(known, starts, is_shadowed, counters, weight, &check)?;
                 }
@@ -154,7 +154,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                         }
                     }
                 }
-                (Some(known), Looks::None) => {
+                (Some(known), Looks::None | Looks::Rays) => {
                     self.answer_by_columns(known, way, starts, is_shadowed, counters, &check)?;
                 }
                 (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
@@ -386,10 +386,10 @@ impl<R: Rays> ByVoxel<'_, R> {
         let is_sampled = is_refining && hash.is_multiple_of(SAMPLED);
         let weight = looks.weight();
         let is_looked_up = match looks {
-            Looks::None => false,
+            Looks::None | Looks::Rays => false,
             // Other ones than those that are sampled.
             Looks::Scouts => (hash / SAMPLED).is_multiple_of(SCOUTS),
-            Looks::Try | Looks::All => true,
+            Looks::Try(_) | Looks::All => true,
         };
         let is_timed = is_sampled && (hash / SAMPLED).is_multiple_of(TIMED);
         // What reading the clock takes comes beside.

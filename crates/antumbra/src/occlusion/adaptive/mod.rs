@@ -223,7 +223,7 @@ impl AdaptiveValues {
             Looks::None
         } else if has_columns {
             match light.budget.looks_beside_columns() {
-                Looks::Scouts | Looks::Try if !is_refining => Looks::All,
+                Looks::Scouts | Looks::Try(_) if !is_refining => Looks::All,
                 looks => looks,
             }
         } else if !is_refining || self.refine == Refine::Asked {
