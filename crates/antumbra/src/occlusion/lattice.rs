@@ -289,9 +289,9 @@ impl Lattice {
         3 * (CODE_LEVELS - self.root_level)
     }
 
-    /// Returns how many places the root table has.
+    /// Returns how many places the root table has: up to the last of a brick that holds a part of the scene's box.
     pub(crate) fn root_places(&self) -> usize {
-        1 << (3 * self.root_level)
+        Code::place_of(self.root.map(|count| count - 1)) + 1
     }
 
     /// Returns the shift that gives a cell's place in its coarsest brick.

@@ -109,7 +109,7 @@ impl Packed {
             let (listed, finer) = (brick.high() & brick.low(), brick.high() & !brick.low());
             let [below, leaves] = [(0, finer), (1, listed)].map(|(kind, cells)| {
                 let first = brick.next[kind] as usize;
-                first..first + cells.count_ones() as usize
+                first..first.saturating_add(cells.count_ones() as usize)
             });
             if leaves.end > self.leaves.len() && !leaves.is_empty() {
                 return Some((number, "a leaf that is not there"));
