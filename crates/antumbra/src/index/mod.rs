@@ -129,8 +129,12 @@ impl ShadowIndex {
     /// Returns the nearest surface along `ray`; transparent ones count. Ties go to the lowest id.
     pub fn nearest(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         let segment = self.occluders.ray_segment(ray);
-        let is_by_tree = self.rays == RayMethod::Bvh;
-        match self.bvh().filter(|_| is_by_tree) {
+        let tree = match self.rays {
+            RayMethod::Bvh => self.bvh(),
+            // It may have to be built yet.
+            RayMethod::Grid => None,
+        };
+        match tree {
             Some(bvh) => bvh.nearest(&self.occluders, &segment, counters),
             None => self.grid().nearest(&self.occluders, &segment, counters),
         }

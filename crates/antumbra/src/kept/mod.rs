@@ -195,7 +195,7 @@ impl ShadowIndex {
     /// was there is replaced at once, when all is written and on the disk; a crash before leaves it whole.
     /// Queries may be answered meanwhile.
     ///
-    /// Takes as much memory as the values of the largest light, and as long as building the tree besides: how
+    /// Takes at most as much memory as the values of the largest light, and as long as building the tree besides: how
     /// the tree is made is saved, too.
     ///
     /// # Errors

@@ -1,0 +1,379 @@
+use std::collections::HashMap;
+
+use fearless_simd::{Level, dispatch};
+
+use super::super::testing::Random;
+use super::*;
+use crate::frame::Frame;
+
+const ROOT_PRICE: u32 = 3;
+const PRICE: u32 = 5;
+const ROOM: u64 = 32 << 20;
+
+/// What was written in place of cells.
+type Written = HashMap<(u32, [u32; 3]), Box<Decisions>>;
+
+fn list(random: &mut Random) -> Decision {
+    let first = random.below(3) as u32;
+    let entries = (first..first + 1 + random.below(4) as u32).collect();
+    Decision::List(entries, random.pick(&[Finer::Perhaps, Finer::Never]))
+}
+
+/// A brick's cells: of every kind, or of so few that they may agree.
+fn decisions(random: &mut Random) -> Box<Decisions> {
+    let known = Decision::Known(random.below(2) == 0);
+    let kinds = match random.below(8) {
+        0 => vec![Decision::Nobody, known],
+        1 => vec![Decision::Nobody, Decision::Ray],
+        2 => vec![Decision::Nobody],
+        3 => vec![known, Decision::Ray],
+        _ => vec![
+            Decision::Nobody,
+            Decision::Known(false),
+            Decision::Known(true),
+            Decision::Ray,
+            Decision::Pending,
+            Decision::Pending,
+            list(random),
+            list(random),
+            list(random),
+        ],
+    };
+    Box::new(std::array::from_fn(|_| {
+        kinds[random.below(kinds.len())].clone()
+    }))
+}
+
+fn may_be_finer(decision: &Decision) -> bool {
+    matches!(
+        decision,
+        Decision::Pending | Decision::List(_, Finer::Perhaps)
+    )
+}
+
+/// Writes bricks in place of a cell and of some that are finer.
+fn write_below(
+    store: &Store,
+    random: &mut Random,
+    finest: u32,
+    (cell, place): (Cell, u32),
+    written: &mut Written,
+) {
+    let decisions = decisions(random);
+    let link = store.write(&decisions, PRICE, |_| None).expect("room");
+    store.publish(place, link);
+    if let Some(brick) = link.brick() {
+        let unfinished = store.unfinished(brick);
+        let numbers: Vec<u32> = unfinished.iter().map(|&(_, number)| number).collect();
+        let expected: Vec<u32> = (0..64)
+            .filter(|&number| may_be_finer(&decisions[number as usize]))
+            .collect();
+        assert_eq!(numbers, expected);
+        for (place, number) in unfinished {
+            let finer = cell_in_brick(cell, number);
+            if finer.level < finest && random.below(12) == 0 {
+                write_below(store, random, finest, (finer, place), written);
+            }
+        }
+    }
+    written.insert((cell.level, cell.at), decisions);
+}
+
+/// Goes down what was written to a code; returns what must be found and the level of its cell.
+fn expected(written: &Written, lattice: &Lattice, code: Code) -> (Decision, u32) {
+    let mut cell = code.cell(lattice.root_level);
+    let mut found = None;
+    while let Some(cells) = written.get(&(cell.level, cell.at)) {
+        if let Some(link) = agreed(cells) {
+            let decision = match link.answer() {
+                Some(is_shadowed) => Decision::Known(is_shadowed),
+                None => Decision::Ray,
+            };
+            return (decision, cell.level);
+        }
+        cell = code.cell(cell.level + 2);
+        let number = Code::place_of(cell.at.map(|at| at & 3));
+        found = Some(cells[number].clone());
+    }
+    // Nothing was written.
+    (found.unwrap_or(Decision::Pending), cell.level)
+}
+
+fn assert_says(store: &Store, link: Link, expected: &Decision, price: u32) {
+    match expected {
+        Decision::Nobody => assert_eq!(link, Link::LIT),
+        Decision::Known(is_shadowed) => assert_eq!(link, Link::known(*is_shadowed)),
+        Decision::Ray => assert_eq!(link, Link::RAY),
+        Decision::Pending => assert_eq!(link, Link::pending(price)),
+        Decision::List(entries, finer) => {
+            let place = link.list().expect("a list");
+            let words = store.list(place).surfaces.iter();
+            let found: Vec<u32> = words.map(|word| word.load(Ordering::Relaxed)).collect();
+            assert_eq!(found[..], entries[..]);
+            let counter = read(store.word(Store::list_counter(place)));
+            assert_eq!(counter.is_pending(), *finer == Finer::Perhaps);
+        }
+    }
+}
+
+fn assert_found(store: &Store, leaf: Leaf, expected: &Decision, price: u32) {
+    let link = leaf.link;
+    assert_says(store, link, expected, price);
+    if leaf.place == 0 {
+        assert!(link.answer().is_some(), "{leaf:?}");
+    } else {
+        assert_eq!(read(store.word(leaf.place)), link);
+    }
+}
+
+#[test]
+fn what_is_written_is_found() {
+    let random = &mut Random(1);
+    let (mut found_count, mut deepest, mut kinds) = (0, 0, [0; 5]);
+    for _ in 0..40 {
+        let scene = random.scene();
+        let frame = Frame::new(scene);
+        let finest: [u32; 3] = std::array::from_fn(|_| 2 + random.below(11) as u32);
+        let lattices = finest.map(|finest| Lattice::new(&scene, &frame, finest));
+        let store = Store::new(ROOM, &lattices, 2, ROOT_PRICE).expect("room");
+        // Light and audience by light and audience, all in one arena.
+        let mut all = Vec::new();
+        for light in 0..2 {
+            for audience in Audience::ALL {
+                let lattice = &lattices[audience as usize];
+                let finder = store.finder(light, audience, lattice);
+                let mut written = Written::new();
+                let roots: Vec<Cell> = lattice.root_bricks().collect();
+                for _ in 0..random.below(6) {
+                    let cell = random.pick(&roots);
+                    let target = (cell, finder.place_in_root(cell));
+                    if !written.contains_key(&(cell.level, cell.at)) {
+                        let finest = finest[audience as usize];
+                        write_below(&store, random, finest, target, &mut written);
+                    }
+                }
+                all.push((light, audience, roots, written));
+            }
+        }
+        for (light, audience, roots, written) in &all {
+            let lattice = &lattices[*audience as usize];
+            let finder = store.finder(*light, *audience, lattice);
+            let mut near: Vec<Cell> = written
+                .keys()
+                .map(|&(level, at)| Cell { level, at })
+                .collect();
+            near.sort_unstable_by_key(|cell| (cell.level, cell.at));
+            near.push(random.pick(roots));
+            for _ in 0..300 {
+                let cell = random.pick(&near);
+                let point = random.in_box(&lattice.inflated(cell));
+                let x = frame.point_in_frame(point).to_array().map(|x| x as f32);
+                let code = dispatch!(Level::new(), simd => lattice.code_of(simd, x));
+                let leaf = finder.find(code);
+                let root = code.place_in_root(lattice.root_shift());
+                if root >= lattice.root_places() {
+                    assert_eq!(leaf, Leaf::OUTSIDE);
+                    continue;
+                }
+                if !lattice.is_inside(code.cell(lattice.root_level)) {
+                    assert_eq!(leaf.link, Link::OUTSIDE);
+                    continue;
+                }
+                let (decision, level) = expected(written, lattice, code);
+                let is_root = level == lattice.root_level;
+                let price = if is_root { ROOT_PRICE } else { PRICE };
+                assert_found(&store, leaf, &decision, price);
+                assert_eq!(finder.level_of(code, lattice), level);
+                found_count += 1;
+                deepest = deepest.max(level);
+                kinds[match decision {
+                    Decision::Nobody => 0,
+                    Decision::Known(_) => 1,
+                    Decision::Ray => 2,
+                    Decision::Pending => 3,
+                    Decision::List(..) => 4,
+                }] += 1;
+            }
+        }
+    }
+    assert!(found_count > 20_000 && deepest >= 10, "{deepest}");
+    assert!(kinds.iter().all(|&count| count > 500), "{kinds:?}");
+}
+
+#[test]
+fn cells_of_a_brick_are_those_of_codes() {
+    let random = &mut Random(2);
+    let scene = random.scene();
+    let frame = Frame::new(scene);
+    for finest in 2..=12 {
+        let lattice = Lattice::new(&scene, &frame, finest);
+        for _ in 0..200 {
+            let point = random.in_box(&scene);
+            let x = frame.point_in_frame(point).to_array().map(|x| x as f32);
+            let code = dispatch!(Level::new(), simd => lattice.code_of(simd, x));
+            let (mut level, mut shift) = (lattice.root_level, lattice.coarsest_shift());
+            while level < finest {
+                let number = code.place_in_brick(shift);
+                let cell = cell_in_brick(code.cell(level), number);
+                assert_eq!(cell, code.cell(level + 2));
+                level += 2;
+                shift = shift.wrapping_sub(6);
+            }
+        }
+    }
+}
+
+fn small_store(room_beside_roots: u64) -> (Store, Lattice) {
+    let scene = Random(3).scene();
+    let lattices = [2; 3].map(|finest| Lattice::new(&scene, &Frame::new(scene), finest));
+    let all = Store::new(ROOM, &lattices, 1, ROOT_PRICE).expect("room");
+    // The first words of an arena are no one's.
+    let roots = all.bytes().0 + 64;
+    assert!(Store::new(roots - 1, &lattices, 1, ROOT_PRICE).is_none());
+    let store = Store::new(roots + room_beside_roots, &lattices, 1, ROOT_PRICE);
+    (store.expect("room"), lattices[0])
+}
+
+#[test]
+fn a_brick_keeps_a_list_once() {
+    let list = |entries: &[u32], finer| Decision::List(entries.into(), finer);
+    let mut cells: Box<Decisions> = Box::new([const { Decision::Nobody }; 64]);
+    for (number, cell) in cells.iter_mut().enumerate() {
+        *cell = match number % 4 {
+            0 => list(&[7, 9], Finer::Never),
+            1 => list(&[7, 9], Finer::Perhaps),
+            2 => list(&[7, 9, 11], Finer::Never),
+            _ => Decision::Ray,
+        };
+    }
+    let (store, _) = small_store(ROOM);
+    let before = store.bytes();
+    let brick = |store: &Store| {
+        let link = store.write(&cells, PRICE, |_| None).expect("room");
+        link.brick().expect("a brick")
+    };
+    let first = brick(&store);
+    let after = store.bytes();
+    // Two lists of two entries and one of three, in words by fours.
+    assert_eq!(after.1 - before.1, 4 * (8 + 8 + 8));
+    assert_eq!(after.0 - before.0, 4 * (PLANES as u64 + 64));
+    let lists = |brick: usize| -> Vec<Option<usize>> {
+        let word = |number| store.word((brick + PLANES + number) as u32);
+        (0..64).map(|number| read(word(number)).list()).collect()
+    };
+    let places = lists(first);
+    for (number, place) in places.iter().enumerate() {
+        assert_eq!(place.is_some(), number % 4 != 3);
+        assert_eq!(*place, places[number % 4]);
+    }
+    assert!(places[0] != places[1] && places[1] != places[2]);
+    // Another brick has lists of its own: what they cost is counted for each.
+    let others = lists(brick(&store));
+    assert!(others[..3].iter().all(|other| !places.contains(other)));
+}
+
+#[test]
+fn cells_that_agree_need_no_brick() {
+    use Decision::{Known, Nobody, Pending, Ray};
+    let of = |kinds: &[Decision]| {
+        let cell = |number: usize| kinds[number % kinds.len()].clone();
+        agreed(&std::array::from_fn(cell))
+    };
+    let list = Decision::List([1].into(), Finer::Never);
+    assert_eq!(of(&[Nobody]), Some(Link::LIT));
+    assert_eq!(of(&[Known(true)]), Some(Link::SHADOWED));
+    assert_eq!(of(&[Nobody, Known(true)]), Some(Link::SHADOWED));
+    assert_eq!(of(&[Known(false), Nobody]), Some(Link::LIT));
+    assert_eq!(of(&[Nobody, Nobody, Ray]), Some(Link::RAY));
+    for kinds in [
+        [Known(true), Known(false)],
+        [Known(true), Ray],
+        [Nobody, Pending],
+        [Pending, Pending],
+        [list.clone(), list],
+    ] {
+        assert_eq!(of(&kinds), None, "{kinds:?}");
+    }
+    // One cell of 64 is enough.
+    for odd in 0..64 {
+        let mut cells = [const { Known(true) }; 64];
+        cells[odd] = Known(false);
+        assert_eq!(agreed(&cells), None, "{odd}");
+    }
+}
+
+#[test]
+fn a_full_store_keeps_what_it_has() {
+    let random = &mut Random(4);
+    let (store, lattice) = small_store(40_000);
+    let finder = store.finder(0, Audience::Front, &lattice);
+    let roots: Vec<Cell> = lattice.root_bricks().collect();
+    let place = finder.place_in_root(roots[0]);
+    let pending: Box<Decisions> = Box::new(std::array::from_fn(|number| match number {
+        0 => Decision::Known(true),
+        _ => Decision::Pending,
+    }));
+    let link = store.write(&pending, PRICE, |_| None).expect("room");
+    store.publish(place, link);
+    let links = store.unfinished(link.brick().expect("a brick"));
+    // Until there is no room for the least brick, list or link.
+    let mut refused_count = 0;
+    let mut kept = Vec::new();
+    for _ in 0..2_000 {
+        let decisions = decisions(random);
+        match store.write(&decisions, PRICE, |_| None) {
+            Some(link) => kept.push((link, decisions)),
+            None => refused_count += 1,
+        }
+    }
+    assert!(refused_count > 100 && kept.len() > 100);
+    let long = Decision::List((0..10_000).collect(), Finer::Never);
+    assert_eq!(store.write_one(&long, PRICE, |_| None), None);
+    assert_eq!(store.write(&pending, PRICE, |_| None), None);
+    // Answers need no room.
+    assert_eq!(
+        store.write_one(&Decision::Ray, PRICE, |_| None),
+        Some(Link::RAY)
+    );
+    assert_eq!(store.unfinished(link.brick().expect("a brick")), links);
+    for (link, decisions) in kept {
+        let Some(brick) = link.brick() else {
+            assert_eq!(Some(link), agreed(&decisions));
+            continue;
+        };
+        store.publish(place, link);
+        for (number, decision) in decisions.iter().enumerate() {
+            let number = number as u32;
+            let (value, before) = value_of(&store.arena.words()[brick..], number);
+            let leaf = match value.of_surface_point() {
+                Some(is_shadowed) => Leaf::of(is_shadowed),
+                None => {
+                    let place = brick + PLANES + before;
+                    Leaf {
+                        link: read(store.word(place as u32)),
+                        place: place as u32,
+                    }
+                }
+            };
+            assert_found(&store, leaf, decision, PRICE);
+        }
+    }
+}
+
+#[test]
+fn one_cell_is_written_as_it_is() {
+    let random = &mut Random(5);
+    let (store, _) = small_store(ROOM);
+    let mut all = vec![
+        Decision::Nobody,
+        Decision::Known(true),
+        Decision::Known(false),
+        Decision::Ray,
+        Decision::Pending,
+    ];
+    all.extend((0..20).map(|_| list(random)));
+    for decision in all {
+        let link = store.write_one(&decision, PRICE, |_| None).expect("room");
+        assert_says(&store, link, &decision, PRICE);
+    }
+}
