@@ -32,6 +32,9 @@ pub fn check(loaded: &Loaded) {
             assert!(corner.normal == Corner::NONE || (corner.normal as usize) < mesh.normals.len());
             assert!(corner.uv == Corner::NONE || (corner.uv as usize) < mesh.uvs.len());
         }
+        assert!(mesh.colors.is_empty() || mesh.colors.len() == mesh.positions.len());
+        let is_color = |color: &[f32; 4]| color.iter().all(|c| c.is_finite() && *c >= 0.0);
+        assert!(mesh.colors.iter().all(is_color));
         assert!(mesh.normals.iter().all(|normal| normal.is_finite()));
     }
 }

@@ -113,6 +113,10 @@ pub struct Mesh {
     /// index. May be empty. A corner has one: where a file has several sets, or moves them by a
     /// transform, its reader has chosen the set of the material's texture and moved it.
     pub uvs: Vec<[f64; 2]>,
+    /// Linear red, green, blue and alpha of each position, in the order of `positions`, or empty.
+    /// They multiply the material's diffuse colour and its opacity. Finite, not negative; alpha is
+    /// at most 1.
+    pub colors: Vec<[f32; 4]>,
     /// All corners of all faces, face after face.
     pub corners: Vec<Corner>,
     /// Where each face ends in `corners`; face `i` is `ends[i - 1]..ends[i]`. At least 3 corners each.

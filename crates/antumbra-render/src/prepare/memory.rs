@@ -28,6 +28,7 @@ pub fn scene_bytes(scene: &Scene) -> u64 {
         bytes(&mesh.positions)
             + bytes(&mesh.normals)
             + bytes(&mesh.uvs)
+            + bytes(&mesh.colors)
             + bytes(&mesh.corners)
             + bytes(&mesh.face_ends)
     };

@@ -5,7 +5,7 @@
 //! that the file does not know (where an outline crosses itself) is flat and untextured.
 
 use antumbra_geometry::{DVec3, Hit, Opacity, SurfaceId};
-use antumbra_scene::model::{Alpha, Color, Corner, Material, Shape};
+use antumbra_scene::model::{Alpha, Color, Corner, Material, Mesh, Shape};
 
 use super::Prepared;
 use super::gathered::face_of;
@@ -16,7 +16,7 @@ use crate::vector::unit;
 pub struct Look<'a> {
     /// The material, without its texture.
     pub material: &'a Material,
-    /// The diffuse colour, times the texture's.
+    /// The diffuse colour, times the texture's and the vertices'.
     pub diffuse: Color,
     /// How much of what is behind the surface covers: 0, it is not there, to 1, it is whole.
     pub coverage: f64,
@@ -43,6 +43,9 @@ impl Prepared {
             .zip(self.uv(hit))
             .map_or([1.0; 4], |(texture, uv)| texture.sample(uv));
 
+        let [r, g, b, a] = self.vertex_color(hit).unwrap_or([1.0; 4]);
+        let tint = Color::new(red, green, blue) * Color::new(r, g, b);
+
         let is_culled =
             viewer_side < 0 && !material.is_double_sided && material.transmission == Color::ZERO;
         let coverage = if is_culled {
@@ -50,32 +53,58 @@ impl Prepared {
         } else if material.alpha == Alpha::Opaque || self.has_holes(hit.surface) {
             1.0
         } else {
-            material.coverage(alpha)
+            material.coverage(alpha * a)
         };
         Look {
             material,
-            diffuse: material.diffuse * Color::new(red, green, blue),
+            diffuse: material.diffuse * tint,
             coverage,
         }
     }
 
     /// Returns the place of a hit in its texture, or `None` where the file gives none.
     pub fn uv(&self, hit: &Hit) -> Option<[f64; 2]> {
+        self.between_corners(
+            hit,
+            |mesh| !mesh.uvs.is_empty(),
+            |mesh, corner| mesh.uvs.get(corner.uv as usize).copied(),
+        )
+    }
+
+    /// Returns the colour and alpha of the vertices at a hit, or `None` where the file gives none.
+    fn vertex_color(&self, hit: &Hit) -> Option<[f64; 4]> {
+        self.between_corners(
+            hit,
+            |mesh| !mesh.colors.is_empty(),
+            |mesh, corner| {
+                let color = mesh.colors.get(corner.position as usize)?;
+                Some(color.map(f64::from))
+            },
+        )
+    }
+
+    /// Interpolates what corners of a mesh have, weighted by the hit's place in its triangle. A face
+    /// with a corner that has none has none as a whole. `is_there` saves the way to meshes without any.
+    fn between_corners<const N: usize>(
+        &self,
+        hit: &Hit,
+        is_there: impl Fn(&Mesh) -> bool,
+        value_of: impl Fn(&Mesh, &Corner) -> Option<[f64; N]>,
+    ) -> Option<[f64; N]> {
         let place = self.gathered.place_of(hit.surface);
         let Shape::Mesh(mesh) = &self.scene.objects[place.object as usize].shape else {
             return None;
         };
-        if mesh.uvs.is_empty() {
+        if !is_there(mesh) {
             return None;
         }
         let corners = self.gathered.occluders.corners(hit.surface)?;
         let face = face_of(mesh, place.face as usize)?;
-        // A face with a corner that has no place in the texture has none as a whole.
-        let uv_of = |corner: &Corner| mesh.uvs.get(corner.uv as usize).copied();
-        if face.iter().any(|corner| uv_of(corner).is_none()) {
+        let value_of = |corner: &Corner| value_of(mesh, corner);
+        if face.iter().any(|corner| value_of(corner).is_none()) {
             return None;
         }
-        let [a, b, c] = corners.map(|corner| face.get(corner as usize).and_then(uv_of));
+        let [a, b, c] = corners.map(|corner| face.get(corner as usize).and_then(value_of));
         let [a, b, c] = [a?, b?, c?];
         let [second, third] = hit.barycentric;
         Some(std::array::from_fn(|i| {

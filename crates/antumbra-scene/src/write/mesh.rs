@@ -105,6 +105,10 @@ pub(super) fn left_out(scene: &Scene, keeps: Keeps) -> Vec<String> {
     if !keeps.textures && !scene.textures.is_empty() {
         note("textures and places in them are not written".into());
     }
+    let has_colors = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if !mesh.colors.is_empty());
+    if scene.objects.iter().any(|object| has_colors(&object.shape)) {
+        note("colours of vertices are not written".into());
+    }
     if !keeps.lights && !scene.lights.is_empty() {
         let names: Vec<_> = scene
             .lights
