@@ -1,10 +1,20 @@
 //! Pictures on surfaces.
 //!
-//! In: texels and a place in the picture. Out: linear colour and alpha. Invariant: the same bits
-//! on every platform: sRGB is decoded by a table that `libm` fills, and filtering uses additions
-//! and multiplications only.
+//! In: the bytes of a PNG or JPEG; texels and a place in the picture. Out: a texture; linear colour
+//! and alpha. Invariants: nothing is decoded before the [`PictureBudget`] has room for it; sampling
+//! gives the same bits on every platform: sRGB is decoded by a table that `libm` fills, and
+//! filtering uses additions and multiplications only.
+//!
+//! Pixels of PNG files are the same on every platform. JPEG leaves decoders some freedom, so
+//! colours from JPEG files may differ by a step or two between versions of the decoder; JPEG has
+//! no alpha.
 
-use std::sync::LazyLock;
+use std::{io::Cursor, sync::LazyLock};
+
+use image::{ImageReader, Limits};
+
+/// The most texels along a side.
+const MAX_SIDE: u32 = 16_384;
 
 /// A picture that is laid on surfaces.
 ///
@@ -145,6 +155,71 @@ impl Texture {
             f64::from(alpha) / 255.0,
         ]
     }
+}
+
+/// Bytes that the pictures of a scene may still take, encoded and decoded ones added up.
+#[derive(Debug)]
+pub(crate) struct PictureBudget {
+    left: u64,
+    most: u64,
+}
+
+impl Default for PictureBudget {
+    /// 2 GiB.
+    fn default() -> Self {
+        Self::new(2 << 30)
+    }
+}
+
+impl PictureBudget {
+    pub(crate) const fn new(most: u64) -> Self {
+        Self { left: most, most }
+    }
+
+    fn take(&mut self, bytes: u64) -> Result<(), String> {
+        let Self { left, most } = self;
+        *left = left
+            .checked_sub(bytes)
+            .ok_or_else(|| format!("all pictures together take more than {most} bytes"))?;
+        Ok(())
+    }
+}
+
+/// Decodes a PNG or JPEG; the content says which. The texture repeats, is filtered linearly and has
+/// no name.
+///
+/// # Errors
+/// Says what is wrong with the picture, or that the budget has no room for it; that is asked before
+/// anything is decoded.
+pub(crate) fn decode(bytes: &[u8], budget: &mut PictureBudget) -> Result<Texture, String> {
+    budget.take(bytes.len() as u64)?;
+    let reader = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let size = reader().map_err(|error| error.to_string())?;
+    let (width, height) = size.into_dimensions().map_err(|error| error.to_string())?;
+    if width == 0 || height == 0 || width.max(height) > MAX_SIDE {
+        return Err(format!(
+            "it has {width} x {height} texels; expected 1 to {MAX_SIDE} along each side"
+        ));
+    }
+    let decoded_bytes = 4 * u64::from(width) * u64::from(height);
+    budget.take(decoded_bytes)?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    // 16 bits a channel and the decoder's own needs.
+    limits.max_alloc = Some(4 * decoded_bytes + (64 << 20));
+    let mut reader = reader().map_err(|error| error.to_string())?;
+    reader.limits(limits);
+    let decoded = reader.decode().map_err(|error| error.to_string())?;
+    let texels = decoded.into_rgba8().pixels().map(|p| p.0).collect();
+    Ok(Texture {
+        name: String::new(),
+        width,
+        height,
+        texels,
+        wrap: [Wrap::Repeat; 2],
+        filter: Filter::Linear,
+    })
 }
 
 /// Returns 0 for what is no number or too large to scale.

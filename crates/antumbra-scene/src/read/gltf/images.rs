@@ -2,20 +2,14 @@
 //!
 //! In: textures, images and samplers. Out: the scene's textures, each pair of image and sampler
 //! once, or the mean colour of a picture where the model has no texture. Invariant: a picture that
-//! cannot be read is a warning, never an error; no picture has more than [`MAX_SIDE`] texels along
-//! a side, and all together take at most [`MAX_IMAGE_BYTES`].
-//!
-//! Pixels of PNG files are the same on every platform. JPEG leaves decoders some freedom, so
-//! colours from JPEG files may differ by a step or two between versions of the decoder; JPEG has
-//! no alpha, so no shadow depends on it.
+//! cannot be read is a warning, never an error; all together take no more than a [`PictureBudget`].
 
-use std::{borrow::Cow, collections::HashMap, io::Cursor};
-
-use image::{ImageReader, Limits};
+use std::{borrow::Cow, collections::HashMap};
 
 use crate::{
     error::{Place, quoted},
     model::{Filter, Texture, Wrap},
+    texture::{PictureBudget, decode},
     warning::WarningLog,
 };
 
@@ -25,16 +19,11 @@ use super::{
     short_name, uri,
 };
 
-/// The most texels along a side.
-const MAX_SIDE: u32 = 16_384;
-/// The most bytes that all pictures may take, encoded and decoded ones added up: 2 GiB.
-const MAX_IMAGE_BYTES: u64 = 2 << 30;
-
 /// Reads pictures as they are needed.
 pub(super) struct Images<'a, 'w> {
     buffers: &'a Buffers<'a>,
     open: &'w mut Open<'w>,
-    bytes_left: u64,
+    budget: PictureBudget,
     /// The scene's textures so far.
     pub(super) textures: Vec<Texture>,
     known: HashMap<(usize, [Wrap; 2], Filter), Option<usize>>,
@@ -63,7 +52,7 @@ impl<'a, 'w> Images<'a, 'w> {
         Self {
             buffers,
             open,
-            bytes_left: MAX_IMAGE_BYTES,
+            budget: PictureBudget::default(),
             textures: Vec::new(),
             known: HashMap::new(),
             means: HashMap::new(),
@@ -179,41 +168,8 @@ impl<'a, 'w> Images<'a, 'w> {
             }
             _ => return Err("expected either `uri` or `bufferView`".into()),
         };
-        self.take(bytes.len() as u64)?;
-        let reader = || ImageReader::new(Cursor::new(&*bytes)).with_guessed_format();
-        let size = reader().map_err(|error| error.to_string())?;
-        let (width, height) = size.into_dimensions().map_err(|error| error.to_string())?;
-        if width == 0 || height == 0 || width.max(height) > MAX_SIDE {
-            return Err(format!(
-                "it has {width} x {height} texels; expected 1 to {MAX_SIDE} along each side"
-            ));
-        }
-        let decoded_bytes = 4 * u64::from(width) * u64::from(height);
-        self.take(decoded_bytes)?;
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        // 16 bits a channel and the decoder's own needs.
-        limits.max_alloc = Some(4 * decoded_bytes + (64 << 20));
-        let mut reader = reader().map_err(|error| error.to_string())?;
-        reader.limits(limits);
-        let decoded = reader.decode().map_err(|error| error.to_string())?;
-        let texels: Vec<_> = decoded.into_rgba8().pixels().map(|p| p.0).collect();
-        Ok(Texture {
-            name,
-            width,
-            height,
-            texels,
-            wrap: [Wrap::Repeat; 2],
-            filter: Filter::Linear,
-        })
-    }
-
-    fn take(&mut self, bytes: u64) -> Result<(), String> {
-        self.bytes_left = self.bytes_left.checked_sub(bytes).ok_or_else(|| {
-            format!("all pictures together take more than {MAX_IMAGE_BYTES} bytes")
-        })?;
-        Ok(())
+        let texture = decode(&bytes, &mut self.budget)?;
+        Ok(Texture { name, ..texture })
     }
 }
 
