@@ -11,6 +11,7 @@ pub mod defaults;
 mod error;
 pub mod generate;
 pub mod model;
+mod opacity;
 pub mod read;
 mod texture;
 mod warning;

@@ -6,7 +6,10 @@
 
 use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
 
-pub use crate::texture::{Filter, Texture, Wrap};
+pub use crate::{
+    opacity::ShadowKind,
+    texture::{Filter, Texture, Wrap},
+};
 
 /// A linear RGB value; not limited to 1.
 pub type Color = DVec3;
@@ -205,57 +208,6 @@ pub enum Alpha {
     Blend,
 }
 
-/// What a surface does to shadow rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShadowKind {
-    /// Blocks all of them.
-    Opaque,
-    /// Blocks those that meet it where its texture's alpha is not below the cutoff.
-    AlphaTested,
-    /// Blocks none.
-    Transparent,
-}
-
-impl Material {
-    /// Returns what surfaces of this material do to shadow rays.
-    ///
-    /// Whoever blends or transmits blocks none. A mask is decided here wherever no texture can
-    /// change the outcome: without one, at a cutoff of 0, and where `opacity`, the largest alpha
-    /// that can result, is below the cutoff.
-    pub fn shadow_kind(&self) -> ShadowKind {
-        if self.transmission != Color::ZERO {
-            return ShadowKind::Transparent;
-        }
-        match self.alpha {
-            Alpha::Opaque => ShadowKind::Opaque,
-            Alpha::Blend => ShadowKind::Transparent,
-            Alpha::Mask { cutoff } if self.opacity < cutoff => ShadowKind::Transparent,
-            Alpha::Mask { cutoff } if self.diffuse_texture.is_none() || cutoff <= 0.0 => {
-                ShadowKind::Opaque
-            }
-            Alpha::Mask { .. } => ShadowKind::AlphaTested,
-        }
-    }
-
-    /// Returns whether surfaces of this material block shadow rays everywhere.
-    pub fn is_opaque(&self) -> bool {
-        self.shadow_kind() == ShadowKind::Opaque
-    }
-
-    /// Returns how much the surface covers where its texture's alpha is `texture_alpha` (1 without
-    /// a texture): 0, it is not there, to 1, it is whole. Only [`Alpha::Blend`] gives values in
-    /// between. Transmission plays no part.
-    pub fn coverage(&self, texture_alpha: f64) -> f64 {
-        let alpha = self.opacity * texture_alpha;
-        match self.alpha {
-            Alpha::Opaque => 1.0,
-            Alpha::Mask { cutoff } if alpha >= cutoff => 1.0,
-            Alpha::Mask { .. } => 0.0,
-            Alpha::Blend => alpha.clamp(0.0, 1.0),
-        }
-    }
-}
-
 impl Default for Material {
     /// A plain light grey.
     fn default() -> Self {
@@ -329,40 +281,4 @@ pub struct Camera {
     pub vertical_fov_degrees: f64,
     /// Picture size in pixels that the file asks for.
     pub resolution: Option<[u32; 2]>,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn alpha_decides_about_shadows() {
-        let kind = |alpha, opacity, diffuse_texture| {
-            let material = Material {
-                alpha,
-                opacity,
-                diffuse_texture,
-                ..Material::default()
-            };
-            (material.shadow_kind(), material.coverage(1.0))
-        };
-        let half = Alpha::Mask { cutoff: 0.5 };
-        let all = Alpha::Mask { cutoff: 0.0 };
-        let none = Alpha::Mask { cutoff: 1.5 };
-        use ShadowKind::{AlphaTested, Opaque, Transparent};
-        assert_eq!(kind(Alpha::Opaque, 0.1, Some(0)), (Opaque, 1.0));
-        assert_eq!(kind(Alpha::Blend, 0.25, None), (Transparent, 0.25));
-        assert_eq!(kind(half, 0.5, None), (Opaque, 1.0));
-        assert_eq!(kind(half, 0.4, None), (Transparent, 0.0));
-        assert_eq!(kind(half, 1.0, Some(0)), (AlphaTested, 1.0));
-        assert_eq!(kind(half, 0.4, Some(0)), (Transparent, 0.0));
-        assert_eq!(kind(all, 0.0, Some(0)), (Opaque, 1.0));
-        assert_eq!(kind(none, 1.0, Some(0)), (Transparent, 0.0));
-        let glass = Material {
-            transmission: Color::ONE,
-            ..Material::default()
-        };
-        assert_eq!(glass.shadow_kind(), Transparent);
-        assert!(Material::default().is_opaque() && !glass.is_opaque());
-    }
 }

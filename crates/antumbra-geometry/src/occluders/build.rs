@@ -10,7 +10,7 @@ use super::{
     NO_CORNER, Occluders, Opacity, Triangle,
 };
 use crate::intersect::DiskPlane;
-use crate::polygon::{PolygonCorner, triangulate};
+use crate::polygon::{PolygonCorner, TooManyCrossings, triangulate};
 use crate::segment::Plane;
 use crate::{Cone, Coverage, CoverageId, Disk, Sphere};
 
@@ -46,6 +46,17 @@ pub enum OccludersError {
         /// Pairs of texture coordinates given.
         found: usize,
     },
+    /// A polygon crosses itself so often that it cannot be cut in proportionate time and memory.
+    #[error(
+        "element {element}: the outline of {corners} vertices crosses itself too often; \
+         give it as triangles"
+    )]
+    TooManyCrossings {
+        /// The element's number, in the order of adding.
+        element: usize,
+        /// The vertices of the outline.
+        corners: usize,
+    },
     /// More than `u32::MAX` vertices or surfaces.
     #[error(
         "element {element}: more than {} vertices or surfaces in all",
@@ -75,7 +86,8 @@ impl OccludersBuilder {
     /// without area; more make as many as their shape needs.
     ///
     /// # Errors
-    /// A coordinate is not finite or too large.
+    /// A coordinate is not finite or too large, or the outline crosses itself too often: more than
+    /// 4096 times and 4 times for each vertex.
     pub fn add_face(
         &mut self,
         outline: &[DVec3],
@@ -125,7 +137,13 @@ impl OccludersBuilder {
         self.check_room(outline.len())?;
         let first = self.occluders.triangles.len() as u32;
         let element = self.occluders.elements.len() as u32;
-        for corners in triangulate(outline) {
+        let triangles = triangulate(outline).map_err(|TooManyCrossings { corners }| {
+            OccludersError::TooManyCrossings {
+                element: element as usize,
+                corners,
+            }
+        })?;
+        for corners in triangles {
             let positions = corners.map(|corner| corner.position);
             let axis = Plane::Points(positions).dominant_axis().unwrap_or(NO_AXIS);
             let alpha_test = self.alpha_test(opacity, uvs, &corners);

@@ -104,7 +104,7 @@ fn alpha_modes() {
     let masked = look(&format!(r#""alphaMode": "MASK", {texture}"#));
     assert_eq!(masked.alpha, Alpha::Mask { cutoff: 0.5 });
     assert_eq!(masked.shadow_kind(), ShadowKind::AlphaTested);
-    let blended = look(r#""alphaMode": "BLEND""#);
+    let blended = look(&format!(r#""alphaMode": "BLEND", {texture}"#));
     assert_eq!(blended.shadow_kind(), ShadowKind::Transparent);
     // Without a hole in the picture there is nothing to test.
     let whole = read(
@@ -227,4 +227,49 @@ fn lights_and_the_first_camera() {
         loaded.warnings[0].message,
         "orthographic cameras are not read"
     );
+}
+
+#[test]
+fn a_material_that_blends_with_an_alpha_of_one_blocks() {
+    for (texture, texels, factor, expected) in [
+        ("", [[9, 9, 9, 255]; 2], 1.0, ShadowKind::Opaque),
+        ("", [[9, 9, 9, 255]; 2], 0.5, ShadowKind::Transparent),
+        (
+            r#""baseColorTexture": {"index": 0},"#,
+            [[9, 9, 9, 255]; 2],
+            1.0,
+            ShadowKind::Opaque,
+        ),
+        (
+            r#""baseColorTexture": {"index": 0},"#,
+            [[9, 9, 9, 255], [9, 9, 9, 254]],
+            1.0,
+            ShadowKind::Transparent,
+        ),
+    ] {
+        let material = format!(
+            r#""alphaMode": "BLEND", "pbrMetallicRoughness":
+            {{{texture} "baseColorFactor": [1, 1, 1, {factor}]}}"#
+        );
+        let loaded = read(&material, NODE, texels);
+        let kind = loaded.scene.materials[0].shadow_kind();
+        assert_eq!(kind, expected, "{material}");
+        let is_said = |w: &Warning| {
+            w.message
+                .contains("`alphaMode` BLEND with an alpha below 1")
+        };
+        let is_clear = expected == ShadowKind::Transparent;
+        assert_eq!(loaded.warnings.iter().any(is_said), is_clear);
+    }
+}
+
+#[test]
+fn values_and_not_modes_decide_what_blocks() {
+    // An opaque material's alpha is nothing.
+    let opaque = look(r#""pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25]}"#);
+    assert!(opaque.is_opaque());
+    let closed = look(r#""extensions": {"KHR_materials_transmission": {"transmissionFactor": 0}}"#);
+    assert!(closed.is_opaque());
+    let open = look(r#""extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}"#);
+    assert_eq!(open.shadow_kind(), ShadowKind::Transparent);
 }

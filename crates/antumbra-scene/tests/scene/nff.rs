@@ -138,9 +138,16 @@ fn a_scene_without_lights_has_ambient_light() {
 
 #[test]
 fn surfaces_stay_in_force_and_default_to_grey() {
-    let scene = clean(
+    let (scene, warnings) = warned(
         "s 0 0 0 1 f 1 0.5 0.25 0.5 0.25 32 0 0 s 0 0 0 2 s 0 0 0 3\n\
          f 0 0 0 0 0 100000 0 0 f 1 1 1 0 0.5 10 0.9 1.5 s 0 0 0 4",
+    );
+    assert_eq!(
+        warnings,
+        [
+            "a.nff: 1 surface casts no shadow: `f` with a transmittance T of 0.9; a T of 0 would \
+             make them block"
+        ]
     );
     let used: Vec<_> = scene.objects.iter().map(|object| object.material).collect();
     assert_eq!(used, [0, 1, 1, 2]);

@@ -78,7 +78,6 @@ fn meshes_become_polygons_and_patches() {
     let mesh = Mesh {
         positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         normals: vec![DVec3::Z],
-        uvs: Vec::new(),
         corners: vec![
             corner(0, Corner::NONE),
             corner(1, Corner::NONE),
@@ -88,6 +87,7 @@ fn meshes_become_polygons_and_patches() {
             corner(1, 0),
         ],
         face_ends: vec![3, 6],
+        ..Mesh::default()
     };
     let scene = one(Shape::Mesh(mesh), Material::default());
     assert_eq!(

@@ -22,6 +22,7 @@ use serde::de::IgnoredAny;
 use crate::{
     error::{Place, quoted},
     model::{Alpha, Color, Material},
+    opacity::Cause,
     warning::WarningLog,
 };
 
@@ -127,7 +128,6 @@ pub(super) fn convert(
     if extensions.is_some_and(|e| e.unlit.is_some()) {
         unlit(&mut material, base_color, warnings);
     }
-    simplify_alpha(&mut material, images);
     Ok(material)
 }
 
@@ -161,14 +161,24 @@ fn alpha(entry: &MaterialEntry, path: &str) -> Result<Alpha, Fault> {
     }
 }
 
-/// A mask whose picture has no holes needs no test at each hit.
-fn simplify_alpha(material: &mut Material, images: &Images<'_, '_>) {
-    let texture = material.diffuse_texture.map(|t| &images.textures[t]);
-    if let (Alpha::Mask { cutoff }, Some(texture)) = (material.alpha, texture)
-        && material.opacity >= cutoff
-        && texture.texels.iter().all(|texel| texel[3] == 255)
-    {
-        material.alpha = Alpha::Opaque;
+/// Says why surfaces of a material cast no shadow.
+pub(super) fn cause(material: &Material) -> Cause {
+    let (what, advice) = if material.transmission != Color::ZERO {
+        ("KHR_materials_transmission lets light through", "")
+    } else if material.alpha == Alpha::Blend {
+        (
+            "`alphaMode` BLEND with an alpha below 1",
+            "`alphaMode` OPAQUE or MASK would make them block",
+        )
+    } else {
+        (
+            "`alphaMode` MASK with an alpha below the cutoff everywhere",
+            "",
+        )
+    };
+    Cause {
+        what: what.into(),
+        advice,
     }
 }
 

@@ -43,6 +43,7 @@ use crate::{
     defaults::AMBIENT,
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::{Color, Facing, Object, Scene},
+    opacity,
     warning::WarningLog,
 };
 
@@ -164,6 +165,11 @@ fn read(bytes: &[u8], open: &mut Open<'_>, warnings: &mut WarningLog) -> Result<
         warnings.add(Place::Whole, "no triangles in the file");
     }
     look(&buffers, open, &mut scene, warnings)?;
+    opacity::settle(
+        &mut scene,
+        |material, _| materials::cause(material),
+        warnings,
+    );
     Ok(scene)
 }
 

@@ -24,6 +24,7 @@ use crate::{
     defaults::nff_intensity,
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::{Color, Facing, Light, LightKind, Material, Object, Polygon, Scene, Shape},
+    opacity::{self, Cause},
     warning::WarningLog,
 };
 
@@ -449,6 +450,11 @@ impl<'a> Reader<'a> {
         if scene.objects.is_empty() {
             warnings.add(Place::Whole, "no objects in the file");
         }
+        let cause = |material: &Material, _| Cause {
+            what: format!("`f` with a transmittance T of {}", material.transmission.x),
+            advice: "a T of 0 would make them block",
+        };
+        opacity::settle(&mut scene, cause, &mut warnings);
         Loaded {
             scene,
             warnings: warnings.finish(),

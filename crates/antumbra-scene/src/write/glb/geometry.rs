@@ -19,6 +19,7 @@ pub(super) struct Rounding {
     coordinates: u64,
     rounded: u64,
     lost_corners: u64,
+    uncut_faces: u64,
 }
 
 impl Rounding {
@@ -38,7 +39,13 @@ impl Rounding {
             coordinates,
             rounded,
             lost_corners,
+            uncut_faces,
         } = self;
+        if *uncut_faces > 0 {
+            notes.push(format!(
+                "{uncut_faces} faces cross themselves too often to be cut: they are not written"
+            ));
+        }
         if *rounded > 0 {
             notes.push(format!(
                 "{rounded} of {coordinates} coordinates do not fit glTF's 32 bits: they are rounded"
@@ -106,7 +113,11 @@ pub(super) fn primitives(
 ) -> Vec<Value> {
     let mut groups: [Group; 4] = Default::default();
     for face in mesh.faces() {
-        for triangle in triangles(mesh, face) {
+        let triangles = triangles(mesh, face).unwrap_or_else(|| {
+            rounding.uncut_faces += 1;
+            Vec::new()
+        });
+        for triangle in triangles {
             let has_normals = triangle.iter().all(|vertex| vertex.normal.is_some());
             let has_uvs = triangle.iter().all(|vertex| vertex.uv.is_some());
             let group = &mut groups[2 * usize::from(has_normals) + usize::from(has_uvs)];
@@ -138,23 +149,21 @@ pub(super) fn primitives(
     written.map(primitive).collect()
 }
 
-/// Cuts a face into triangles.
-fn triangles(mesh: &Mesh, face: &[Corner]) -> Vec<[Vertex; 3]> {
+/// Cuts a face into triangles; `None` if its outline crosses itself too often.
+fn triangles(mesh: &Mesh, face: &[Corner]) -> Option<Vec<[Vertex; 3]>> {
     let vertex = |corner: &Corner| Vertex {
         position: mesh.positions[corner.position as usize],
         normal: mesh.normals.get(corner.normal as usize).and_then(unit),
         uv: mesh.uvs.get(corner.uv as usize).copied(),
     };
     if let [a, b, c] = face {
-        return vec![[vertex(a), vertex(b), vertex(c)]];
+        return Some(vec![[vertex(a), vertex(b), vertex(c)]]);
     }
     let vertices: Vec<_> = face.iter().map(vertex).collect();
     let outline: Vec<_> = vertices.iter().map(|vertex| vertex.position).collect();
     let mut builder = Occluders::builder();
-    // Coordinates of a scene are in range: without it the face could not be shown either.
-    if builder.add_face(&outline, Opacity::Opaque).is_err() {
-        return Vec::new();
-    }
+    // Coordinates of a scene are in range.
+    builder.add_face(&outline, Opacity::Opaque).ok()?;
     let occluders = builder.build();
     let triangle = |surface: SurfaceId| match occluders.corners(surface) {
         Some(corners) => Some(corners.map(|corner| vertices[corner as usize])),
@@ -167,7 +176,7 @@ fn triangles(mesh: &Mesh, face: &[Corner]) -> Vec<[Vertex; 3]> {
             })
         }),
     };
-    occluders.surfaces().filter_map(triangle).collect()
+    Some(occluders.surfaces().filter_map(triangle).collect())
 }
 
 /// Returns a normal at the length that glTF wants, `None` for zero.
