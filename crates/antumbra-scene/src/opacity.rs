@@ -75,7 +75,7 @@ impl Material {
 }
 
 /// Why surfaces of a material cast no shadow, in the words of its format.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Cause {
     /// What the file says.
     pub(crate) what: String,

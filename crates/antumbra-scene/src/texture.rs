@@ -60,16 +60,18 @@ pub enum Filter {
 }
 
 /// The linear value of each sRGB byte, 0 to 1 (IEC 61966-2-1).
-static LINEAR_OF_SRGB: LazyLock<[f64; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|byte| {
-        let encoded = byte as f64 / 255.0;
-        if encoded <= 0.040_45 {
-            encoded / 12.92
-        } else {
-            libm::pow((encoded + 0.055) / 1.055, 2.4)
-        }
-    })
-});
+static LINEAR_OF_SRGB: LazyLock<[f64; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| linear_of_srgb(byte as f64 / 255.0)));
+
+/// Returns the linear value, 0 to 1, of an sRGB-encoded one; 0 for what is no number.
+pub(crate) fn linear_of_srgb(encoded: f64) -> f64 {
+    let encoded = encoded.max(0.0).min(1.0);
+    if encoded <= 0.040_45 {
+        encoded / 12.92
+    } else {
+        libm::pow((encoded + 0.055) / 1.055, 2.4)
+    }
+}
 
 impl Texture {
     /// Returns linear red, green, blue and alpha, each 0 to 1, at a place in the picture.

@@ -6,19 +6,22 @@
 use antumbra_geometry::DVec3;
 use robust::{Coord, orient2d};
 
-/// Returns whether the points are not all on one line. Linear time. Exact, except that vertices
-/// closer than about 1e-140 of the largest coordinate may count as one.
+/// Returns whether the points, all finite, are not all on one line. Linear time. Exact, except that
+/// coordinates smaller than about 1e-140 of the largest along their axis may count as 0.
 pub(super) fn has_area(points: impl Iterator<Item = DVec3> + Clone) -> bool {
-    // Where products would underflow, scale up by a power of two, which rounds nothing.
+    // So that no product underflows, each axis is scaled by a power of two, which rounds nothing and
+    // keeps what is on one line there.
     let largest = points
         .clone()
-        .fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
-    let scale = if largest < 1e-60 {
-        2.0_f64.powi(500)
-    } else {
-        1.0
-    };
-    let mut points = points.map(|p| p * scale);
+        .fold(DVec3::ZERO, |largest, point| largest.max(point.abs()));
+    let exponents = largest.to_array().map(|size| match size {
+        0.0 => 0,
+        size => -libm::ilogb(size),
+    });
+    let mut points = points.map(|point| {
+        let scaled = |axis: usize| libm::scalbn(point[axis], exponents[axis]);
+        DVec3::new(scaled(0), scaled(1), scaled(2))
+    });
     let Some(a) = points.next() else { return false };
     let Some(b) = points.find(|&p| p != a) else {
         return false;
@@ -68,5 +71,11 @@ mod tests {
             [1e30, 0.0, 0.0],
             [0.0, 1e30, 0.0]
         ]));
+        assert!(of(&[
+            [1e6, 0.0, 0.0],
+            [1e6, 1e-170, 0.0],
+            [1e6, 0.0, 1e-170]
+        ]));
+        assert!(of(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 5e-324, 0.0]]));
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! In: vertices, and faces that name them by index. Out: a mesh. Invariants: it holds the
 //! positions and normals its faces use, each once, in the order of first use; every face has at
-//! least 3 corners and area; a normal of length 0 is none.
+//! least 3 corners, finite ones, and area; a normal of length 0 is none. What no face uses may be
+//! anything.
 
 use antumbra_geometry::DVec3;
 
@@ -12,7 +13,7 @@ use crate::{
     warning::WarningLog,
 };
 
-use super::area::has_area;
+use super::{area::has_area, text::Corners};
 
 /// Faces as a file lists them.
 #[derive(Debug, Default)]
@@ -28,21 +29,39 @@ pub(super) struct Faces {
 /// Vertices as a file lists them.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
-    /// World space.
+    /// World space; of any size, or not finite.
     pub(super) positions: Vec<DVec3>,
     /// One for each position, or none at all.
     pub(super) normals: Vec<DVec3>,
+    /// Linear red, green, blue and alpha of each position, or none at all.
+    pub(super) colors: Vec<[f32; 4]>,
 }
 
 impl Faces {
-    /// Builds the mesh; drops faces without area, with a warning. Every corner names a vertex.
+    /// Adds a face.
+    pub(super) fn add(&mut self, corners: impl IntoIterator<Item = u32>, place: u32) {
+        self.corners.extend(corners);
+        // A file of 4 GiB holds fewer than 2^32 corners.
+        self.ends.push(self.corners.len() as u32);
+        self.places.push(place);
+    }
+
+    /// Builds the mesh; drops faces without area or with a corner that is not finite, with a warning.
+    /// Every corner names a vertex.
+    ///
+    /// # Errors
+    /// A corner is beyond 2^100: returns where the face is, and the coordinate.
     pub(super) fn mesh(
         self,
         vertices: &Vertices,
         place: fn(u32) -> Place,
         warnings: &mut WarningLog,
-    ) -> Mesh {
-        let Vertices { positions, normals } = vertices;
+    ) -> Result<Mesh, (Place, f64)> {
+        let Vertices {
+            positions,
+            normals,
+            colors,
+        } = vertices;
         let mut mesh = Mesh::default();
         mesh.corners.reserve_exact(self.corners.len());
         mesh.face_ends.reserve_exact(self.ends.len());
@@ -53,13 +72,25 @@ impl Faces {
         for (&end, &at) in self.ends.iter().zip(&self.places) {
             let face = &self.corners[start..end as usize];
             start = end as usize;
-            if !has_area(face.iter().map(|&vertex| positions[vertex as usize])) {
+            let places = face.iter().map(|&vertex| positions[vertex as usize]);
+            match Corners::of(places.clone()) {
+                Corners::Fine => {}
+                Corners::NotFinite => {
+                    warnings.add(place(at), Corners::NOT_FINITE);
+                    continue;
+                }
+                Corners::TooLarge(coordinate) => return Err((place(at), coordinate)),
+            }
+            if !has_area(places) {
                 warnings.add(place(at), "a face has no area: dropped");
                 continue;
             }
             for &vertex in face {
                 let vertex = vertex as usize;
                 let slot = &mut position_slots[vertex];
+                if *slot == Corner::NONE {
+                    mesh.colors.extend(colors.get(vertex));
+                }
                 let position = copied(slot, positions[vertex], &mut mesh.positions);
                 let normal = match normals.get(vertex) {
                     Some(&normal) if normal != DVec3::ZERO => {
@@ -74,7 +105,7 @@ impl Faces {
             }
             mesh.face_ends.push(mesh.corners.len() as u32);
         }
-        mesh
+        Ok(mesh)
     }
 }
 

@@ -8,6 +8,7 @@ mod area;
 mod gltf;
 mod indexed;
 mod mtl;
+mod mtl_map;
 mod nff;
 mod obj;
 mod ply;

@@ -1,13 +1,21 @@
 //! MTL, the material libraries of OBJ.
 //!
-//! In: the text of a library. Out: materials by name. Invariant: weights are finite and not
-//! negative; textures are counted and not read.
+//! In: the text of a library. Out: materials by name, each with the pictures it names. Invariant:
+//! weights are finite and not negative.
 //!
 //! How MTL's model becomes ours: `Kd` diffuse, `Ks` highlight, `Ns` its exponent, `Ke` emission;
-//! `illum` 3 and 5 to 9 make `Ks` the mirror's weight too. Transmission is `1 - d` (or `Tr` where
-//! there is no `d`) times `Tf`; under the glass models, `illum` 4, 6, 7 and 9, a `Tf` without
-//! transparency transmits by itself: that is how glass and water are written in practice. `Ni` is
-//! the index of refraction. `Ka` is not used: ambient light is the scene's.
+//! `illum` 3 and 5 to 9 make `Ks` the mirror's weight too. `Ni` is the index of refraction. `Ka` is not
+//! used: ambient light is the scene's.
+//!
+//! What light passes is decided by values, never by the number of `illum` alone:
+//!
+//! | the material says | share of light that passes |
+//! |---|---|
+//! | `d` | `1 - d`, times `Tf` |
+//! | `Tr`, and no `d` | `Tr`, times `Tf` |
+//! | neither, `illum` 4, 6, 7 or 9, and a `Tf` | `Tf`: so glass and water are written in practice |
+//! | the same with `Tf` 1 1 1 and no `Ni` other than 1 | none: so Maya writes what is opaque |
+//! | anything else | none |
 
 use std::{
     collections::{HashMap, HashSet},
@@ -17,12 +25,14 @@ use std::{
 use crate::{
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::{Color, Material},
+    opacity::Cause,
     warning::{Warning, WarningLog},
 };
 
 use super::{
+    mtl_map::{Map, Maps, parse_map},
     statements::{Statement, Statements},
-    text::{decode, parse_number},
+    text::{decode, parse_any_number, parse_number},
 };
 
 /// The most materials of a library. One takes half a kilobyte and as little as 9 bytes of text; no
@@ -33,26 +43,58 @@ const MOST_MATERIALS: usize = 1 << 16;
 #[derive(Debug)]
 pub(super) struct Library {
     /// The materials by name.
-    pub(super) materials: HashMap<String, Material>,
+    pub(super) materials: HashMap<String, Entry>,
     /// What was ignored or repaired.
     pub(super) warnings: Vec<Warning>,
 }
 
-/// Reads a material library. `file` is only a name for messages.
+/// A material, and what it needs besides its own numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    /// Without its pictures.
+    pub(super) material: Material,
+    /// Why it lets light through, if it does.
+    pub(super) cause: Cause,
+    /// The pictures that are read.
+    pub(super) pictures: Maps,
+}
+
+impl Entry {
+    /// A material that no library defines.
+    pub(super) fn plain(material: Material) -> Self {
+        Self {
+            material,
+            cause: Cause::default(),
+            pictures: Maps::default(),
+        }
+    }
+
+    /// Returns whether places in a picture matter.
+    pub(super) fn has_picture(&self) -> bool {
+        self.pictures.color.is_some() || self.pictures.alpha.is_some()
+    }
+}
+
+/// Reads a material library. `name` is the one that the OBJ `file` gives it: for messages, and for where
+/// its pictures are.
 ///
 /// # Errors
 /// The bytes are no text, a number is none, or there are too many materials.
-pub(super) fn read_mtl(file: &Path, bytes: &[u8]) -> Result<Library, ReadError> {
-    let text = decode(file, bytes)?;
+pub(super) fn read_mtl(file: &Path, name: &str, bytes: &[u8]) -> Result<Library, ReadError> {
+    let file = &file.parent().unwrap_or(Path::new("")).join(name);
+    let mut warnings = WarningLog::new(file);
+    let text = decode(file, bytes, &mut warnings)?;
+    let folder = name.rfind(['/', '\\']).map_or("", |end| &name[..=end]);
     let mut reader = Reader {
         file,
-        warnings: WarningLog::new(file),
+        folder,
+        warnings,
         materials: HashMap::new(),
         draft: None,
         textures: HashSet::new(),
         first_texture: 0,
     };
-    for statement in Statements::new(text) {
+    for statement in Statements::new(&text) {
         reader.read(&statement)?;
     }
     Ok(reader.finish())
@@ -66,14 +108,19 @@ struct Draft {
     /// `d` and `Tr`.
     dissolve: Option<f64>,
     transparency: Option<f64>,
-    /// `Tf`.
+    /// `Tf` and `Ni`.
     filter: Option<Color>,
+    ior: Option<f64>,
+    has_color: bool,
+    maps: Maps,
 }
 
 struct Reader<'a> {
     file: &'a Path,
+    /// Where the library is, seen from the OBJ, up to the last `/`; or empty.
+    folder: &'a str,
     warnings: WarningLog,
-    materials: HashMap<String, Material>,
+    materials: HashMap<String, Entry>,
     draft: Option<Draft>,
     textures: HashSet<String>,
     first_texture: u32,
@@ -108,10 +155,20 @@ impl Reader<'_> {
                 dissolve: None,
                 transparency: None,
                 filter: None,
+                ior: None,
+                has_color: false,
+                maps: Maps {
+                    folder: self.folder.into(),
+                    ..Maps::default()
+                },
             });
             return Ok(());
         }
         let lower = keyword.to_ascii_lowercase();
+        if matches!(&*lower, "map_kd" | "map_d") {
+            self.read_map(statement, &lower);
+            return Ok(());
+        }
         if lower.starts_with("map_")
             || matches!(&*lower, "bump" | "disp" | "decal" | "refl" | "norm")
         {
@@ -133,8 +190,8 @@ impl Reader<'_> {
             "Ks" => self.color(statement, "Ks")?.map(C),
             "Ke" => self.color(statement, "Ke")?.map(C),
             "Tf" => self.color(statement, "Tf")?.map(C),
-            "Ns" => Some(N(self.number(statement, "Ns")?)),
-            "Ni" => Some(N(self.number(statement, "Ni")?)),
+            "Ns" => self.look(statement, "Ns")?.map(N),
+            "Ni" => self.look(statement, "Ni")?.map(N),
             "d" => Some(N(self.number(statement, "d")?)),
             "Tr" => Some(N(self.number(statement, "Tr")?)),
             "illum" => Some(N(self.number(statement, "illum")?)),
@@ -152,12 +209,15 @@ impl Reader<'_> {
             return Ok(());
         };
         match (keyword, value) {
-            ("Kd", C(color)) => draft.material.diffuse = color,
+            ("Kd", C(color)) => {
+                draft.material.diffuse = color;
+                draft.has_color = true;
+            }
             ("Ks", C(color)) => draft.material.specular = color,
             ("Ke", C(color)) => draft.material.emission = color,
             ("Tf", C(color)) => draft.filter = Some(color),
             ("Ns", N(exponent)) if exponent >= 0.0 => draft.material.shininess = exponent,
-            ("Ni", N(ior)) if ior > 0.0 => draft.material.ior = ior,
+            ("Ni", N(ior)) if ior > 0.0 => draft.ior = Some(ior),
             ("d", N(d)) => draft.dissolve = Some(d),
             ("Tr", N(tr)) => draft.transparency = Some(tr),
             ("illum", N(model)) => draft.illumination = Some(model as i64),
@@ -190,20 +250,94 @@ impl Reader<'_> {
             );
         }
         let transparency = 1.0 - opacity.clamp(0.0, 1.0);
-        let filter = draft.filter.unwrap_or(Color::ONE);
-        let is_glass = matches!(draft.illumination, Some(4 | 6 | 7 | 9));
-        material.transmission = match draft.filter {
-            Some(filter) if is_glass && transparency == 0.0 => filter,
-            _ => transparency * filter,
+        // The table in the header of this file.
+        material.transmission = match (draft.dissolve.or(draft.transparency), draft.filter) {
+            (Some(_), filter) => transparency * filter.unwrap_or(Color::ONE),
+            (None, Some(filter)) if matches!(draft.illumination, Some(4 | 6 | 7 | 9)) => {
+                let refracts = draft.ior.is_some_and(|ior| ior != 1.0);
+                let is_said = filter != Color::ONE || refracts;
+                if is_said { filter } else { Color::ZERO }
+            }
+            (None, _) => Color::ZERO,
         };
-        if material.transmission == Color::ZERO {
-            material.ior = 1.0;
+        material.ior = match draft.ior {
+            Some(ior) if material.transmission != Color::ZERO => ior,
+            _ => 1.0,
+        };
+        if draft.maps.color.is_some() && !draft.has_color {
+            material.diffuse = Color::ONE;
         }
-        let name = material.name.clone();
-        if self.materials.insert(name, draft.material).is_some() {
+        let cause = match (draft.dissolve, draft.transparency) {
+            (Some(d), _) => Cause {
+                what: format!("MTL `d {d}`"),
+                advice: "`d 1` would make them block",
+            },
+            (None, Some(tr)) if tr >= 1.0 => Cause {
+                what: format!("MTL `Tr {tr}`"),
+                advice: "scanning tools write it for what is opaque: if that is meant, write `d 1` \
+                    in its place in the material library",
+            },
+            (None, Some(tr)) => Cause {
+                what: format!("MTL `Tr {tr}`"),
+                advice: "`d 1` in its place would make them block",
+            },
+            (None, None) => Cause {
+                what: format!("MTL `Tf` with `illum {}`", draft.illumination.unwrap_or(0)),
+                advice: "`d 1` beside it would make them block",
+            },
+        };
+        let entry = Entry {
+            material: draft.material,
+            cause,
+            pictures: draft.maps,
+        };
+        let name = entry.material.name.clone();
+        if self.materials.insert(name, entry).is_some() {
             self.warnings
                 .add(place, "a material is defined twice: the last one counts");
         }
+    }
+
+    /// `map_Kd` or `map_d`: options, then the name of a picture.
+    fn read_map(&mut self, statement: &Statement<'_>, keyword: &str) {
+        let place = Place::Line(statement.line);
+        let Some(draft) = &mut self.draft else {
+            let message = "statements before the first `newmtl` are ignored";
+            self.warnings.add(place, message);
+            return;
+        };
+        let Some(map) = parse_map(statement.name()) else {
+            let message = format!("{} names no picture: ignored", quoted(statement.keyword()));
+            self.warnings.add(place, message);
+            return;
+        };
+        let slot: &mut Option<Map> = match keyword {
+            "map_d" => &mut draft.maps.alpha,
+            _ => &mut draft.maps.color,
+        };
+        *slot = Some(map);
+    }
+
+    /// Reads a number that only looks depend on: `None`, with a warning, if it is not finite.
+    fn look(
+        &mut self,
+        statement: &Statement<'_>,
+        entity: &'static str,
+    ) -> Result<Option<f64>, ReadError> {
+        let word = statement.arguments().next();
+        if word
+            .and_then(parse_any_number)
+            .is_some_and(|n| !n.is_finite())
+        {
+            self.not_finite(statement, entity);
+            return Ok(None);
+        }
+        self.number(statement, entity).map(Some)
+    }
+
+    fn not_finite(&mut self, statement: &Statement<'_>, entity: &str) {
+        let message = format!("`{entity}` is not finite: ignored");
+        self.warnings.add(Place::Line(statement.line), message);
     }
 
     /// Reads three numbers, or one for all three channels. A spectral curve or CIE coordinates
@@ -220,6 +354,12 @@ impl Reader<'_> {
                 place,
                 format!("`{entity}` as a spectral curve or as xyz is not read"),
             );
+            return Ok(None);
+        }
+        let is_odd = |word| parse_any_number(word).is_some_and(|n| !n.is_finite());
+        // What passes light is not guessed.
+        if entity != "Tf" && statement.arguments().any(is_odd) {
+            self.not_finite(statement, entity);
             return Ok(None);
         }
         let mut channels = [0.0; 3];
@@ -301,8 +441,10 @@ impl Reader<'_> {
         } = self;
         if !textures.is_empty() {
             let message = match textures.len() {
-                1 => "1 texture is not read; the plain colours are used".to_owned(),
-                count => format!("{count} textures are not read; the plain colours are used"),
+                1 => "1 texture is not read: it belongs to neither `map_Kd` nor `map_d`".to_owned(),
+                count => format!(
+                    "{count} textures are not read: they belong to neither `map_Kd` nor `map_d`"
+                ),
             };
             warnings.add(Place::Line(first_texture), message);
         }
@@ -318,11 +460,11 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Library {
-        read_mtl(Path::new("a.mtl"), text.as_bytes()).unwrap()
+        read_mtl(Path::new("a.obj"), "a.mtl", text.as_bytes()).unwrap()
     }
 
     fn refusal(text: &str) -> String {
-        read_mtl(Path::new("a.mtl"), text.as_bytes())
+        read_mtl(Path::new("a.obj"), "a.mtl", text.as_bytes())
             .unwrap_err()
             .to_string()
     }
@@ -344,7 +486,7 @@ mod tests {
             emission: Color::new(1.0, 2.0, 3.0),
             ..Material::default()
         };
-        assert_eq!(library.materials["glass of water"], expected);
+        assert_eq!(library.materials["glass of water"].material, expected);
         assert_eq!(library.warnings, []);
     }
 
@@ -360,24 +502,73 @@ mod tests {
         ] {
             let library = read(&format!("newmtl a\nKs 1 1 1\nillum {model}"));
             let expected = if mirrors { Color::ONE } else { Color::ZERO };
-            assert_eq!(library.materials["a"].reflection, expected, "illum {model}");
+            assert_eq!(
+                library.materials["a"].material.reflection, expected,
+                "illum {model}"
+            );
         }
     }
 
     #[test]
     fn dissolve_wins_over_transparency() {
-        let transmission = |text: &str| read(text).materials["a"].transmission;
+        let transmission = |text: &str| read(text).materials["a"].material.transmission;
         assert_eq!(transmission("newmtl a\nd 1\nTr 1"), Color::ZERO);
         assert_eq!(transmission("newmtl a\nTr 0.25"), Color::splat(0.25));
         assert_eq!(transmission("newmtl a\nd -halo 0.5"), Color::splat(0.5));
-        assert_eq!(transmission("newmtl a\nTf 1 1 1\nillum 2"), Color::ZERO);
-        assert_eq!(
-            transmission("newmtl a\nTf 1 1 0\nillum 7\nd 1"),
-            Color::new(1.0, 1.0, 0.0)
-        );
-        assert_eq!(transmission("newmtl a\nTf 1 0 0\nillum 4"), Color::X);
-        assert_eq!(transmission("newmtl a\nillum 4"), Color::ZERO);
         assert_eq!(transmission("newmtl a\nd 7"), Color::ZERO);
+    }
+
+    #[test]
+    fn values_and_not_the_illumination_model_decide_what_passes_light() {
+        let transmission = |text: &str| {
+            let text = format!("newmtl a\n{text}");
+            read(&text).materials["a"].material.transmission
+        };
+        for model in [4, 6, 7, 9] {
+            let with = |text: &str| transmission(&format!("illum {model}\n{text}"));
+            assert_eq!(with(""), Color::ZERO);
+            assert_eq!(with("Tf 1 0 0"), Color::X);
+            assert_eq!(with("Tf 0 0 0"), Color::ZERO);
+            assert_eq!(with("Tf 1 1 1\nNi 1.5"), Color::ONE);
+            assert_eq!(with("Tf 1 0 0\nd 1"), Color::ZERO);
+            assert_eq!(with("Tf 1 0 0\nTr 0"), Color::ZERO);
+            assert_eq!(with("Tf 1 0 0\nd 0.5"), Color::new(0.5, 0.0, 0.0));
+            // Maya writes this for what is opaque.
+            assert_eq!(
+                with("Kd 0.5 0.5 0.5\nTf 1.00 1.00 1.00\nNi 1.00"),
+                Color::ZERO
+            );
+        }
+        for model in [0, 1, 2, 3, 5, 8] {
+            let with = |text: &str| transmission(&format!("illum {model}\n{text}"));
+            assert_eq!(with("Tf 1 0 0"), Color::ZERO);
+            assert_eq!(with("d 0.5"), Color::splat(0.5));
+        }
+    }
+
+    #[test]
+    fn looks_that_are_not_finite_are_ignored() {
+        let library = read("newmtl a\nKd nan 0 0\nKd nan nan nan\nNs inf\nKs -1.#IND 0 0\nNi nan");
+        assert_eq!(
+            library.materials["a"].material,
+            Material {
+                name: "a".into(),
+                ..Material::default()
+            }
+        );
+        let texts: Vec<_> = library.warnings.iter().map(Warning::to_string).collect();
+        assert_eq!(
+            texts,
+            [
+                "a.mtl:2: `Kd` is not finite: ignored (2 times; this is the first)",
+                "a.mtl:4: `Ns` is not finite: ignored",
+                "a.mtl:5: `Ks` is not finite: ignored",
+                "a.mtl:6: `Ni` is not finite: ignored",
+            ]
+        );
+        // These decide about shadows.
+        assert!(refusal("newmtl a\nTf nan 0 0").contains("found `nan`"));
+        assert!(refusal("newmtl a\nTr nan").contains("found `nan`"));
     }
 
     #[test]
@@ -397,7 +588,7 @@ mod tests {
                 "a.mtl:11: `Ks` as a spectral curve or as xyz is not read",
                 "a.mtl:2: `d` or `Tr` is not between 0 and 1: the nearer one is used",
                 "a.mtl:12: a material is defined twice: the last one counts",
-                "a.mtl:3: 2 textures are not read; the plain colours are used",
+                "a.mtl:4: 2 textures are not read: they belong to neither `map_Kd` nor `map_d`",
             ]
         );
     }

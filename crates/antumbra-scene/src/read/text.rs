@@ -1,11 +1,17 @@
 //! What text formats share: from bytes to text, from words to numbers.
 //!
 //! In: the bytes of a file; single words. Out: text, finite numbers, or what is wrong.
-//! Invariant: the locale plays no part; `nan`, `inf` and hexadecimal are no numbers.
+//! Invariant: the locale plays no part; hexadecimal is no number; `nan` and `inf` are numbers only to
+//! those who ask for them.
 
-use std::path::Path;
+use std::{borrow::Cow, path::Path};
 
-use crate::error::{Place, ReadError, ReadErrorKind};
+use antumbra_geometry::DVec3;
+
+use crate::{
+    error::{Place, ReadError, ReadErrorKind},
+    warning::WarningLog,
+};
 
 use super::MAX_FILE_BYTES;
 
@@ -34,11 +40,17 @@ pub(super) fn check_bytes(file: &Path, bytes: &[u8]) -> Result<(), ReadError> {
     })
 }
 
-/// Returns the text of a file, without a byte order mark.
+/// Returns the text of a file, without a byte order mark. Bytes that are not UTF-8 stand in names and
+/// comments: each is read as the character of that number (Latin-1), so that equal names stay equal,
+/// with a warning.
 ///
 /// # Errors
-/// The bytes are too many, a git-lfs pointer, binary data, or not UTF-8.
-pub(super) fn decode<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
+/// The bytes are too many, a git-lfs pointer or binary data.
+pub(super) fn decode<'a>(
+    file: &Path,
+    bytes: &'a [u8],
+    warnings: &mut WarningLog,
+) -> Result<Cow<'a, str>, ReadError> {
     check_bytes(file, bytes)?;
     let fail = |place, kind| {
         Err(ReadError {
@@ -58,18 +70,31 @@ pub(super) fn decode<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadEr
             },
         );
     }
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
-        Err(error) => {
-            let line = 1 + line_breaks(&bytes[..error.valid_up_to()]);
-            fail(
-                Place::Line(line),
-                ReadErrorKind::NotText {
-                    found: "a byte that is not UTF-8",
-                },
-            )
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let error = match std::str::from_utf8(bytes) {
+        Ok(text) => return Ok(Cow::Borrowed(text)),
+        Err(error) => error,
+    };
+    let line = 1 + line_breaks(&bytes[..error.valid_up_to()]);
+    let message = "the text is not all UTF-8: other bytes are read as Latin-1";
+    warnings.add(Place::Line(line), message);
+    let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
+    let mut follows_invalid = false;
+    for chunk in bytes.utf8_chunks() {
+        let mut valid = chunk.valid();
+        // In Shift-JIS, the second byte of a character may be that of `\`. It does not continue a line.
+        if follows_invalid
+            && let Some(rest) = valid.strip_prefix('\\')
+            && (rest.is_empty() || rest.starts_with(['\n', '\r']))
+        {
+            text.push('\u{ff3c}');
+            valid = rest;
         }
+        text.push_str(valid);
+        text.extend(chunk.invalid().iter().map(|&byte| char::from(byte)));
+        follows_invalid = !chunk.invalid().is_empty();
     }
+    Ok(Cow::Owned(text))
 }
 
 /// Counts line breaks: `\n`, `\r\n` or a lone `\r`.
@@ -94,6 +119,64 @@ pub(super) fn parse_number(word: &str) -> Option<f64> {
         return None;
     }
     word.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// Reads a number as [`parse_number`] does, or what stands for one that is not finite (`nan`, `inf`,
+/// `-1.#IND`, a number too large for an `f64`), which is then NaN or infinite.
+pub(super) fn parse_any_number(word: &str) -> Option<f64> {
+    parse_number(word).or_else(|| {
+        let unsigned = word.strip_prefix(['+', '-']).unwrap_or(word);
+        let begins = |name: &str| {
+            let head = unsigned.get(..name.len());
+            head.is_some_and(|head| head.eq_ignore_ascii_case(name))
+        };
+        if ["nan", "1.#ind", "1.#qnan", "1.#snan"]
+            .into_iter()
+            .any(begins)
+        {
+            return Some(f64::NAN);
+        }
+        let is_numeric = |b: u8| matches!(b, b'0'..=b'9' | b'.' | b'+' | b'-' | b'e' | b'E');
+        let is_too_large = word.bytes().all(is_numeric) && word.parse::<f64>().is_ok();
+        (is_too_large || begins("inf") || begins("1.#inf")).then_some(f64::INFINITY)
+    })
+}
+
+/// What is to be done about a face with corners at these places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Corners {
+    /// All are places.
+    Fine,
+    /// One is not finite.
+    NotFinite,
+    /// A coordinate is beyond 2^100.
+    TooLarge(f64),
+}
+
+impl Corners {
+    pub(super) fn of(places: impl Iterator<Item = DVec3>) -> Self {
+        let mut found = Self::Fine;
+        for place in places {
+            if !place.is_finite() {
+                return Self::NotFinite;
+            }
+            if place.abs().max_element() > LARGEST_COORDINATE {
+                let coordinates = place.to_array().into_iter();
+                let largest =
+                    coordinates.fold(0.0, |m: f64, x| if x.abs() > m.abs() { x } else { m });
+                found = Self::TooLarge(largest);
+            }
+        }
+        found
+    }
+
+    /// What is said about a face that is dropped.
+    pub(super) const NOT_FINITE: &str = "a face has a corner that is not finite: dropped";
+
+    /// Says what is wrong with a coordinate.
+    pub(super) fn too_large(coordinate: f64) -> String {
+        format!("{coordinate:e} exceeds 2^100 (1.27e30), the largest coordinate")
+    }
 }
 
 /// Returns whether a word begins like a number: with a digit, a sign or a decimal point.
@@ -146,21 +229,61 @@ mod tests {
         }
     }
 
+    fn decoded(bytes: &[u8]) -> (Result<String, String>, Vec<String>) {
+        let mut warnings = WarningLog::new(Path::new("a.nff"));
+        let text = decode(Path::new("a.nff"), bytes, &mut warnings);
+        let text = text.map(Cow::into_owned).map_err(|error| error.to_string());
+        (
+            text,
+            warnings.finish().iter().map(ToString::to_string).collect(),
+        )
+    }
+
     #[test]
     fn text_that_is_none_is_refused_by_name() {
-        let refusal = |bytes: &[u8]| decode(Path::new("a.nff"), bytes).unwrap_err().to_string();
+        let refusal = |bytes: &[u8]| decoded(bytes).0.unwrap_err();
         assert!(
             refusal(b"version https://git-lfs.github.com/spec/v1\noid").contains("git lfs pull")
         );
         assert!(
             refusal(b"s 0 0\0 0").starts_with("a.nff: byte 5: expected UTF-8 text, found binary")
         );
-        assert!(
-            refusal(b"s 0\r\n# caf\xe9\n")
-                .starts_with("a.nff:2: expected UTF-8 text, found a byte")
-        );
         assert!(refusal(b"\xff\xfes\0").contains("found UTF-16"));
-        assert_eq!(decode(Path::new("a"), b"\xef\xbb\xbfs 0").unwrap(), "s 0");
+        assert_eq!(decoded(b"\xef\xbb\xbfs 0").0.unwrap(), "s 0");
+    }
+
+    #[test]
+    fn bytes_of_other_encodings_are_kept_apart_and_said_once() {
+        let warning = "the text is not all UTF-8: other bytes are read as Latin-1";
+        let (text, warnings) = decoded(b"s 0\r\n# caf\xe9\n\xe9");
+        assert_eq!(text.unwrap(), "s 0\r\n# caf\u{e9}\n\u{e9}");
+        assert_eq!(warnings, [format!("a.nff:2: {warning}")]);
+        // The Shift-JIS character 95 5C ends a name; the line does not go on.
+        let (text, _) = decoded(b"usemtl \x95\\\nf 1 2 3 \\\n4");
+        assert_eq!(text.unwrap(), "usemtl \u{95}\u{ff3c}\nf 1 2 3 \\\n4");
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_told_from_garbage() {
+        for word in [
+            "nan",
+            "NaN",
+            "-nan(ind)",
+            "inf",
+            "-Infinity",
+            "1e999",
+            "-1.#IND",
+            "1.#QNAN",
+        ] {
+            assert!(
+                parse_any_number(word).is_some_and(|n| !n.is_finite()),
+                "{word}"
+            );
+        }
+        for word in ["", "x", "1.0.0", "--1", "0x10", "1f", "\u{e9}"] {
+            assert_eq!(parse_any_number(word), None, "{word}");
+        }
+        assert_eq!(parse_any_number("-2.5"), Some(-2.5));
     }
 
     #[test]

@@ -178,7 +178,7 @@ fn write_material(
         Alpha::Opaque => {}
         Alpha::Blend if is_glass => note("its opacity is not written"),
         Alpha::Blend => note("its opacity is written as `d`, which readers may take for glass"),
-        Alpha::Mask { .. } => note("MTL has no cut-outs: it is written as whole"),
+        Alpha::Mask { .. } => note("its cut-outs are not written: it becomes whole"),
     }
     if !material.is_double_sided {
         note("MTL has no one-sided surfaces: the back is seen too");
@@ -198,6 +198,10 @@ fn write_material(
     if is_glass {
         color(out, "Tf", material.transmission)?;
         writeln!(out, "Ni {}", precision.text(material.ior))?;
+        if material.transmission == Color::ONE && material.ior == 1.0 {
+            // Without it readers could not tell it from what is opaque, as Maya writes that.
+            writeln!(out, "d 0")?;
+        }
     } else if material.alpha == Alpha::Blend {
         writeln!(out, "d {}", precision.text(material.opacity))?;
     }

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use antumbra_geometry::DVec3;
 use antumbra_scene::{
-    Loaded,
+    Loaded, Warning,
     model::{Alpha, Color, Filter, LightKind, Material, ShadowKind, Shape, Wrap},
 };
 use image::{ImageFormat, RgbaImage};
@@ -268,8 +268,11 @@ fn values_and_not_modes_decide_what_blocks() {
     // An opaque material's alpha is nothing.
     let opaque = look(r#""pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25]}"#);
     assert!(opaque.is_opaque());
-    let closed = look(r#""extensions": {"KHR_materials_transmission": {"transmissionFactor": 0}}"#);
-    assert!(closed.is_opaque());
-    let open = look(r#""extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}"#);
-    assert_eq!(open.shadow_kind(), ShadowKind::Transparent);
+    for (factor, expected) in [(0.0, ShadowKind::Opaque), (0.5, ShadowKind::Transparent)] {
+        let material = look(&format!(
+            r#""pbrMetallicRoughness": {{"metallicFactor": 0}},
+            "extensions": {{"KHR_materials_transmission": {{"transmissionFactor": {factor}}}}}"#
+        ));
+        assert_eq!(material.shadow_kind(), expected, "{factor}");
+    }
 }

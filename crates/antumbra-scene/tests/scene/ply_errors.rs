@@ -4,7 +4,6 @@ use crate::ply::{XYZ, plain, ply, refusal, triangle, warnings};
 
 #[test]
 fn header_errors_name_their_line() {
-    let list = "property list uchar int vertex_indices\n";
     for (header, reason) in [
         ("", "a.ply:3: expected an element `vertex`, found none"),
         (
@@ -75,8 +74,8 @@ fn header_errors_name_their_line() {
             "a.ply:7: in `element face`",
         ),
         (
-            &format!("element vertex 1\n{XYZ}element tristrips 1\n{list}"),
-            "a.ply:7: in `element tristrips`: triangle strips are not read; help: export the file with an element `face`",
+            &format!("element vertex 1\n{XYZ}element tristrips 1\nproperty int vertex_indices\n"),
+            "a.ply:7: in `element tristrips`: expected a list of integers `vertex_indices`",
         ),
     ] {
         let error = refusal(triangle(header, ""));
@@ -128,14 +127,9 @@ fn body_errors_in_text_name_their_line() {
             "a.ply:11: in `vertex`: expected a number for `z` of `vertex` 2 of 3, found `x`",
         ),
         (
-            "0 0 0\n1 0 nan\n",
-            "a.ply:11: in `vertex`: expected a number for `z` of `vertex` 2 of 3, found `nan`",
+            "0 0 0\n1 0 2e30\n0 1 0\n3 0 1 2\n",
+            "a.ply:13: in `face`: 2.0000000",
         ),
-        (
-            "0 0 0\n1 0 1e39\n",
-            "a.ply:11: in `vertex`: `z`: inf is no coordinate",
-        ),
-        ("0 0 0\n1 0 2e30\n", "a.ply:11: in `vertex`: `z`: 2.0000000"),
         (
             "0 0 0\n1 0 0 0\n",
             "a.ply:11: in `vertex`: expected the end of the line after `vertex` 2 of 3, found `0`; help: check the properties",
@@ -184,15 +178,11 @@ fn body_errors_in_bytes_name_their_byte() {
             .collect::<Vec<_>>()
     };
     let good = floats([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-    let nan = floats([0.0, 0.0, 0.0, 1.0, f32::NAN, 0.0, 0.0, 1.0, 0.0]);
-    let infinite = floats([0.0, 0.0, 0.0, 1.0, 0.0, f32::INFINITY, 0.0, 1.0, 0.0]);
     let corners = |count: u8, indices: [i32; 3]| {
         let indices = indices.iter().flat_map(|i| i.to_le_bytes());
         [count].into_iter().chain(indices).collect::<Vec<_>>()
     };
     for (body, offset, reason) in [
-        (nan, 16, "in `vertex`: `y`: NaN is no coordinate"),
-        (infinite, 20, "in `vertex`: `z`: inf is no coordinate"),
         (
             good[..30].to_vec(),
             28,

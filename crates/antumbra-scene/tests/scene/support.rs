@@ -28,6 +28,15 @@ pub(crate) fn obj(text: &str, library: &str) -> Result<Loaded, ReadError> {
     )
 }
 
+/// Returns what is said of a scene, apart from what casts no shadow.
+pub(crate) fn beside_shadows(loaded: &Loaded) -> Vec<String> {
+    let is_about_shadows = |text: &String| {
+        text.contains("no shadow") || text.contains("nothing in this scene casts a shadow")
+    };
+    let texts = loaded.warnings.iter().map(ToString::to_string);
+    texts.filter(|text| !is_about_shadows(text)).collect()
+}
+
 /// Returns the folder of other people's scenes, or says loudly that its tests do not run.
 #[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
 pub(crate) fn shared_scenes() -> Option<PathBuf> {

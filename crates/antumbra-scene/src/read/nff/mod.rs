@@ -31,7 +31,9 @@ use crate::{
 use super::{
     Loaded,
     area::has_area,
-    text::{LARGEST_COORDINATE, begins_like_number, decode, parse_number},
+    text::{
+        Corners, LARGEST_COORDINATE, begins_like_number, decode, parse_any_number, parse_number,
+    },
 };
 use dialect::{Foreign, foreign};
 use lexer::{Lexer, Word};
@@ -58,8 +60,9 @@ const KNOWN: &str = "v, b, l, f, s, c, p, pp";
 /// assert!(error.to_string().starts_with("a.nff:1: in `s`: expected 4 numbers"));
 /// ```
 pub fn read_nff(file: &Path, bytes: &[u8]) -> Result<Loaded, ReadError> {
-    let text = decode(file, bytes)?;
-    let mut reader = Reader::new(file, text);
+    let mut warnings = WarningLog::new(file);
+    let text = decode(file, bytes, &mut warnings)?;
+    let mut reader = Reader::new(file, &text, warnings);
     reader.read_entities()?;
     Ok(reader.finish())
 }
@@ -79,11 +82,11 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(file: &'a Path, text: &'a str) -> Self {
+    fn new(file: &'a Path, text: &'a str, warnings: WarningLog) -> Self {
         Self {
             file,
             lexer: Lexer::new(text),
-            warnings: WarningLog::new(file),
+            warnings,
             scene: Scene {
                 facing: Facing::Winding,
                 up: DVec3::Z,
@@ -258,11 +261,24 @@ impl<'a> Reader<'a> {
         for _ in 0..count {
             if is_patch {
                 const EXPECTED: &str = "6 numbers for each vertex (position and normal)";
-                vertices.push(self.point(entity, EXPECTED)?);
-                normals.push(self.point(entity, EXPECTED)?);
+                vertices.push(self.vertex(entity, EXPECTED)?);
+                let normal = self.vertex(entity, EXPECTED)?;
+                if !normal.is_finite() {
+                    let message = "a normal is not finite: none is used";
+                    self.warnings.add(Place::Line(line), message);
+                }
+                normals.push(if normal.is_finite() {
+                    normal
+                } else {
+                    DVec3::ZERO
+                });
             } else {
-                vertices.push(self.point(entity, "3 numbers for each vertex")?);
+                vertices.push(self.vertex(entity, "3 numbers for each vertex")?);
             }
+        }
+        if !vertices.iter().all(|vertex| vertex.is_finite()) {
+            self.warnings.add(Place::Line(line), Corners::NOT_FINITE);
+            return Ok(());
         }
         if !has_area(vertices.iter().copied()) {
             self.warnings.add(
@@ -337,6 +353,25 @@ impl<'a> Reader<'a> {
             let message = format!("`{entity}` has a negative colour or weight: 0 is used");
             self.warnings.add(Place::Line(line), message);
         }
+    }
+
+    /// Reads a position or normal of a polygon, which may not be finite.
+    fn vertex(&mut self, entity: &'static str, expected: &'static str) -> Result<DVec3, ReadError> {
+        let mut numbers = [0.0; 3];
+        for number in &mut numbers {
+            let unusual = self
+                .lexer
+                .peek()
+                .and_then(|word| parse_any_number(word.text));
+            match unusual.filter(|number| !number.is_finite()) {
+                Some(unusual) => {
+                    self.lexer.next();
+                    *number = unusual;
+                }
+                None => [*number] = self.coordinates(entity, expected)?,
+            }
+        }
+        Ok(DVec3::from_array(numbers))
     }
 
     fn point(&mut self, entity: &'static str, expected: &'static str) -> Result<DVec3, ReadError> {

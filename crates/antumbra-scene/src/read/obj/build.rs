@@ -5,23 +5,25 @@
 
 use std::collections::HashMap;
 
-use antumbra_geometry::DVec3;
-
 use crate::{
     defaults::AMBIENT,
     error::{Place, ReadError, quoted},
-    model::{Corner, Facing, Material, Mesh, Object, Scene, Shape},
+    model::{Color, Corner, Facing, Material, Mesh, Object, Scene, Shape},
+    opacity,
+    texture::linear_of_srgb,
 };
 
 use super::{
-    super::{Loaded, area::has_area},
+    super::{Loaded, area::has_area, mtl::Entry, text::Corners},
     Part, Reader,
+    pictures::{Open, Pictures},
 };
 
 impl Reader<'_> {
     /// Checks the indices, then turns the parts into meshes.
-    pub(super) fn finish(mut self) -> Result<Loaded, ReadError> {
+    pub(super) fn finish(mut self, open: &mut Open<'_>) -> Result<Loaded, ReadError> {
         self.check_indices()?;
+        self.settle_colors();
         let parts = std::mem::take(&mut self.parts);
         self.part_of = HashMap::new();
         let mut scene = Scene {
@@ -30,8 +32,9 @@ impl Reader<'_> {
             ..Scene::default()
         };
         let mut material_of = HashMap::new();
-        let mut position_slots = Slots::new(self.positions.len());
-        let mut normal_slots = Slots::new(self.normals.len());
+        let mut causes = Vec::new();
+        let mut pictures = Pictures::default();
+        let mut slots = [self.positions.len(), self.normals.len(), self.uvs.len()].map(Slots::new);
         for part in parts {
             let Part {
                 name,
@@ -41,20 +44,33 @@ impl Reader<'_> {
                 face_lines,
             } = part;
             let first_line = face_lines[0];
-            let mesh = self.mesh(
-                &corners,
-                &face_ends,
-                &face_lines,
-                &mut position_slots,
-                &mut normal_slots,
-            );
+            let entry = material
+                .as_deref()
+                .and_then(|name| self.materials.get(name));
+            let has_picture = entry.is_some_and(Entry::has_picture);
+            let mut mesh = self.mesh(&corners, &face_ends, &face_lines, has_picture, &mut slots)?;
             if mesh.face_ends.is_empty() {
                 continue;
             }
-            let material = *material_of.entry(material).or_insert_with_key(|name| {
-                scene.materials.push(self.look(name.as_deref(), first_line));
-                scene.materials.len() - 1
+            let (material, place) = *material_of.entry(material).or_insert_with_key(|name| {
+                let entry = self.look(name.as_deref(), first_line);
+                let mut material = entry.material;
+                let place = entry.pictures.place();
+                let warnings = &mut self.warnings;
+                pictures.put_on(
+                    &mut material,
+                    &entry.pictures,
+                    &mut scene.textures,
+                    open,
+                    warnings,
+                );
+                scene.materials.push(material);
+                causes.push(entry.cause);
+                (scene.materials.len() - 1, place)
             });
+            for uv in &mut mesh.uvs {
+                *uv = place.of(*uv);
+            }
             scene.objects.push(Object {
                 name,
                 shape: Shape::Mesh(mesh),
@@ -64,92 +80,153 @@ impl Reader<'_> {
         if scene.objects.is_empty() {
             self.warnings.add(Place::Whole, "no faces in the file");
         }
+        opacity::settle(
+            &mut scene,
+            |_, number| causes.get(number).cloned().unwrap_or_default(),
+            &mut self.warnings,
+        );
         let mut warnings = self.warnings.finish();
         warnings.extend(self.library_warnings);
         Ok(Loaded { scene, warnings })
     }
 
+    /// Brings colours to linear ones, one for each position, or none.
+    fn settle_colors(&mut self) {
+        if self.colors.is_empty() {
+            return;
+        }
+        self.colors.resize(self.positions.len(), [f32::NAN; 3]);
+        let full = if self.largest_color > 1.0 { 255.0 } else { 1.0 };
+        for channel in self.colors.as_flattened_mut() {
+            *channel = if channel.is_nan() {
+                1.0
+            } else {
+                linear_of_srgb(f64::from(*channel) / full) as f32
+            };
+        }
+    }
+
     /// Finds the first face in the file that names a vertex the whole file does not have.
     fn check_indices(&self) -> Result<(), ReadError> {
-        let lists = [("v", self.positions.len()), ("vn", self.normals.len())];
-        let is_bad = |index: u32, (_, count): (&str, usize)| {
-            index != Corner::NONE && index as usize >= count
-        };
-        let mut first: Option<(u32, u32, (&str, usize))> = None;
+        let count = self.positions.len();
+        let mut first: Option<(u32, u32)> = None;
         for part in &self.parts {
             let mut start = 0;
             for (&end, &line) in part.face_ends.iter().zip(&part.face_lines) {
                 for corner in &part.corners[start..end as usize] {
-                    for (index, list) in [(corner.position, lists[0]), (corner.normal, lists[1])] {
-                        if is_bad(index, list) && first.is_none_or(|(l, ..)| line < l) {
-                            first = Some((line, index, list));
-                        }
+                    let index = corner.position;
+                    if index as usize >= count && first.is_none_or(|(l, _)| line < l) {
+                        first = Some((line, index));
                     }
                 }
                 start = end as usize;
             }
         }
-        let Some((line, index, (list, count))) = first else {
+        let Some((line, index)) = first else {
             return Ok(());
         };
         let number = u64::from(index) + 1;
-        let problem = format!("index {number} names no `{list}`: the file has {count}");
+        let problem = format!("index {number} names no `v`: the file has {count}");
         Err(self.invalid(line, "f", problem, "export the file again"))
     }
 
-    /// Builds the mesh of one part, without faces that have no area.
+    /// Builds the mesh of one part, without faces that have no area or are not finite, and with
+    /// texture coordinates if they are asked for.
     fn mesh(
         &mut self,
         corners: &[Corner],
         face_ends: &[u32],
         face_lines: &[u32],
-        position_slots: &mut Slots,
-        normal_slots: &mut Slots,
-    ) -> Mesh {
+        has_picture: bool,
+        slots: &mut [Slots; 3],
+    ) -> Result<Mesh, ReadError> {
         let mut mesh = Mesh::default();
-        position_slots.begin();
-        normal_slots.begin();
+        slots.iter_mut().for_each(Slots::begin);
+        let [position_slots, normal_slots, uv_slots] = slots;
         let mut start = 0;
         for (&end, &line) in face_ends.iter().zip(face_lines) {
             let face = &corners[start..end as usize];
             start = end as usize;
-            if !has_area(
-                face.iter()
-                    .map(|corner| self.positions[corner.position as usize]),
-            ) {
+            let places = face.iter().map(|c| self.positions[c.position as usize]);
+            match Corners::of(places.clone()) {
+                Corners::Fine => {}
+                Corners::NotFinite => {
+                    self.warnings.add(Place::Line(line), Corners::NOT_FINITE);
+                    continue;
+                }
+                Corners::TooLarge(coordinate) => {
+                    let problem = Corners::too_large(coordinate);
+                    return Err(self.invalid(line, "f", problem, "scale the scene down"));
+                }
+            }
+            if !has_area(places) {
                 self.warnings
                     .add(Place::Line(line), "a face has no area: dropped");
                 continue;
             }
             for corner in face {
+                let known = mesh.positions.len();
                 let position =
                     position_slots.place(corner.position, &self.positions, &mut mesh.positions);
+                if mesh.positions.len() > known
+                    && let Some(&[r, g, b]) = self.colors.get(corner.position as usize)
+                {
+                    mesh.colors.push([r, g, b, 1.0]);
+                }
                 let normal = match corner.normal {
                     Corner::NONE => Corner::NONE,
+                    index if index as usize >= self.normals.len() => {
+                        let message = "a face names a normal that is not there: none is used";
+                        self.warnings.add(Place::Line(line), message);
+                        Corner::NONE
+                    }
                     normal => normal_slots.place(normal, &self.normals, &mut mesh.normals),
                 };
+                let uv = match corner.uv {
+                    Corner::NONE => Corner::NONE,
+                    index if index as usize >= self.uvs.len() => {
+                        if has_picture {
+                            let message =
+                                "a face names a texture coordinate that is not there: none is used";
+                            self.warnings.add(Place::Line(line), message);
+                        }
+                        Corner::NONE
+                    }
+                    _ if !has_picture => Corner::NONE,
+                    uv => uv_slots.place(uv, &self.uvs, &mut mesh.uvs),
+                };
                 mesh.corners.push(Corner {
+                    position,
                     normal,
-                    ..Corner::at(position)
+                    uv,
                 });
             }
             mesh.face_ends.push(mesh.corners.len() as u32);
         }
-        mesh
+        Ok(mesh)
     }
 
     /// Returns the material of a name, or grey with a warning.
-    fn look(&mut self, name: Option<&str>, line: u32) -> Material {
+    fn look(&mut self, name: Option<&str>, line: u32) -> Entry {
+        // Colours of vertices are shown as they are.
+        let plain = Material {
+            diffuse: if self.colors.is_empty() {
+                Material::default().diffuse
+            } else {
+                Color::ONE
+            },
+            ..Material::default()
+        };
         let Some(name) = name else {
-            return Material::default();
+            return Entry::plain(plain);
         };
         self.materials.get(name).cloned().unwrap_or_else(|| {
             let message = format!("material {} is not defined: grey is used", quoted(name));
             self.warnings.add(Place::Line(line), message);
-            Material {
+            Entry::plain(Material {
                 name: name.to_owned(),
-                ..Material::default()
-            }
+                ..plain
+            })
         })
     }
 }
@@ -176,7 +253,7 @@ impl Slots {
     }
 
     /// Returns the index in the mesh of a vertex of the file, copying it at its first use.
-    fn place(&mut self, index: u32, from: &[DVec3], to: &mut Vec<DVec3>) -> u32 {
+    fn place<T: Copy>(&mut self, index: u32, from: &[T], to: &mut Vec<T>) -> u32 {
         let slot = &mut self.slots[index as usize];
         if slot.0 != self.mesh {
             *slot = (self.mesh, to.len() as u32);

@@ -2,14 +2,17 @@
 //!
 //! In: the text of a file and a way to open its material libraries. Out: a scene with one mesh
 //! for every pair of name (`o` or `g`, whichever came last) and material, in the order in which
-//! the pairs first have faces. Invariant: meshes hold the positions and normals their faces
-//! use, each once, in the order of first use; every face has area.
+//! the pairs first have faces. Invariant: meshes hold the positions, normals and texture coordinates
+//! their faces use, each once, in the order of first use; every face has area. What no face uses may
+//! be anything; normals, texture coordinates and colours that are wrong are left out with a warning.
 //!
 //! The format has no lights, no view and no background: the scene has none either, and
-//! [`AMBIENT`](crate::defaults::AMBIENT) light. Texture coordinates, smoothing groups, vertex colours, points, lines and
-//! curves are not used. Vertices may follow the faces that use them.
+//! [`AMBIENT`](crate::defaults::AMBIENT) light. Smoothing groups, points, lines and curves are not used.
+//! Vertices may follow the faces that use them. Colours of vertices are taken for sRGB, 0 to 1, or to
+//! 255 if one is above 1.
 
 mod build;
+mod pictures;
 
 use std::{
     collections::{HashMap, HashSet},
@@ -21,22 +24,22 @@ use antumbra_geometry::DVec3;
 
 use crate::{
     error::{Place, ReadError, ReadErrorKind, quoted},
-    model::{Corner, Material},
+    model::Corner,
     warning::{Warning, WarningLog},
 };
 
 use super::{
     Loaded, ReadOptions, UpAxis,
-    mtl::read_mtl,
+    mtl::{Entry, read_mtl},
     statements::{Statement, Statements},
-    text::{LARGEST_COORDINATE, decode, parse_number},
+    text::{Corners, LARGEST_COORDINATE, decode, parse_any_number},
 };
 
 /// The most pairs of name and material that have faces. A pair takes about a kilobyte and as little
 /// as 17 bytes of text; no real file comes near this number.
 const MOST_PARTS: usize = 1 << 20;
-/// Statements that are read past in silence: they change nothing that is used.
-const SILENT: [&str; 2] = ["vt", "s"];
+/// What is said about normals that are not finite.
+const BAD_NORMAL: &str = "a normal is not finite or exceeds 2^100: none is used";
 /// Statements of the format that are not supported.
 const UNSUPPORTED: [(&str, &[&str]); 3] = [
     ("points and lines (`p`, `l`) are not read", &["p", "l"]),
@@ -64,13 +67,14 @@ const UNSUPPORTED: [(&str, &[&str]); 3] = [
 ];
 
 /// Reads OBJ from bytes. `file` is only a name for messages; `open` returns the bytes of a
-/// material library by the name the file gives it, or says why not (a warning, not an error).
+/// material library or a picture by the name the files give it, or says why not (a warning, not an
+/// error).
 ///
-/// Time is linear in the number of bytes; memory is at most some 20 times that, and a kilobyte for
-/// each of at most 2^20 pairs of name and material.
+/// Time is linear in the number of bytes and texels; memory is at most some 20 times the bytes, a
+/// kilobyte for each of at most 2^20 pairs of name and material, and at most 2 GiB for pictures.
 ///
 /// # Errors
-/// The bytes are no text, a number is none, an index names no vertex, a coordinate exceeds
+/// The bytes are no text, a number is none, an index names no vertex, a coordinate of a face exceeds
 /// 2^100, there are too many names, a material library is malformed; see [`ReadErrorKind`].
 ///
 /// # Example
@@ -88,15 +92,19 @@ pub fn read_obj(
     options: &ReadOptions,
     open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, ReadError> {
-    let text = decode(file, bytes)?;
+    let mut warnings = WarningLog::new(file);
+    let text = decode(file, bytes, &mut warnings)?;
     let mut reader = Reader {
         file,
-        warnings: WarningLog::new(file),
+        warnings,
         library_warnings: Vec::new(),
         libraries: HashSet::new(),
         materials: HashMap::new(),
         positions: Vec::new(),
         normals: Vec::new(),
+        uvs: Vec::new(),
+        colors: Vec::new(),
+        largest_color: 0.0,
         name: String::new(),
         material: None,
         current: None,
@@ -104,10 +112,10 @@ pub fn read_obj(
         part_of: HashMap::new(),
         corners: Vec::new(),
     };
-    for statement in Statements::new(text) {
+    for statement in Statements::new(&text) {
         reader.read(&statement, open)?;
     }
-    let mut loaded = reader.finish()?;
+    let mut loaded = reader.finish(open)?;
     loaded.scene.up = options.up.unwrap_or(UpAxis::Y).vector();
     Ok(loaded)
 }
@@ -128,9 +136,13 @@ struct Reader<'a> {
     library_warnings: Vec<Warning>,
     /// Names of the libraries opened so far, each once.
     libraries: HashSet<String>,
-    materials: HashMap<String, Material>,
+    materials: HashMap<String, Entry>,
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
+    uvs: Vec<[f64; 2]>,
+    /// As written, for positions up to the last that has one; white for others.
+    colors: Vec<[f32; 3]>,
+    largest_color: f32,
     /// What the next face belongs to.
     name: String,
     material: Option<String>,
@@ -153,8 +165,16 @@ impl Reader<'_> {
             "vn" => {
                 let mut words = statement.arguments();
                 let normal = self.point(statement, &mut words, "vn", "3 numbers (a normal)")?;
-                self.normals.push(normal);
+                if Corners::of([normal].into_iter()) == Corners::Fine {
+                    self.normals.push(normal);
+                } else {
+                    self.warnings.add(Place::Line(statement.line), BAD_NORMAL);
+                    self.normals.push(DVec3::ZERO);
+                }
             }
+            "vt" => self.read_uv(statement),
+            // Smoothing groups change nothing that is used.
+            "s" => {}
             "f" => self.read_face(statement)?,
             "o" | "g" => {
                 statement.name().clone_into(&mut self.name);
@@ -165,7 +185,6 @@ impl Reader<'_> {
                 self.current = None;
             }
             "mtllib" => self.read_libraries(statement, open)?,
-            keyword if SILENT.contains(&keyword) => {}
             keyword => {
                 let place = Place::Line(statement.line);
                 match UNSUPPORTED
@@ -188,20 +207,44 @@ impl Reader<'_> {
         const EXPECTED: &str = "3 numbers (x y z), 4 (and w), or 6 and more (and a colour)";
         let mut words = statement.arguments();
         let position = self.point(statement, &mut words, "v", EXPECTED)?;
+        let mut color = [0.0; 3];
         let mut surplus = 0;
         for word in words {
-            self.number(statement, Some(word), "v", EXPECTED)?;
+            let number = self.number(statement, Some(word), "v", EXPECTED)?;
+            if let Some(channel) = color.get_mut(surplus) {
+                *channel = number as f32;
+            }
             surplus += 1;
         }
+        self.positions.push(position);
         match surplus {
             0 | 1 => {}
             2 => return Err(self.expected(statement, "v", EXPECTED, "5 numbers".into())),
-            _ => self
-                .warnings
-                .add(Place::Line(statement.line), "vertex colours are not read"),
+            _ if color.iter().all(|channel| channel.is_finite()) => {
+                self.colors.resize(self.positions.len() - 1, [f32::NAN; 3]);
+                self.colors.push(color);
+                self.largest_color = color.into_iter().fold(self.largest_color, f32::max);
+            }
+            _ => {
+                let message = "a colour is not finite: white is used";
+                self.warnings.add(Place::Line(statement.line), message);
+            }
         }
-        self.positions.push(position);
         Ok(())
+    }
+
+    /// `vt u v`; `v` is 0 where it is left out. Only looks and holes depend on it.
+    fn read_uv(&mut self, statement: &Statement<'_>) {
+        let mut words = statement.arguments();
+        let mut number = || words.next().map_or(Some(0.0), parse_any_number);
+        let uv = [number(), number()];
+        let is_fine = |number: &Option<f64>| number.is_some_and(|n| n.abs() <= LARGEST_COORDINATE);
+        if !uv.iter().all(is_fine) {
+            let message = "a texture coordinate is no number or too large: 0 is used";
+            self.warnings.add(Place::Line(statement.line), message);
+        }
+        self.uvs
+            .push(uv.map(|n| if is_fine(&n) { n.unwrap_or(0.0) } else { 0.0 }));
     }
 
     fn read_face(&mut self, statement: &Statement<'_>) -> Result<(), ReadError> {
@@ -232,49 +275,38 @@ impl Reader<'_> {
         };
         let mut fields = word.split('/');
         let position = fields.next().and_then(parse_index).ok_or_else(garbled)?;
-        let texture = fields.next().unwrap_or_default();
-        let normal = fields.next().unwrap_or_default();
-        let is_texture_fine = texture.is_empty() || parse_index(texture).is_some();
-        if fields.next().is_some() || !is_texture_fine {
+        let mut other = || match fields.next() {
+            None | Some("") => Ok(None),
+            Some(field) => parse_index(field).map(Some).ok_or_else(garbled),
+        };
+        let [uv, normal] = [other()?, other()?];
+        if fields.next().is_some() {
             return Err(garbled());
         }
-        let position = self.resolve(statement, position, self.positions.len(), "v")?;
-        let normal = match normal {
-            "" => Corner::NONE,
-            index => {
-                let index = parse_index(index).ok_or_else(garbled)?;
-                self.resolve(statement, index, self.normals.len(), "vn")?
-            }
+        let resolved = |index: Option<i64>, count: usize| match index {
+            None => Corner::NONE,
+            Some(index) => from_zero(index, count).unwrap_or(MISSING),
         };
         Ok(Corner {
-            normal,
-            ..Corner::at(position)
+            position: self.resolve(statement, position)?,
+            normal: resolved(normal, self.normals.len()),
+            uv: resolved(uv, self.uvs.len()),
         })
     }
 
     /// Returns the index from 0 of a vertex that a face names: from 1, or backwards from -1.
     /// Whether a vertex counted forwards exists is known only at the end of the file.
-    fn resolve(
-        &self,
-        statement: &Statement<'_>,
-        index: i64,
-        count: usize,
-        list: &str,
-    ) -> Result<u32, ReadError> {
-        let count = count as i64;
-        let from_zero = if index < 0 {
-            count.saturating_add(index)
-        } else {
-            index - 1
-        };
+    fn resolve(&self, statement: &Statement<'_>, index: i64) -> Result<u32, ReadError> {
+        let count = self.positions.len();
+        if let Some(position) = from_zero(index, count) {
+            return Ok(position);
+        }
         let problem = if index == 0 {
-            format!("index 0 names no `{list}`; indices count from 1, or backwards from -1")
-        } else if from_zero < 0 {
-            format!("index {index} names no `{list}`: only {count} came before")
-        } else if from_zero >= i64::from(Corner::NONE) {
-            format!("index {index} names no `{list}`: no file has that many")
+            "index 0 names no `v`; indices count from 1, or backwards from -1".into()
+        } else if index < 0 {
+            format!("index {index} names no `v`: only {count} came before")
         } else {
-            return Ok(from_zero as u32);
+            format!("index {index} names no `v`: no file has that many")
         };
         Err(self.invalid(statement.line, "f", problem, "export the file again"))
     }
@@ -337,8 +369,7 @@ impl Reader<'_> {
     }
 
     fn read_library(&mut self, name: &str, bytes: &[u8]) -> Result<(), ReadError> {
-        let path = self.file.parent().unwrap_or(Path::new("")).join(name);
-        let library = read_mtl(&path, bytes)?;
+        let library = read_mtl(self.file, name, bytes)?;
         self.materials.extend(library.materials);
         self.library_warnings.extend(library.warnings);
         Ok(())
@@ -352,6 +383,7 @@ impl Reader<'_> {
         self.warnings.add(Place::Line(statement.line), message);
     }
 
+    /// Reads three numbers of any size, or not finite.
     fn point<'w>(
         &self,
         statement: &Statement<'_>,
@@ -362,10 +394,6 @@ impl Reader<'_> {
         let mut numbers = [0.0; 3];
         for number in &mut numbers {
             *number = self.number(statement, words.next(), entity, expected)?;
-            if number.abs() > LARGEST_COORDINATE {
-                let problem = format!("{number:e} exceeds 2^100 (1.27e30), the largest coordinate");
-                return Err(self.invalid(statement.line, entity, problem, "scale the scene down"));
-            }
         }
         Ok(DVec3::from_array(numbers))
     }
@@ -377,7 +405,7 @@ impl Reader<'_> {
         entity: &'static str,
         expected: &'static str,
     ) -> Result<f64, ReadError> {
-        word.and_then(parse_number).ok_or_else(|| {
+        word.and_then(parse_any_number).ok_or_else(|| {
             let found = word.map_or_else(|| "the end of the line".into(), quoted);
             self.expected(statement, entity, expected, found)
         })
@@ -429,6 +457,19 @@ fn plain_path(name: &str) -> String {
         .split(['/', '\\'])
         .filter(|part| !matches!(*part, "" | "."));
     parts.collect::<Vec<_>>().join("/")
+}
+
+/// An index that names nothing, of what a face can do without.
+const MISSING: u32 = Corner::NONE - 1;
+
+/// Returns the index from 0 for one from 1, or for one backwards from -1 where so many came before.
+fn from_zero(index: i64, count: usize) -> Option<u32> {
+    let index = match index {
+        0 => return None,
+        1.. => index - 1,
+        _ => (count as i64).checked_add(index)?,
+    };
+    u32::try_from(index).ok().filter(|&index| index < MISSING)
 }
 
 /// Reads a whole word as an integer. Rust reads no blanks, no fractions and no overflow.

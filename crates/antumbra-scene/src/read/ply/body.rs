@@ -6,7 +6,7 @@
 
 use crate::error::{Place, quoted};
 
-use super::{super::text::parse_number, header::NumberType};
+use super::{super::text::parse_any_number, header::NumberType};
 
 /// Why there is no number; the place is [`Body::place`].
 #[derive(Debug)]
@@ -111,7 +111,7 @@ impl Body for Ascii<'_> {
         let word = self.word()?;
         let number = std::str::from_utf8(word)
             .ok()
-            .and_then(parse_number)
+            .and_then(parse_any_number)
             .ok_or_else(|| other(word))?;
         Ok(match kind {
             NumberType::F32 => f64::from(number as f32),

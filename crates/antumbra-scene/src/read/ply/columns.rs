@@ -3,6 +3,8 @@
 //! In: the header. Out: where each number of a vertex goes, which list of a face names its corners,
 //! and warnings about the rest. Invariant: whatever has elements and is not used is named.
 
+use std::ops::Range;
+
 use crate::{
     error::{Place, quoted},
     warning::WarningLog,
@@ -12,6 +14,13 @@ use super::header::{Element, Header, PropertyKind, is_index_list};
 
 /// Names the elements and properties that are not used.
 pub(super) fn warn_unused(header: &Header<'_>, warnings: &mut WarningLog) {
+    for &(line, name) in &header.doubled {
+        let message = format!(
+            "property {} is declared again: the first one counts",
+            quoted(name)
+        );
+        warnings.add(Place::Line(line), message);
+    }
     for element in header.elements.iter().filter(|e| e.count > 0) {
         let place = Place::Line(element.line);
         let unused: Vec<_> = match element.name {
@@ -21,7 +30,7 @@ pub(super) fn warn_unused(header: &Header<'_>, warnings: &mut WarningLog) {
                 let unused = unused.filter(|(_, slot)| slot.is_none());
                 unused.map(|(property, _)| property.name).collect()
             }
-            "face" => {
+            "face" | "tristrips" => {
                 let used = index_list(element);
                 let unused = element.properties.iter().enumerate();
                 let unused = unused.filter(|(index, _)| Some(*index) != used);
@@ -55,25 +64,39 @@ pub(super) fn warn_unused(header: &Header<'_>, warnings: &mut WarningLog) {
     }
 }
 
-/// Returns for each property of `vertex` where its number goes: 0 to 2 the position, 3 to 5 the
-/// normal.
+/// Where the numbers of a vertex go: 0 to 2 the position, 3 to 5 the normal, 6 to 9 colour and alpha.
+const NAMES: [&str; 10] = [
+    "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha",
+];
+/// The slots of a normal, and those of a colour.
+pub(super) const NORMAL: Range<usize> = 3..6;
+pub(super) const COLOR: Range<usize> = 6..9;
+
+/// Returns for each property of `vertex` where its number goes. A normal or a colour counts if all of
+/// it is there, alpha beside a colour.
 pub(super) fn vertex_slots(element: &Element<'_>) -> Vec<Option<usize>> {
-    const NAMES: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
     let is_scalar = |name: &&str| {
         element
             .position(name)
             .is_some_and(|index| matches!(element.properties[index].kind, PropertyKind::Scalar(_)))
     };
-    let names = if NAMES[3..].iter().all(is_scalar) {
-        &NAMES[..]
-    } else {
-        &NAMES[..3]
+    let has_normal = NAMES[NORMAL].iter().all(is_scalar);
+    let has_color = NAMES[COLOR].iter().all(is_scalar);
+    let slot = |index: usize, name: &str| {
+        let slot = NAMES.iter().position(|&n| n == name)?;
+        let counts = match slot {
+            0..3 => true,
+            3..6 => has_normal,
+            _ => has_color && is_scalar(&name),
+        };
+        // Of two properties of one name the first counts.
+        (counts && element.position(name) == Some(index)).then_some(slot)
     };
-    let slot = |name| names.iter().position(|&n| n == name);
-    element.properties.iter().map(|p| slot(p.name)).collect()
+    let properties = element.properties.iter().enumerate();
+    properties.map(|(index, p)| slot(index, p.name)).collect()
 }
 
-/// Returns which property of `face` lists the corners.
+/// Returns which property of `face` or `tristrips` lists the corners.
 pub(super) fn index_list(element: &Element<'_>) -> Option<usize> {
     element
         .properties

@@ -1,8 +1,8 @@
 //! The header of a PLY file.
 //!
 //! In: the bytes of a file. Out: [`Header`]: how the body is encoded, where it begins, and which
-//! elements with which properties it holds. Invariants: no count is believed yet; names are
-//! unique within their list; what has to be there (`vertex` with x, y and z) is there.
+//! elements with which properties it holds. Invariants: no count is believed yet; names of elements
+//! are unique, and so are those of the properties that say where surfaces are; what has to be there (`vertex` with x, y and z) is there.
 
 use std::{collections::HashSet, path::Path};
 
@@ -60,6 +60,19 @@ impl NumberType {
         }
     }
 
+    /// Returns the largest number of an integer type.
+    pub(super) fn largest(self) -> Option<f64> {
+        Some(match self {
+            Self::I8 => i8::MAX.into(),
+            Self::U8 => u8::MAX.into(),
+            Self::I16 => i16::MAX.into(),
+            Self::U16 => u16::MAX.into(),
+            Self::I32 => i32::MAX.into(),
+            Self::U32 => u32::MAX.into(),
+            Self::F32 | Self::F64 => return None,
+        })
+    }
+
     fn is_integer(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
@@ -104,6 +117,8 @@ impl Element<'_> {
 pub(super) struct Header<'a> {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element<'a>>,
+    /// Properties that are declared again, and the line where; the first is the one that counts.
+    pub(super) doubled: Vec<(u32, &'a str)>,
     /// The byte at which the body begins.
     pub(super) body_start: usize,
     /// The line at which the body begins, if it is text.
@@ -137,6 +152,7 @@ pub(super) fn read_header<'a>(file: &Path, bytes: &'a [u8]) -> Result<Header<'a>
         encoding: None,
         elements: Vec::new(),
         names: HashSet::new(),
+        doubled: Vec::new(),
     };
     while let Some(line) = lines.next() {
         let number = lines.number();
@@ -151,6 +167,7 @@ pub(super) fn read_header<'a>(file: &Path, bytes: &'a [u8]) -> Result<Header<'a>
                 return Ok(Header {
                     encoding,
                     elements: reader.elements,
+                    doubled: reader.doubled,
                     body_start: bytes.len() - lines.bytes_left(),
                     body_line: number.saturating_add(1),
                 });
@@ -181,6 +198,8 @@ struct Reader<'a, 'f> {
     elements: Vec<Element<'a>>,
     /// The property names of the last element.
     names: HashSet<&'a str>,
+    /// Properties that are declared again, and where.
+    doubled: Vec<(u32, &'a str)>,
 }
 
 impl<'a> Reader<'a, '_> {
@@ -256,7 +275,11 @@ impl<'a> Reader<'a, '_> {
         } else {
             PropertyKind::Scalar(self.number_type(line, first)?)
         };
-        let name = self.word(line, &mut words, "property", EXPECTED)?;
+        let name = words
+            .next()
+            .ok_or_else(|| self.expected(line, "property", EXPECTED, "the end of the line"))?;
+        // No property that is read has such a name.
+        let name = std::str::from_utf8(name).unwrap_or("(not UTF-8)");
         let Some(element) = self.elements.last_mut() else {
             let problem = "it belongs to no element".into();
             return Err(self.invalid(line, "property", problem));
@@ -264,8 +287,12 @@ impl<'a> Reader<'a, '_> {
         let count = element.properties.len();
         element.properties.push(Property { name, kind });
         if !self.names.insert(name) {
-            let problem = format!("{} is declared twice", quoted(name));
-            return Err(self.invalid(line, "property", problem));
+            // Which of two would be meant decides where the surfaces are.
+            if matches!(name, "x" | "y" | "z") || is_index_list(name) {
+                let problem = format!("{} is declared twice", quoted(name));
+                return Err(self.invalid(line, "property", problem));
+            }
+            self.doubled.push((line, name));
         }
         self.check_room(line, "property", count)
     }
@@ -286,29 +313,19 @@ impl<'a> Reader<'a, '_> {
                 return Err(self.expected(vertex.line, "element vertex", expected, &found));
             }
         }
-        for face in self.elements.iter().filter(|e| e.name == "face") {
-            let list = face
-                .properties
-                .iter()
-                .find(|p| is_index_list(p.name) && face.count > 0);
+        for element in self.elements.iter().filter(|e| e.count > 0) {
+            let entity = match element.name {
+                "face" => "element face",
+                "tristrips" => "element tristrips",
+                _ => continue,
+            };
+            let list = element.properties.iter().find(|p| is_index_list(p.name));
             let is_fine =
                 |kind| matches!(kind, PropertyKind::List { item, .. } if item.is_integer());
-            if face.count > 0 && !list.is_some_and(|p| is_fine(p.kind)) {
+            if !list.is_some_and(|p| is_fine(p.kind)) {
                 let expected = "a list of integers `vertex_indices` (or `vertex_index`)";
-                return Err(self.expected(face.line, "element face", expected, "none"));
+                return Err(self.expected(element.line, entity, expected, "none"));
             }
-        }
-        if let Some(strips) = self
-            .elements
-            .iter()
-            .find(|e| e.name == "tristrips" && e.count > 0)
-        {
-            let kind = ReadErrorKind::Invalid {
-                entity: "element tristrips",
-                problem: "triangle strips are not read".into(),
-                help: "export the file with an element `face`",
-            };
-            return Err(error(self.file, strips.line, kind));
         }
         Ok(encoding)
     }
@@ -366,7 +383,7 @@ impl<'a> Reader<'a, '_> {
 
 const HELP: &str = "correct the header, or export the file again";
 
-/// Returns whether a property of `face` names the corners.
+/// Returns whether a property of `face` or `tristrips` names the corners.
 pub(super) fn is_index_list(name: &str) -> bool {
     matches!(name, "vertex_indices" | "vertex_index")
 }

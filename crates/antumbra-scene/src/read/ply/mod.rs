@@ -4,10 +4,11 @@
 //! holds the positions and normals its faces use, each once, in the order of first use; every
 //! face has area; no count in the file is believed before the bytes behind it are there.
 //!
-//! Read are `vertex` with `x`, `y`, `z` and, if all three are there, `nx`, `ny`, `nz`, and
-//! `face` with the list `vertex_indices` (or `vertex_index`), in any order, of any types, among
-//! any other properties. Everything else is stepped over exactly and named in a warning.
-//! Triangle strips are refused. The format has no lights, no view, no background and says
+//! Read are `vertex` with `x`, `y`, `z` and, if all three are there, `nx`, `ny`, `nz` or `red`, `green`,
+//! `blue`; `face` with the list `vertex_indices` (or `vertex_index`); and `tristrips` with such a list,
+//! in which -1 begins another strip; in any order, of any types, among any other properties.
+//! Everything else is stepped over exactly and named in a warning. Colours are taken for sRGB; alpha is
+//! not used: all surfaces are opaque. The format has no lights, no view, no background and says
 //! nothing about up (+z unless the options say otherwise): the scene has none either, and
 //! [`AMBIENT`] light.
 //!
@@ -25,17 +26,18 @@ use antumbra_geometry::DVec3;
 use crate::{
     defaults::AMBIENT,
     error::{Place, ReadError, ReadErrorKind, quoted},
-    model::{Facing, Material, Object, Scene, Shape},
+    model::{Color, Facing, Material, Object, Scene, Shape},
+    texture::linear_of_srgb,
     warning::WarningLog,
 };
 
 use super::{
     Loaded, ReadOptions, UpAxis,
     indexed::{Faces, Vertices},
-    text::{LARGEST_COORDINATE, check_bytes},
+    text::{Corners, LARGEST_COORDINATE, check_bytes},
 };
 use body::{Ascii, Binary, Body, Fault};
-use columns::{index_list, vertex_slots, warn_unused};
+use columns::{COLOR, NORMAL, index_list, vertex_slots, warn_unused};
 use header::{Element, Encoding, Header, PropertyKind, read_header};
 
 /// Reads PLY from bytes. `file` is only a name for messages.
@@ -43,7 +45,7 @@ use header::{Element, Encoding, Header, PropertyKind, read_header};
 /// Time is linear in the number of bytes, memory a small multiple of it.
 ///
 /// # Errors
-/// The header is malformed, the body ends early, a number is none or not finite, a coordinate
+/// The header is malformed, the body ends early, a number is none, a coordinate of a face
 /// exceeds 2^100, an index names no vertex; errors name the line, or the byte in a binary body.
 ///
 /// # Example
@@ -82,7 +84,15 @@ pub fn read_ply(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Load
         }
     };
     if let Some(shape) = shape {
-        scene.materials.push(Material::default());
+        let has_colors = matches!(&shape, Shape::Mesh(mesh) if !mesh.colors.is_empty());
+        scene.materials.push(Material {
+            diffuse: if has_colors {
+                Color::ONE
+            } else {
+                Material::default().diffuse
+            },
+            ..Material::default()
+        });
         scene.objects.push(Object {
             name: String::new(),
             shape,
@@ -128,7 +138,8 @@ impl<B: Body> Reader<'_, B> {
         for element in &header.elements {
             match element.name {
                 "vertex" => vertices = self.vertices(element, warnings)?,
-                "face" => faces = self.faces(element, vertex_count, warnings)?,
+                "face" => self.faces(element, vertex_count, &mut faces, warnings)?,
+                "tristrips" => self.strips(element, vertex_count, &mut faces, warnings)?,
                 _ => self.skip_all(element)?,
             }
         }
@@ -137,6 +148,15 @@ impl<B: Body> Reader<'_, B> {
             warnings.add(B::place(at), message);
         }
         let mesh = faces.mesh(&vertices, B::place, warnings);
+        let mesh = mesh.map_err(|(place, coordinate)| ReadError {
+            file: self.file.to_path_buf(),
+            place,
+            kind: ReadErrorKind::Invalid {
+                entity: "face",
+                problem: Corners::too_large(coordinate).into(),
+                help: "scale the scene down",
+            },
+        })?;
         Ok((!mesh.face_ends.is_empty()).then_some(Shape::Mesh(mesh)))
     }
 
@@ -146,14 +166,24 @@ impl<B: Body> Reader<'_, B> {
         warnings: &mut WarningLog,
     ) -> Result<Vertices, ReadError> {
         let slots = vertex_slots(element);
-        let has_normals = slots.contains(&Some(3));
+        let has_normals = slots.contains(&Some(NORMAL.start));
+        let has_colors = slots.contains(&Some(COLOR.start));
+        // What an integer that is full stands for.
+        let mut full = [1.0; 10];
+        for (property, slot) in element.properties.iter().zip(&slots) {
+            if let (&Some(slot), PropertyKind::Scalar(kind)) = (slot, property.kind) {
+                full[slot] = kind.largest().unwrap_or(1.0);
+            }
+        }
         let room = self.room(element);
         let mut vertices = Vertices {
             positions: Vec::with_capacity(room),
             normals: Vec::with_capacity(if has_normals { room } else { 0 }),
+            colors: Vec::with_capacity(if has_colors { room } else { 0 }),
         };
         for index in 0..element.count {
-            let mut numbers = [0.0; 6];
+            let mut numbers = [0.0; 10];
+            numbers[9] = full[9];
             for (property, slot) in element.properties.iter().zip(&slots) {
                 let context = Context {
                     element,
@@ -166,15 +196,12 @@ impl<B: Body> Reader<'_, B> {
                             .body
                             .real(kind)
                             .map_err(|fault| self.expected(context, "a number", fault))?;
-                        if slot < 3 {
-                            self.check_coordinate(context, numbers[slot])?;
-                        }
                     }
                     (_, kind) => self.skip(context, kind)?,
                 }
             }
             self.end_element(element, index)?;
-            let [x, y, z, nx, ny, nz] = numbers;
+            let [x, y, z, nx, ny, nz, red, green, blue, alpha] = numbers;
             vertices.positions.push(DVec3::new(x, y, z));
             if has_normals {
                 let normal = DVec3::new(nx, ny, nz);
@@ -186,69 +213,134 @@ impl<B: Body> Reader<'_, B> {
                     vertices.normals.push(DVec3::ZERO);
                 }
             }
+            if has_colors {
+                let share = |slot: usize, number: f64| linear_of_srgb(number / full[slot]) as f32;
+                let [red, green, blue] = [share(6, red), share(7, green), share(8, blue)];
+                vertices.colors.push([red, green, blue, 1.0]);
+                if alpha < full[9] {
+                    let message = "alpha of vertices is not used: all faces are opaque";
+                    warnings.add(B::place(self.body.at()), message);
+                }
+            }
         }
         Ok(vertices)
     }
 
+    /// Adds the faces of an element.
     fn faces(
         &mut self,
         element: &Element<'_>,
         vertex_count: u64,
+        faces: &mut Faces,
         warnings: &mut WarningLog,
-    ) -> Result<Faces, ReadError> {
-        let list = index_list(element);
+    ) -> Result<(), ReadError> {
         let room = self.room(element);
-        let mut faces = Faces {
-            corners: Vec::new(),
-            ends: Vec::with_capacity(room),
-            places: Vec::with_capacity(room),
-        };
+        faces.ends.reserve(room);
+        faces.places.reserve(room);
+        let mut corners = Vec::new();
         for index in 0..element.count {
-            let mut at = None;
-            let start = faces.corners.len();
-            for (number, property) in element.properties.iter().enumerate() {
-                let context = Context {
-                    element,
-                    index,
-                    property: property.name,
-                };
-                match property.kind {
-                    PropertyKind::List { count, item } if Some(number) == list => {
-                        let corner_count = self.count(context, count)?;
-                        at.get_or_insert(self.body.at());
-                        for _ in 0..corner_count {
-                            let corner = self
-                                .body
-                                .integer(item)
-                                .map_err(|fault| self.expected(context, "an index", fault))?;
-                            if !(0..vertex_count as i64).contains(&corner) {
-                                let problem = format!(
-                                    "index {corner} names no vertex: the file has {vertex_count}"
-                                );
-                                return Err(self.invalid(context, problem));
-                            }
-                            faces.corners.push(corner as u32);
-                        }
-                    }
-                    kind => {
-                        self.skip(context, kind)?;
-                        at.get_or_insert(self.body.at());
-                    }
-                }
-            }
-            self.end_element(element, index)?;
-            let at = at.unwrap_or(self.body.at());
-            if faces.corners.len() - start < 3 {
-                faces.corners.truncate(start);
+            corners.clear();
+            let at = self.indices(element, index, vertex_count, 0, &mut corners)?;
+            if corners.len() < 3 {
                 let message = "a face has fewer than 3 corners: dropped";
                 warnings.add(B::place(at), message);
                 continue;
             }
-            // A file of 4 GiB holds fewer than 2^32 corners.
-            faces.ends.push(faces.corners.len() as u32);
-            faces.places.push(at);
+            faces.add(corners.iter().map(|&corner| corner as u32), at);
         }
-        Ok(faces)
+        Ok(())
+    }
+
+    /// Adds the triangles of strips: every three corners in a row make one, every other time turned
+    /// round; -1 begins another strip.
+    fn strips(
+        &mut self,
+        element: &Element<'_>,
+        vertex_count: u64,
+        faces: &mut Faces,
+        warnings: &mut WarningLog,
+    ) -> Result<(), ReadError> {
+        let mut corners = Vec::new();
+        for index in 0..element.count {
+            corners.clear();
+            let at = self.indices(element, index, vertex_count, -1, &mut corners)?;
+            for strip in corners.split(|&corner| corner == -1) {
+                if matches!(strip.len(), 1 | 2) {
+                    let message = "a strip has fewer than 3 corners: dropped";
+                    warnings.add(B::place(at), message);
+                }
+                for (number, triangle) in strip.windows(3).enumerate() {
+                    let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
+                    // Corners that are doubled only lead on to where the strip continues.
+                    if a == b || b == c || c == a {
+                        continue;
+                    }
+                    let turned = if number % 2 == 0 {
+                        [a, b, c]
+                    } else {
+                        [b, a, c]
+                    };
+                    // Three corners to an index, which may take a byte.
+                    if faces.corners.len() > u32::MAX as usize - 3 {
+                        let context = Context {
+                            element,
+                            index,
+                            property: "vertex_indices",
+                        };
+                        let problem = "there are more than 2^32 corners".into();
+                        return Err(self.invalid(context, problem));
+                    }
+                    faces.add(turned.into_iter().map(|corner| corner as u32), at);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads an element's list of vertices, each from `least` on, and steps over the rest of it.
+    /// Returns where the element is.
+    fn indices(
+        &mut self,
+        element: &Element<'_>,
+        index: u64,
+        vertex_count: u64,
+        least: i64,
+        corners: &mut Vec<i64>,
+    ) -> Result<u32, ReadError> {
+        let list = index_list(element);
+        let mut at = None;
+        for (number, property) in element.properties.iter().enumerate() {
+            let context = Context {
+                element,
+                index,
+                property: property.name,
+            };
+            match property.kind {
+                PropertyKind::List { count, item } if Some(number) == list => {
+                    let corner_count = self.count(context, count)?;
+                    at.get_or_insert(self.body.at());
+                    for _ in 0..corner_count {
+                        let corner = self
+                            .body
+                            .integer(item)
+                            .map_err(|fault| self.expected(context, "an index", fault))?;
+                        if !(least..vertex_count as i64).contains(&corner) {
+                            let problem = format!(
+                                "index {corner} names no vertex: the file has {vertex_count}"
+                            );
+                            return Err(self.invalid(context, problem));
+                        }
+                        corners.push(corner);
+                    }
+                }
+                kind => {
+                    self.skip(context, kind)?;
+                    at.get_or_insert(self.body.at());
+                }
+            }
+        }
+        self.end_element(element, index)?;
+        Ok(at.unwrap_or(self.body.at()))
     }
 
     /// Steps over all elements of a kind.
@@ -303,17 +395,6 @@ impl<B: Body> Reader<'_, B> {
         let smallest: usize = element.properties.iter().map(|p| smallest(p.kind)).sum();
         let most = self.body.bytes_left() / smallest.max(1) + 1;
         usize::try_from(element.count).map_or(most, |count| count.min(most))
-    }
-
-    fn check_coordinate(&self, context: Context<'_>, number: f64) -> Result<(), ReadError> {
-        let problem = if !number.is_finite() {
-            format!("{number} is no coordinate")
-        } else if number.abs() > LARGEST_COORDINATE {
-            format!("{number:e} exceeds 2^100 (1.27e30), the largest coordinate")
-        } else {
-            return Ok(());
-        };
-        Err(self.invalid(context, problem))
     }
 
     fn end_element(&mut self, element: &Element<'_>, index: u64) -> Result<(), ReadError> {
@@ -377,6 +458,7 @@ fn entity(element: &Element<'_>) -> &'static str {
     match element.name {
         "vertex" => "vertex",
         "face" => "face",
+        "tristrips" => "tristrips",
         _ => "",
     }
 }

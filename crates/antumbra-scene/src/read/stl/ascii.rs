@@ -1,8 +1,8 @@
 //! STL as text: solids of facets, a statement a line.
 //!
 //! In: the bytes of a file. Out: an object for each solid with a face. Invariants: keywords may
-//! be in any case; a facet is one loop of three vertices; text that is not UTF-8 can occur only
-//! in names, where it is replaced.
+//! be in any case; a facet is one loop of three vertices; lines that begin with `#` are comments;
+//! text that is not UTF-8 can occur only in names and comments, where it is replaced.
 
 use std::path::Path;
 
@@ -14,10 +14,7 @@ use crate::{
     warning::WarningLog,
 };
 
-use super::{
-    super::text::{LARGEST_COORDINATE, parse_number},
-    Solid,
-};
+use super::{super::text::parse_any_number, Solid};
 
 /// What comes next.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -80,7 +77,7 @@ pub(super) fn read(
         State::InSolid => {
             let place = Place::Line(reader.line);
             warnings.add(place, "the last solid has no `endsolid`");
-            reader.end_solid(warnings);
+            reader.end_solid(warnings)?;
         }
         _ => return Err(reader.unexpected("the end of the file".into())),
     }
@@ -100,11 +97,17 @@ struct Reader<'f> {
 impl Reader<'_> {
     /// Reads one line.
     fn statement(&mut self, line: &[u8], warnings: &mut WarningLog) -> Result<(), ReadError> {
-        let (keyword, arguments) = split_word(line);
-        if keyword.is_empty() {
+        let (keyword, mut arguments) = split_word(line);
+        if keyword.is_empty() || keyword.starts_with(b"#") {
             return Ok(());
         }
-        let lower = keyword[..keyword.len().min(16)].to_ascii_lowercase();
+        let mut lower = keyword[..keyword.len().min(16)].to_ascii_lowercase();
+        // Some write `end solid` for `endsolid`.
+        if lower == b"end" {
+            let (word, rest) = split_word(arguments);
+            lower.extend(word[..word.len().min(16)].to_ascii_lowercase());
+            arguments = rest;
+        }
         self.state = match (self.state, lower.as_slice()) {
             (State::Outside, b"solid") => {
                 self.solid.name = String::from_utf8_lossy(arguments).into_owned();
@@ -116,7 +119,7 @@ impl Reader<'_> {
                 State::InFacet
             }
             (State::InSolid, b"endsolid") => {
-                self.end_solid(warnings);
+                self.end_solid(warnings)?;
                 State::Outside
             }
             (State::InFacet, b"outer") if arguments.eq_ignore_ascii_case(b"loop") => {
@@ -139,12 +142,14 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn end_solid(&mut self, warnings: &mut WarningLog) {
+    fn end_solid(&mut self, warnings: &mut WarningLog) -> Result<(), ReadError> {
         let solid = std::mem::take(&mut self.solid);
-        self.objects.extend(solid.finish(Place::Line, warnings));
+        let object = solid.finish(self.file, Place::Line, warnings)?;
+        self.objects.extend(object);
+        Ok(())
     }
 
-    /// Reads three coordinates and nothing more.
+    /// Reads three coordinates, finite or not, and nothing more.
     fn point(&self, arguments: &[u8]) -> Result<DVec3, ReadError> {
         let mut rest = arguments;
         let mut numbers = [0.0; 3];
@@ -153,16 +158,8 @@ impl Reader<'_> {
             (word, rest) = split_word(rest);
             *number = std::str::from_utf8(word)
                 .ok()
-                .and_then(parse_number)
+                .and_then(parse_any_number)
                 .ok_or_else(|| self.no_number(word))?;
-            if number.abs() > LARGEST_COORDINATE {
-                let problem = format!("{number:e} exceeds 2^100 (1.27e30), the largest coordinate");
-                return Err(self.error(ReadErrorKind::Invalid {
-                    entity: "vertex",
-                    problem: problem.into(),
-                    help: "scale the scene down",
-                }));
-            }
         }
         if !rest.is_empty() {
             return Err(self.no_number(rest));

@@ -13,7 +13,7 @@ use crate::{
     warning::WarningLog,
 };
 
-use super::{super::text::LARGEST_COORDINATE, Solid};
+use super::Solid;
 
 /// Bytes before the count.
 const HEADER: usize = 80;
@@ -34,7 +34,7 @@ pub(super) fn expected_length(bytes: &[u8]) -> Option<u64> {
 /// Reads the triangles.
 ///
 /// # Errors
-/// The file is shorter than it says, or a coordinate is not finite or too large.
+/// The file is shorter than it says, or a coordinate is too large.
 pub(super) fn read(
     file: &Path,
     bytes: &[u8],
@@ -79,23 +79,8 @@ pub(super) fn read(
         let at = START + index * TRIANGLE;
         let mut numbers = [0.0; 9];
         let stored = triangle[NORMAL..].as_chunks::<4>().0;
-        for (number, (which, bytes)) in numbers.iter_mut().zip(stored.iter().enumerate()) {
+        for (number, bytes) in numbers.iter_mut().zip(stored) {
             *number = f64::from(f32::from_le_bytes(*bytes));
-            // Not so for NaN either.
-            if number.abs() <= LARGEST_COORDINATE {
-                continue;
-            }
-            let problem = if number.is_finite() {
-                format!("{number:e} exceeds 2^100 (1.27e30), the largest coordinate")
-            } else {
-                format!("{number} is no coordinate")
-            };
-            let kind = ReadErrorKind::Invalid {
-                entity: "vertex",
-                problem: format!("{problem} (triangle {})", index + 1).into(),
-                help: "export the file again",
-            };
-            return fail(at + NORMAL + 4 * which, kind);
         }
         if triangle[TRIANGLE - 2..] != [0, 0] {
             let message = "attributes (colours) of triangles are not read";
@@ -111,5 +96,6 @@ pub(super) fn read(
         solid.add(corners, at as u32);
     }
     let place = |at: u32| Place::Byte(at.into());
-    Ok(solid.finish(place, warnings).into_iter().collect())
+    let object = solid.finish(file, place, warnings)?;
+    Ok(object.into_iter().collect())
 }

@@ -11,7 +11,8 @@
 //! scene has none either, and [`AMBIENT`] light.
 //!
 //! Text or bytes: a file as long as its triangle count says is binary, whatever its first word.
-//! Any other is text if it begins with `solid` and its first kilobyte has no control characters.
+//! Any other is text if it begins with `solid`, comments (`#`) apart, and the kilobyte from there on has
+//! no control characters.
 
 mod ascii;
 mod binary;
@@ -22,7 +23,7 @@ use antumbra_geometry::DVec3;
 
 use crate::{
     defaults::AMBIENT,
-    error::{Place, ReadError},
+    error::{Place, ReadError, ReadErrorKind},
     model::{Facing, Material, Object, Scene, Shape},
     warning::WarningLog,
 };
@@ -30,7 +31,7 @@ use crate::{
 use super::{
     Loaded, ReadOptions, UpAxis,
     indexed::{Faces, Vertices},
-    text::check_bytes,
+    text::{Corners, check_bytes},
 };
 
 /// Reads STL from bytes. `file` is only a name for messages.
@@ -38,8 +39,8 @@ use super::{
 /// Time is linear in the number of bytes, memory a small multiple of it.
 ///
 /// # Errors
-/// The file is neither form of STL, ends within a triangle, a number is none or not finite, a
-/// coordinate exceeds 2^100; errors name the line, or the byte in a binary file.
+/// The file is neither form of STL, ends within a triangle, a number is none, a coordinate
+/// exceeds 2^100; errors name the line, or the byte in a binary file.
 ///
 /// # Example
 /// ```
@@ -81,9 +82,15 @@ fn is_text(bytes: &[u8]) -> bool {
     if binary::expected_length(bytes) == Some(bytes.len() as u64) {
         return false;
     }
-    let head = &bytes[..bytes.len().min(LOOKED_AT)];
-    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    let word = head.trim_ascii_start().get(..5).unwrap_or_default();
+    let mut start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    // Comments may come first.
+    while let Some(comment) = start.trim_ascii_start().strip_prefix(b"#") {
+        let end = comment.iter().position(|&b| b == b'\n' || b == b'\r');
+        start = &comment[end.unwrap_or(comment.len())..];
+    }
+    let start = start.trim_ascii_start();
+    let head = &start[..start.len().min(LOOKED_AT)];
+    let word = head.get(..5).unwrap_or_default();
     let is_control = |byte: &u8| byte.is_ascii_control() && !byte.is_ascii_whitespace();
     word.eq_ignore_ascii_case(b"solid") && !head.iter().any(is_control)
 }
@@ -100,29 +107,40 @@ struct Solid {
 impl Solid {
     /// Adds a triangle that is at a line or byte of the file.
     fn add(&mut self, corners: [DVec3; 3], at: u32) {
-        for corner in corners {
+        let corners = corners.map(|corner| {
             // Adding 0 turns -0 into 0 and changes nothing else.
             let corner = corner + DVec3::ZERO;
             let key = corner.to_array().map(f64::to_bits);
             let positions = &mut self.vertices.positions;
-            let vertex = *self.vertex_of.entry(key).or_insert_with(|| {
+            *self.vertex_of.entry(key).or_insert_with(|| {
                 positions.push(corner);
                 positions.len() as u32 - 1
-            });
-            self.faces.corners.push(vertex);
-        }
-        // A file of 4 GiB holds fewer than 2^32 corners.
-        self.faces.ends.push(self.faces.corners.len() as u32);
-        self.faces.places.push(at);
+            })
+        });
+        self.faces.add(corners, at);
     }
 
     /// Returns the solid as an object, if a face is left.
-    fn finish(self, place: fn(u32) -> Place, warnings: &mut WarningLog) -> Option<Object> {
+    fn finish(
+        self,
+        file: &Path,
+        place: fn(u32) -> Place,
+        warnings: &mut WarningLog,
+    ) -> Result<Option<Object>, ReadError> {
         let mesh = self.faces.mesh(&self.vertices, place, warnings);
-        (!mesh.face_ends.is_empty()).then_some(Object {
+        let mesh = mesh.map_err(|(place, coordinate)| ReadError {
+            file: file.to_path_buf(),
+            place,
+            kind: ReadErrorKind::Invalid {
+                entity: "vertex",
+                problem: Corners::too_large(coordinate).into(),
+                help: "scale the scene down",
+            },
+        })?;
+        Ok((!mesh.face_ends.is_empty()).then_some(Object {
             name: self.name,
             shape: Shape::Mesh(mesh),
             material: 0,
-        })
+        }))
     }
 }

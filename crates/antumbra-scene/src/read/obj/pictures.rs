@@ -1,0 +1,179 @@
+//! Pictures on the materials of an OBJ.
+//!
+//! In: what a material library names as `map_Kd` and `map_d`, and a way to open files. Out: textures,
+//! each pair of pictures once. Invariant: what decides where holes are, the alpha, keeps the resolution
+//! of its own picture; a picture that cannot be read is a warning.
+//!
+//! Alpha is that of `map_d`: its alpha channel if it has one, else its luminance, unless `-imfchan` says
+//! which. Without `map_d` it is that of `map_Kd`. Where alpha is below 1/2 there is a hole, as with
+//! glTF's MASK.
+
+use std::{collections::HashMap, io};
+
+use crate::{
+    error::{Place, quoted},
+    model::{Alpha, Material, Texture, Wrap},
+    texture::{PictureBudget, decode},
+    warning::WarningLog,
+};
+
+use super::super::mtl_map::{Map, Maps};
+
+/// Opens files that an OBJ names.
+pub(super) type Open<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
+
+/// The least alpha that is there.
+const CUTOFF: f64 = 0.5;
+
+/// Reads pictures as they are needed.
+#[derive(Default)]
+pub(super) struct Pictures {
+    budget: PictureBudget,
+    /// The texture of each pair of pictures that was asked for.
+    known: HashMap<String, Option<usize>>,
+}
+
+impl Pictures {
+    /// Gives a material its texture, and its alpha test if that has holes.
+    pub(super) fn put_on(
+        &mut self,
+        material: &mut Material,
+        maps: &Maps,
+        textures: &mut Vec<Texture>,
+        open: &mut Open<'_>,
+        warnings: &mut WarningLog,
+    ) {
+        let key = format!("{maps:?}");
+        let texture = match self.known.get(&key) {
+            Some(&known) => known,
+            None => {
+                let texture = self.texture(maps, open, warnings).map(|texture| {
+                    textures.push(texture);
+                    textures.len() - 1
+                });
+                self.known.insert(key, texture);
+                texture
+            }
+        };
+        let Some(number) = texture else {
+            return;
+        };
+        material.diffuse_texture = Some(number);
+        if textures[number].texels.iter().any(|texel| texel[3] < 255) {
+            material.alpha = Alpha::Mask { cutoff: CUTOFF };
+        }
+    }
+
+    fn texture(
+        &mut self,
+        maps: &Maps,
+        open: &mut Open<'_>,
+        warnings: &mut WarningLog,
+    ) -> Option<Texture> {
+        let mut read = |map, what| self.read_or_warn(maps, map, what, open, warnings);
+        let color = read(maps.color.as_ref(), "of `map_Kd`, plain colours are used");
+        let alpha = read(maps.alpha.as_ref(), "of `map_d`, the surface is whole");
+        let is_clamped = [&color, &alpha]
+            .into_iter()
+            .flatten()
+            .any(|(_, map)| map.is_clamped);
+        let mut texture = match (color, alpha) {
+            (None, None) => return None,
+            (Some((color, _)), None) => color,
+            (color, Some((alpha, map))) => with_alpha(color.map(|(color, _)| color), alpha, map),
+        };
+        if is_clamped {
+            texture.wrap = [Wrap::ClampToEdge; 2];
+        }
+        Some(texture)
+    }
+
+    fn read_or_warn<'m>(
+        &mut self,
+        maps: &Maps,
+        map: Option<&'m Map>,
+        what: &str,
+        open: &mut Open<'_>,
+        warnings: &mut WarningLog,
+    ) -> Option<(Texture, &'m Map)> {
+        let map = map?;
+        match self.read(maps, map, open) {
+            Ok(texture) => Some((texture, map)),
+            Err(problem) => {
+                let name = quoted(&map.name);
+                let message = format!("cannot read the picture {name} {what}: {problem}");
+                warnings.add(Place::Whole, message);
+                None
+            }
+        }
+    }
+
+    /// Reads one picture: beside the library, or else beside the OBJ.
+    fn read(&mut self, maps: &Maps, map: &Map, open: &mut Open<'_>) -> Result<Texture, String> {
+        let beside_library = format!("{}{}", maps.folder, map.name);
+        let bytes = match open(&beside_library) {
+            Err(_) if !maps.folder.is_empty() => open(&map.name),
+            result => result,
+        };
+        let bytes = bytes.map_err(|error| error.to_string())?;
+        let texture = decode(&bytes, &mut self.budget)?;
+        Ok(Texture {
+            name: map.name.chars().take(80).collect(),
+            ..texture
+        })
+    }
+}
+
+/// Puts the alpha of one picture on the colours of another, or on white. The result has the
+/// resolution of the alpha, so that holes are where its picture says.
+fn with_alpha(color: Option<Texture>, alpha: Texture, map: &Map) -> Texture {
+    let channel = match map.channel {
+        Some(b'r') => Channel::Stored(0),
+        Some(b'g') => Channel::Stored(1),
+        Some(b'b') => Channel::Stored(2),
+        Some(b'm') => Channel::Stored(3),
+        Some(_) => Channel::Luminance,
+        None if alpha.texels.iter().any(|texel| texel[3] < 255) => Channel::Stored(3),
+        None => Channel::Luminance,
+    };
+    let [base, gain] = map.base_and_gain;
+    let value = |texel: [u8; 4]| {
+        let stored = match channel {
+            Channel::Stored(index) => texel[index],
+            Channel::Luminance => luminance(texel),
+        };
+        if [base, gain] == [0.0, 1.0] {
+            return stored;
+        }
+        // Not a number becomes 0.
+        (255.0 * base + gain * f64::from(stored)).round() as u8
+    };
+    let Texture { width, height, .. } = alpha;
+    let mut texels = alpha.texels.clone();
+    for (number, texel) in (0..).zip(&mut texels) {
+        let [red, green, blue] = color.as_ref().map_or([255; 3], |color| {
+            // The texel in whose place the middle of this one lies.
+            let along = |index: u64, size: u32, of: u32| {
+                (2 * index + 1) * u64::from(of) / (2 * u64::from(size))
+            };
+            let column = along(number % u64::from(width), width, color.width);
+            let row = along(number / u64::from(width), height, color.height);
+            let index = row * u64::from(color.width) + column;
+            let [red, green, blue, _] = color.texels[index as usize];
+            [red, green, blue]
+        });
+        *texel = [red, green, blue, value(*texel)];
+    }
+    Texture { texels, ..alpha }
+}
+
+enum Channel {
+    Stored(usize),
+    Luminance,
+}
+
+/// Returns the luminance of stored values (Rec. 709, in whole numbers so that grey stays as it is).
+fn luminance([red, green, blue, _]: [u8; 4]) -> u8 {
+    let sum = 2126 * u32::from(red) + 7152 * u32::from(green) + 722 * u32::from(blue);
+    ((sum + 5000) / 10_000) as u8
+}
