@@ -104,6 +104,73 @@ fn a_texture_lies_as_its_coordinates_say() {
 }
 
 #[test]
+fn colours_of_vertices_are_shown_between_them() {
+    let mut mesh = square_with_uvs(1.0, 0.0);
+    // Red grows from left to right; green is full, blue absent.
+    mesh.colors = [0.0, 1.0, 1.0, 0.0]
+        .map(|red| [red, 1.0, 0.0, 1.0])
+        .to_vec();
+    let scene = Scene {
+        materials: vec![Material {
+            diffuse: Color::new(1.0, 0.5, 1.0),
+            ..Material::default()
+        }],
+        objects: vec![object(Shape::Mesh(mesh), 0)],
+        ambient: Color::ONE,
+        ..Scene::default()
+    };
+    let rendered = shot(
+        &prepared(scene, Method::Grid),
+        &camera(2.0),
+        [4, 4],
+        RenderSettings::default(),
+    );
+    let reds: Vec<f32> = (1..3).map(|c| rendered.picture.pixels[4 + c][0]).collect();
+    assert!((reds[0] - 0.25).abs() < 1e-6, "{reds:?}");
+    assert!((reds[1] - 0.75).abs() < 1e-6, "{reds:?}");
+    let [_, green, blue] = rendered.picture.pixels[5];
+    assert!((green - 0.5).abs() < 1e-6 && blue == 0.0, "{green} {blue}");
+}
+
+#[test]
+fn an_obj_with_a_cut_out_casts_its_hole() {
+    // A sheet of two halves: the right one is cut out by its picture.
+    let picture = image::RgbaImage::from_fn(2, 1, |x, _| {
+        image::Rgba([255, 255, 255, if x == 0 { 255 } else { 0 }])
+    });
+    let mut png = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let text = "mtllib a.mtl\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+        usemtl leaf\nf 1/1 2/2 3/3 4/4\n";
+    let open = &mut |name: &str| match name {
+        "a.mtl" => Ok(b"newmtl leaf\nmap_Kd -clamp on leaf.png\n".to_vec()),
+        _ => Ok(png.get_ref().clone()),
+    };
+    let loaded = antumbra_scene::read::read_obj(
+        std::path::Path::new("a.obj"),
+        text.as_bytes(),
+        &Default::default(),
+        open,
+    );
+    let mut scene = loaded.unwrap().scene;
+    scene.lights.push(sun(DVec3::Z));
+    for method in METHODS {
+        let prepared = prepared(scene.clone(), method);
+        let is_shadowed = |x: f64| {
+            let start = antumbra_geometry::Start {
+                point: DVec3::new(x, 0.1, 0.0),
+                surface: None,
+            };
+            let mut counters = Default::default();
+            let answer = prepared.index().shadow(&start, 0, &mut counters);
+            answer.unwrap().shadow == antumbra::Shadow::Shadowed
+        };
+        assert!(is_shadowed(-0.7), "{method:?}");
+        assert!(!is_shadowed(0.7), "{method:?}");
+    }
+}
+
+#[test]
 fn the_shadow_of_a_mask_has_its_holes_whatever_the_method() {
     // The eye is under the sheet; a pixel's centre sees the floor at (x, y).
     let size = [40, 40];

@@ -65,7 +65,11 @@ static LINEAR_OF_SRGB: LazyLock<[f64; 256]> =
 
 /// Returns the linear value, 0 to 1, of an sRGB-encoded one; 0 for what is no number.
 pub(crate) fn linear_of_srgb(encoded: f64) -> f64 {
-    let encoded = encoded.max(0.0).min(1.0);
+    let encoded = if encoded.is_nan() {
+        0.0
+    } else {
+        encoded.clamp(0.0, 1.0)
+    };
     if encoded <= 0.040_45 {
         encoded / 12.92
     } else {

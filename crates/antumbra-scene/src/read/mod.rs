@@ -78,7 +78,7 @@ impl UpAxis {
 /// Reads a scene file; its ending chooses the reader: `.nff`, `.obj`, `.gltf`, `.glb`, `.ply` or
 /// `.stl`, in any case.
 ///
-/// Files that a scene names (an OBJ's material libraries, a glTF's buffers and pictures) are looked
+/// Files that a scene names (material libraries, buffers, pictures) are looked
 /// for in its folder and below it only.
 ///
 /// # Errors
