@@ -74,8 +74,8 @@ pub(crate) fn triangulate(outline: &[DVec3]) -> Result<Vec<[PolygonCorner; 3]>, 
     triangulate_any(outline, &kept, &flat, &lift)
 }
 
-/// Returns the power of two that brings a positive number to 1 or above, and below 2.
-fn to_one(number: f64) -> i32 {
+/// Returns the power of two that brings a positive number to 1 or above, and below 2; 0 for none.
+pub(crate) fn to_one(number: f64) -> i32 {
     if number > 0.0 {
         -libm::ilogb(number)
     } else {

@@ -176,6 +176,18 @@ struct Clear {
 fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &mut WarningLog) {
     /// More reasons than this are counted, not listed.
     const LISTED: usize = 8;
+    let largest_alpha: Vec<u8> = scene
+        .textures
+        .iter()
+        .map(|texture| {
+            texture
+                .texels
+                .iter()
+                .map(|texel| texel[3])
+                .max()
+                .unwrap_or(255)
+        })
+        .collect();
     let mut all = 0;
     let mut clear: Vec<Clear> = Vec::new();
     let mut known = HashMap::new();
@@ -191,11 +203,19 @@ fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &m
         let Some(material) = scene.materials.get(object.material) else {
             continue;
         };
-        if material.shadow_kind() != ShadowKind::Transparent {
+        let is_hole = is_hole(object, material, &largest_alpha);
+        if material.shadow_kind() != ShadowKind::Transparent && !is_hole {
             continue;
         }
         let entry = *entry_of[object.material].get_or_insert_with(|| {
-            let cause = cause(material, object.material);
+            let cause = if is_hole {
+                Cause {
+                    what: "the alpha of its picture is below the cutoff everywhere".into(),
+                    advice: "",
+                }
+            } else {
+                cause(material, object.material)
+            };
             *known.entry(cause.clone()).or_insert_with(|| {
                 clear.push(Clear {
                     cause,
@@ -233,6 +253,17 @@ fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &m
         let message = format!("{surfaces} more cast no shadow, for {reasons} more reasons");
         warnings.add(Place::Whole, message);
     }
+}
+
+/// Returns whether an alpha test finds nothing of an object, wherever it is asked.
+fn is_hole(object: &Object, material: &Material, largest_alpha: &[u8]) -> bool {
+    let (Alpha::Mask { cutoff }, Some(texture)) = (material.alpha, material.diffuse_texture) else {
+        return false;
+    };
+    let largest = largest_alpha
+        .get(texture)
+        .map_or(1.0, |&alpha| f64::from(alpha) / 255.0);
+    has_uvs(object) && material.opacity * largest < cutoff
 }
 
 impl Clear {
@@ -448,6 +479,35 @@ mod tests {
         assert_eq!(warnings.len(), 3);
         let (_, warnings) = settled(materials, vec![triangle(1, 1.0)]);
         assert_eq!(warnings, [""; 0]);
+    }
+
+    #[test]
+    fn what_is_a_hole_everywhere_is_said() {
+        let masked = |cutoff| Material {
+            alpha: Alpha::Mask { cutoff },
+            ..blend(1.0, Some(1))
+        };
+        let (kinds, warnings) = settled(vec![masked(0.5)], vec![triangle(0, 1.0)]);
+        assert_eq!((kinds, warnings.len()), (vec![ShadowKind::AlphaTested], 0));
+        let mut gone = masked(1.0);
+        gone.opacity = 1.0;
+        let mut scene = Scene {
+            materials: vec![gone],
+            textures: vec![texture([0, 0]), texture([100, 127])],
+            objects: vec![triangle(0, 1.0)],
+            ..Scene::default()
+        };
+        let mut warnings = WarningLog::new(Path::new("a"));
+        settle(&mut scene, |_, _| Cause::default(), &mut warnings);
+        let warnings: Vec<_> = warnings.finish().into_iter().map(|w| w.message).collect();
+        assert_eq!(
+            warnings,
+            [
+                "nothing in this scene casts a shadow: all of it (1 face) is see-through",
+                "1 face casts no shadow: the alpha of its picture is below the cutoff everywhere \
+                 (material `sheet`)"
+            ]
+        );
     }
 
     #[test]

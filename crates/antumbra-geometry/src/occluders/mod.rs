@@ -18,6 +18,7 @@ use glam::DVec3;
 use crate::intersect::{
     DiskPlane, box_meets_cone, box_meets_disk, box_meets_sphere, box_meets_triangle,
 };
+use crate::polygon::to_one;
 use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
 
 pub use build::{OccludersBuilder, OccludersError};
@@ -264,14 +265,12 @@ impl Occluders {
         match self.surface(surface) {
             Surface::Triangle(triangle) => {
                 let [a, b, c] = self.positions_of(triangle);
-                (b - a).cross(c - a).normalize_or_zero()
+                unit(to_unit_size(b - a).cross(to_unit_size(c - a)))
             }
             Surface::Curved(curved) => match curved.shape {
-                CurvedShape::Sphere(sphere) => (point_in_world - sphere.center).normalize_or_zero(),
+                CurvedShape::Sphere(sphere) => unit(point_in_world - sphere.center),
                 CurvedShape::Tube(cone) => tube_normal(&cone, point_in_world),
-                CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => {
-                    disk.normal().normalize_or_zero()
-                }
+                CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => unit(disk.normal()),
             },
         }
     }
@@ -381,9 +380,67 @@ impl CurvedShape {
 /// The normal of a cone's wall is not radial: it tilts with the slope of the wall.
 fn tube_normal(cone: &Cone, point: DVec3) -> DVec3 {
     let axis = cone.apex - cone.base;
+    let exponent = size_exponent(axis);
+    let scaled = |vector: DVec3| vector.map(|x| libm::scalbn(x, exponent));
+    let [axis, from_base] = [axis, point - cone.base].map(scaled);
     let length_squared = axis.length_squared();
-    let from_base = point - cone.base;
     let across = from_base - axis * (from_base.dot(axis) / length_squared);
-    let slope = (cone.base_radius - cone.apex_radius) / length_squared;
-    (across.normalize_or_zero() + axis * slope).normalize_or_zero()
+    let narrowing = libm::scalbn(cone.base_radius - cone.apex_radius, exponent);
+    unit(unit(across) + axis * (narrowing / length_squared))
+}
+
+/// Returns the power of two that brings the largest coordinate of a vector to 1 or above, and below 2; 0
+/// for a vector without any length.
+fn size_exponent(vector: DVec3) -> i32 {
+    to_one(vector.abs().max_element())
+}
+
+/// Scales a vector by a power of two, so that no square of it vanishes. Rounds nothing that counts.
+fn to_unit_size(vector: DVec3) -> DVec3 {
+    let exponent = size_exponent(vector);
+    vector.map(|x| libm::scalbn(x, exponent))
+}
+
+/// Returns the unit vector of a direction of any length, zero for zero.
+fn unit(vector: DVec3) -> DVec3 {
+    to_unit_size(vector).normalize_or_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_of_small_and_large_surfaces() {
+        for size in [5e-324, 1e-300, 1e-170, 1e-90, 1.0, 1e30] {
+            let mut builder = Occluders::builder();
+            let at = |x: f64, y: f64| DVec3::new(x * size, y * size, 0.0);
+            let face = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+            builder.add_face(&face, Opacity::Opaque).unwrap();
+            let sphere = crate::Sphere {
+                center: DVec3::ZERO,
+                radius: size,
+            };
+            builder.add_sphere(sphere, Opacity::Opaque).unwrap();
+            let disk = crate::Disk {
+                center: DVec3::ZERO,
+                normal: DVec3::new(0.0, 0.0, size),
+                radius: size,
+            };
+            builder.add_disk(disk, Opacity::Opaque).unwrap();
+            let cylinder = Cone {
+                base: DVec3::ZERO,
+                base_radius: size,
+                apex: DVec3::new(size, 0.0, 0.0),
+                apex_radius: size,
+                is_closed: false,
+            };
+            builder.add_cone(cylinder, Opacity::Opaque).unwrap();
+            let occluders = builder.build();
+            for surface in occluders.surfaces() {
+                let normal = occluders.normal_at(surface, DVec3::new(0.0, 0.0, size));
+                assert_eq!(normal, DVec3::Z, "{size} {surface:?}");
+            }
+        }
+    }
 }

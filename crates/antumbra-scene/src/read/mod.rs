@@ -8,7 +8,6 @@ mod area;
 mod gltf;
 mod indexed;
 mod mtl;
-mod mtl_map;
 mod nff;
 mod obj;
 mod ply;

@@ -17,7 +17,7 @@ use crate::{
     warning::WarningLog,
 };
 
-use super::super::mtl_map::{Map, Maps};
+use super::super::mtl::map::{Map, Maps};
 
 /// Opens files that an OBJ names.
 pub(super) type Open<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;

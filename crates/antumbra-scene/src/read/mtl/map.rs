@@ -3,37 +3,37 @@
 //! In: what follows the keyword. Out: the name, and what the options do. Invariant: a name may hold
 //! blanks and backslashes; options that are not used are stepped over with their arguments.
 
-use super::text::{LARGEST_COORDINATE, parse_number};
+use super::super::text::{LARGEST_COORDINATE, parse_number};
 
 /// The pictures of a material.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Maps {
+pub(in crate::read) struct Maps {
     /// Where the library is, up to the last `/`: pictures are looked for there first.
-    pub(super) folder: String,
+    pub(in crate::read) folder: String,
     /// `map_Kd`.
-    pub(super) color: Option<Map>,
+    pub(in crate::read) color: Option<Map>,
     /// `map_d`.
-    pub(super) alpha: Option<Map>,
+    pub(in crate::read) alpha: Option<Map>,
 }
 
 /// One picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
+pub(in crate::read) struct Map {
     /// As the library gives it.
-    pub(super) name: String,
+    pub(in crate::read) name: String,
     /// `-s` and `-o`.
-    pub(super) place: MapPlace,
+    pub(in crate::read) place: MapPlace,
     /// `-clamp on`.
-    pub(super) is_clamped: bool,
+    pub(in crate::read) is_clamped: bool,
     /// `-imfchan`: r, g, b, m (alpha), l or z (luminance).
-    pub(super) channel: Option<u8>,
+    pub(in crate::read) channel: Option<u8>,
     /// `-mm`: what is added to values, after they are multiplied.
-    pub(super) base_and_gain: [f64; 2],
+    pub(in crate::read) base_and_gain: [f64; 2],
 }
 
 /// How texture coordinates are moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct MapPlace {
+pub(in crate::read) struct MapPlace {
     scale: [f64; 2],
     offset: [f64; 2],
 }
@@ -49,7 +49,7 @@ impl Default for MapPlace {
 
 impl MapPlace {
     /// Returns the place in the picture, v down as textures have it.
-    pub(super) fn of(&self, uv: [f64; 2]) -> [f64; 2] {
+    pub(in crate::read) fn of(&self, uv: [f64; 2]) -> [f64; 2] {
         let [u, v] = [0, 1].map(|i| {
             let moved = self.offset[i] + self.scale[i] * uv[i];
             // Numbers of any size meet here; what cannot be a place counts as the corner.
@@ -65,14 +65,14 @@ impl MapPlace {
 
 impl Maps {
     /// Returns how coordinates are moved: as the colours say, or else the holes.
-    pub(super) fn place(&self) -> MapPlace {
+    pub(in crate::read) fn place(&self) -> MapPlace {
         let map = self.color.as_ref().or(self.alpha.as_ref());
         map.map_or_else(MapPlace::default, |map| map.place)
     }
 }
 
 /// Reads options and a name; `None` without a name.
-pub(super) fn parse_map(text: &str) -> Option<Map> {
+pub(in crate::read) fn parse_map(text: &str) -> Option<Map> {
     let mut map = Map {
         name: String::new(),
         place: MapPlace::default(),
