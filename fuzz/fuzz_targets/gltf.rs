@@ -4,12 +4,17 @@
 
 use std::{io, path::Path};
 
-use antumbra_scene::read::read_gltf;
+use antumbra_scene::{ReadOptions, read::read_gltf};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
     let no_files = &mut |_: &str| Err(io::ErrorKind::NotFound.into());
-    let Ok(first) = read_gltf(Path::new("a.gltf"), bytes, no_files) else {
+    // What a machine for fuzzing has room for.
+    let options = ReadOptions {
+        memory_limit: 1 << 30,
+        ..ReadOptions::default()
+    };
+    let Ok(first) = read_gltf(Path::new("a.gltf"), bytes, &options, no_files) else {
         return;
     };
     antumbra_fuzz::check(&first);

@@ -7,7 +7,7 @@ use std::path::Path;
 use antumbra_geometry::DVec3;
 use antumbra_scene::{
     Loaded, ReadOptions,
-    model::{Corner, Scene, Shape},
+    model::{Corner, Scene},
     read::{read_gltf, read_obj, read_ply},
     write::{Precision, write_glb, write_obj, write_ply},
 };
@@ -22,7 +22,7 @@ pub fn check(loaded: &Loaded) {
         assert!(object.material < scene.materials.len());
         let bounds = object.shape.bounds();
         assert!(bounds.min.is_finite() && bounds.max.is_finite() && !bounds.is_empty());
-        let Shape::Mesh(mesh) = &object.shape else {
+        let Some(mesh) = object.shape.placed_mesh() else {
             continue;
         };
         assert_eq!(mesh.face_ends.last(), Some(&(mesh.corners.len() as u32)));
@@ -43,7 +43,7 @@ pub fn check(loaded: &Loaded) {
 pub fn faces(scene: &Scene) -> Vec<Vec<[u64; 6]>> {
     let mut faces = Vec::new();
     for object in &scene.objects {
-        let Shape::Mesh(mesh) = &object.shape else {
+        let Some(mesh) = object.shape.placed_mesh() else {
             continue;
         };
         for face in mesh.faces() {
@@ -96,7 +96,7 @@ pub fn check_glb(scene: &Scene) {
         let mut bytes = Vec::new();
         write_glb(scene, &mut bytes).unwrap();
         let open = &mut |_: &str| unreachable!("a GLB is one file");
-        read_gltf(Path::new("a.glb"), &bytes, open).unwrap().scene
+        read_gltf(Path::new("a.glb"), &bytes, &ReadOptions::default(), open).unwrap().scene
     };
     let second = write(scene);
     let third = write(&second);

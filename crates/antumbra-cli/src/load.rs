@@ -31,9 +31,10 @@ pub(crate) fn lit_scene(
     cost: &IndexCost,
     screen: &Screen,
 ) -> Result<LitScene, Failure> {
-    memory::check_file(&typed.scene, memory::limit(cost.memory_limit))?;
+    let limit = memory::limit(cost.memory_limit);
+    memory::check_file(&typed.scene, limit)?;
     let begin = Instant::now();
-    let loaded = scene_source::read(&typed.scene, typed.up)?;
+    let loaded = scene_source::read(&typed.scene, typed.up, limit)?;
     let load_time = begin.elapsed();
     loaded
         .warnings

@@ -10,13 +10,14 @@ use crate::failure::Failure;
 use crate::typed::Up;
 use crate::values::Sun;
 
-/// Reads a scene file.
-pub(crate) fn read(path: &Path, up: Option<Up>) -> Result<Loaded, Failure> {
+/// Reads a scene file, taking no more than `memory_limit` bytes.
+pub(crate) fn read(path: &Path, up: Option<Up>, memory_limit: u64) -> Result<Loaded, Failure> {
     let up = up.map(|up| match up {
         Up::Y => UpAxis::Y,
         Up::Z => UpAxis::Z,
     });
-    Ok(read_file(path, &ReadOptions { up })?)
+    let options = ReadOptions { up, memory_limit };
+    Ok(read_file(path, &options)?)
 }
 
 /// Returns which way is up: as typed, else as the scene says.

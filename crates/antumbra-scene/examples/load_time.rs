@@ -4,7 +4,7 @@
 
 use std::{path::Path, time::Instant};
 
-use antumbra_scene::{ReadError, ReadOptions, model::Shape, read_file};
+use antumbra_scene::{ReadError, ReadOptions, read_file};
 
 #[expect(clippy::print_stdout, reason = "its output is what it is for")]
 fn main() -> Result<(), ReadError> {
@@ -19,10 +19,7 @@ fn main() -> Result<(), ReadError> {
                 .scene
                 .objects
                 .iter()
-                .map(|object| match &object.shape {
-                    Shape::Mesh(mesh) => mesh.face_ends.len(),
-                    _ => 1,
-                });
+                .map(|object| object.shape.mesh().map_or(1, |mesh| mesh.face_ends.len()));
             face_count = faces.sum();
         }
         milliseconds.sort_by(f64::total_cmp);

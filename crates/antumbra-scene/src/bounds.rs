@@ -23,7 +23,8 @@ impl Shape {
     pub fn bounds(&self) -> Bounds {
         match self {
             Self::Polygon(polygon) => Bounds::of_points(polygon.vertices.iter().copied()),
-            Self::Mesh(mesh) => of_mesh(mesh),
+            Self::Mesh(mesh) => of_mesh(mesh, |at| mesh.positions[at]),
+            Self::Instance(instance) => of_mesh(&instance.mesh, |at| instance.position(at)),
             Self::Sphere(sphere) => {
                 let radius = DVec3::splat(sphere.radius);
                 Bounds {
@@ -45,12 +46,9 @@ impl Shape {
 }
 
 /// Returns the box of the positions that faces use.
-fn of_mesh(mesh: &Mesh) -> Bounds {
-    let used = mesh
-        .corners
-        .iter()
-        .map(|corner| mesh.positions[corner.position as usize]);
-    Bounds::of_points(used)
+fn of_mesh(mesh: &Mesh, position: impl Fn(usize) -> DVec3) -> Bounds {
+    let corners = mesh.corners.iter();
+    Bounds::of_points(corners.map(|corner| position(corner.position as usize)))
 }
 
 /// Returns the box of a circle: along axis `i` it extends by `radius * sqrt(1 - n_i^2)`, with the

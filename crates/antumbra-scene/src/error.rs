@@ -73,6 +73,20 @@ pub enum ReadErrorKind {
         /// The largest size that is read.
         limit: u64,
     },
+    /// Reading would take more memory than it may.
+    #[error(
+        "{what} needs {} in memory, with what is read already more than the limit of {}",
+        Bytes(*bytes),
+        Bytes(*limit)
+    )]
+    OverLimit {
+        /// What needs it.
+        what: Box<str>,
+        /// How much it needs, in bytes.
+        bytes: u64,
+        /// The most that reading may take, in bytes.
+        limit: u64,
+    },
     /// A checkout without git-lfs left a pointer in place of the file.
     #[error("expected a scene, found a git-lfs pointer")]
     LfsPointer,
@@ -140,6 +154,7 @@ impl ReadErrorKind {
             Self::NotAFile => "name the scene file itself",
             Self::UnknownFormat { .. } => "convert the scene to NFF, OBJ, glTF, PLY or STL",
             Self::TooLarge { .. } => "split the scene into smaller files",
+            Self::OverLimit { .. } => "raise the memory limit, or make the file smaller",
             Self::LfsPointer => "run `git lfs pull` in the checkout the file comes from",
             Self::NotText { .. } => "check that this is the scene file, saved as plain UTF-8 text",
             Self::Dialect { .. } => "export it again as SPD's NFF (Neutral File Format) or as OBJ",
@@ -147,6 +162,20 @@ impl ReadErrorKind {
             Self::Expected { help, .. }
             | Self::Element { help, .. }
             | Self::Invalid { help, .. } => help,
+        }
+    }
+}
+
+/// Displays a number of bytes in MiB, where that loses little.
+struct Bytes(u64);
+
+impl fmt::Display for Bytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const MEBIBYTE: u64 = 1 << 20;
+        if self.0 < 10 * MEBIBYTE {
+            write!(f, "{} bytes", self.0)
+        } else {
+            write!(f, "{} MiB", self.0.div_ceil(MEBIBYTE))
         }
     }
 }

@@ -7,6 +7,7 @@
 use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
 
 pub use crate::{
+    instance::Instance,
     opacity::ShadowKind,
     texture::{Filter, Texture, Wrap},
 };
@@ -81,13 +82,15 @@ pub struct Object {
     pub material: usize,
 }
 
-/// The shape of an object, world space.
+/// The shape of an object, world space; of an instance, once it is placed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A planar polygon, convex or concave, without holes.
     Polygon(Polygon),
     /// Faces that share vertices.
     Mesh(Mesh),
+    /// A mesh that is there more than once: one of its copies.
+    Instance(Instance),
     /// A sphere.
     Sphere(Sphere),
     /// A truncated cone or cylinder.

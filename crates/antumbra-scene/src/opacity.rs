@@ -151,12 +151,12 @@ fn settle_alpha(scene: &mut Scene, warnings: &mut WarningLog) {
 }
 
 fn has_uvs(object: &Object) -> bool {
-    matches!(&object.shape, Shape::Mesh(mesh) if !mesh.uvs.is_empty())
+    object.shape.mesh().is_some_and(|mesh| !mesh.uvs.is_empty())
 }
 
 /// Returns whether a corner of a face has an alpha below 1.
 fn has_clear_vertex(object: &Object) -> bool {
-    let Shape::Mesh(mesh) = &object.shape else {
+    let Some(mesh) = object.shape.mesh() else {
         return false;
     };
     let is_clear =
@@ -196,6 +196,7 @@ fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &m
     for object in &scene.objects {
         let (faces, is_curved) = match &object.shape {
             Shape::Mesh(mesh) => (mesh.face_ends.len(), false),
+            Shape::Instance(instance) => (instance.mesh.face_ends.len(), false),
             Shape::Polygon(_) => (1, false),
             Shape::Sphere(_) | Shape::Cone(_) | Shape::Disk(_) => (1, true),
         };

@@ -1,7 +1,7 @@
 //! Pictures on surfaces.
 //!
 //! In: the bytes of a PNG or JPEG; texels and a place in the picture. Out: a texture; linear colour
-//! and alpha. Invariants: nothing is decoded before the [`PictureBudget`] has room for it; sampling
+//! and alpha. Invariants: nothing is decoded before its [`Room`] is known to suffice; sampling
 //! gives the same bits on every platform: sRGB is decoded by a table that `libm` fills, and
 //! filtering uses additions and multiplications only.
 //!
@@ -9,9 +9,14 @@
 //! colours from JPEG files may differ by a step or two between versions of the decoder; JPEG has
 //! no alpha.
 
-use std::{io::Cursor, sync::LazyLock};
+use std::{
+    io::{self, Cursor},
+    sync::LazyLock,
+};
 
-use image::{ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+
+use crate::room::{OverLimit, Room};
 
 /// The most texels along a side.
 const MAX_SIDE: u32 = 16_384;
@@ -163,61 +168,68 @@ impl Texture {
     }
 }
 
-/// Bytes that the pictures of a scene may still take, encoded and decoded ones added up.
+/// Why a picture is not there.
 #[derive(Debug)]
-pub(crate) struct PictureBudget {
-    left: u64,
-    most: u64,
+pub(crate) enum PictureError {
+    /// It cannot be read.
+    Unreadable(String),
+    /// It needs more memory than there may be.
+    OverLimit(OverLimit),
 }
 
-impl Default for PictureBudget {
-    /// 2 GiB.
-    fn default() -> Self {
-        Self::new(2 << 30)
+impl From<String> for PictureError {
+    fn from(problem: String) -> Self {
+        Self::Unreadable(problem)
     }
 }
 
-impl PictureBudget {
-    pub(crate) const fn new(most: u64) -> Self {
-        Self { left: most, most }
-    }
-
-    fn take(&mut self, bytes: u64) -> Result<(), String> {
-        let Self { left, most } = self;
-        *left = left
-            .checked_sub(bytes)
-            .ok_or_else(|| format!("all pictures together take more than {most} bytes"))?;
-        Ok(())
+impl From<ImageError> for PictureError {
+    fn from(error: ImageError) -> Self {
+        Self::Unreadable(error.to_string())
     }
 }
 
 /// Decodes a PNG or JPEG; the content says which. The texture repeats, is filtered linearly and has
-/// no name.
+/// no name. Its texels stay charged to `room`.
 ///
 /// # Errors
-/// Says what is wrong with the picture, or that the budget has no room for it; that is asked before
-/// anything is decoded.
-pub(crate) fn decode(bytes: &[u8], budget: &mut PictureBudget) -> Result<Texture, String> {
-    budget.take(bytes.len() as u64)?;
-    let reader = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let size = reader().map_err(|error| error.to_string())?;
-    let (width, height) = size.into_dimensions().map_err(|error| error.to_string())?;
-    if width == 0 || height == 0 || width.max(height) > MAX_SIDE {
-        return Err(format!(
-            "it has {width} x {height} texels; expected 1 to {MAX_SIDE} along each side"
-        ));
-    }
-    let decoded_bytes = 4 * u64::from(width) * u64::from(height);
-    budget.take(decoded_bytes)?;
+/// The picture cannot be read, or there is no room for it; that is asked by the size that its header
+/// gives, before anything is decoded.
+pub(crate) fn decode(bytes: &[u8], room: &mut Room) -> Result<Texture, PictureError> {
+    let unreadable = |error: io::Error| PictureError::Unreadable(error.to_string());
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(unreadable)?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
-    // 16 bits a channel and the decoder's own needs.
-    limits.max_alloc = Some(4 * decoded_bytes + (64 << 20));
-    let mut reader = reader().map_err(|error| error.to_string())?;
-    reader.limits(limits);
-    let decoded = reader.decode().map_err(|error| error.to_string())?;
-    let texels = decoded.into_rgba8().pixels().map(|p| p.0).collect();
+    // What headers hold besides the picture: profiles, remarks.
+    limits.max_alloc = Some(8 * bytes.len() as u64 + (64 << 20));
+    reader.limits(limits.clone());
+    let mut decoder = reader.into_decoder()?;
+    let (width, height) = decoder.dimensions();
+    if width == 0 || height == 0 || width.max(height) > MAX_SIDE {
+        return Err(PictureError::Unreadable(format!(
+            "it has {width} x {height} texels; expected 1 to {MAX_SIDE} along each side"
+        )));
+    }
+    let kept = 4 * u64::from(width) * u64::from(height);
+    // Other layouts than four bytes a texel are converted, with both there for a while.
+    let converted = match decoder.color_type() {
+        ColorType::Rgba8 => 0,
+        _ => decoder.total_bytes(),
+    };
+    let what = || format!("a picture of {width} x {height} texels");
+    let needed = kept.saturating_add(converted);
+    room.check(needed, what).map_err(PictureError::OverLimit)?;
+    // The decoder's own needs: rows, tables and, of progressive pictures, all coefficients.
+    limits.max_alloc = Some(needed.saturating_mul(2).saturating_add(64 << 20));
+    decoder.set_limits(limits)?;
+    let decoded = DynamicImage::from_decoder(decoder)?;
+    room.take(kept, what).map_err(PictureError::OverLimit)?;
+    let texels = decoded.into_rgba8().into_raw();
+    let texels = bytemuck::allocation::try_cast_vec(texels)
+        .unwrap_or_else(|(_, texels)| texels.as_chunks().0.to_vec());
     Ok(Texture {
         name: String::new(),
         width,

@@ -3,13 +3,14 @@
 //! What the format has no place for is said; what it would change the shadows by is refused.
 
 use crate::failure::{Failure, Outcome};
+use crate::memory;
 use crate::scene_source;
 use crate::screen::Screen;
 use crate::typed::Convert;
 
 /// Reads and writes; adds neither light nor camera.
 pub(crate) fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
-    let loaded = scene_source::read(&typed.input, None)?;
+    let loaded = scene_source::read(&typed.input, None, memory::limit(None))?;
     let notes = scene_source::write(&loaded.scene, &typed.output)?;
     loaded
         .warnings

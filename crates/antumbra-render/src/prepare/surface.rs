@@ -92,9 +92,7 @@ impl Prepared {
         value_of: impl Fn(&Mesh, &Corner) -> Option<[f64; N]>,
     ) -> Option<[f64; N]> {
         let place = self.gathered.place_of(hit.surface);
-        let Shape::Mesh(mesh) = &self.scene.objects[place.object as usize].shape else {
-            return None;
-        };
+        let mesh = self.scene.objects[place.object as usize].shape.mesh()?;
         if !is_there(mesh) {
             return None;
         }
@@ -151,15 +149,18 @@ impl Prepared {
                 let corners = self.gathered.occluders.corners(surface)?;
                 Some(corners.map(|corner| polygon.normals.get(corner as usize).copied()))
             }
-            Shape::Mesh(mesh) if !mesh.normals.is_empty() => {
+            shape => {
+                let mesh = shape.mesh().filter(|mesh| !mesh.normals.is_empty())?;
                 let corners = self.gathered.occluders.corners(surface)?;
                 let face = face_of(mesh, place.face as usize)?;
                 Some(corners.map(|corner| {
-                    let normal = face.get(corner as usize)?.normal;
-                    mesh.normals.get(normal as usize).copied()
+                    let normal = face.get(corner as usize)?.normal as usize;
+                    match shape {
+                        Shape::Instance(instance) => instance.normal(normal),
+                        _ => mesh.normals.get(normal).copied(),
+                    }
                 }))
             }
-            _ => None,
         }
     }
 }

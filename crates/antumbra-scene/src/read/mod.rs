@@ -47,12 +47,24 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
 }
 
-/// What a file leaves open. The default takes what is usual for the format.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What a file leaves open, and how much it may take. The default takes what is usual for the format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
     /// Which axis of the file is up; used where the format does not say (OBJ: y by
     /// default; PLY and STL: z). Nothing is turned; only [`Scene::up`] changes.
     pub up: Option<UpAxis>,
+    /// The most bytes that files, pictures and the scene may take together while they are read; by
+    /// default 4 GiB. What does not fit is refused by the sizes that files give, before it is taken.
+    pub memory_limit: u64,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self {
+            up: None,
+            memory_limit: 4 << 30,
+        }
+    }
 }
 
 /// An axis that points up.
@@ -98,18 +110,21 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let limit = options.memory_limit.min(MAX_FILE_BYTES);
     match extension.as_deref() {
-        Some("nff") => read_nff(path, &read_bytes(path)?),
+        Some("nff") => read_nff(path, &read_bytes(path, limit)?),
         Some("obj") => {
-            let bytes = read_bytes(path)?;
-            read_obj(path, &bytes, options, &mut |name| read_beside(path, name))
+            let bytes = read_bytes(path, limit)?;
+            let beside = &mut |name: &str| read_beside(path, name, limit);
+            read_obj(path, &bytes, options, beside)
         }
         Some("gltf" | "glb") => {
-            let bytes = read_bytes(path)?;
-            read_gltf(path, &bytes, &mut |name| read_beside(path, name))
+            let bytes = read_bytes(path, limit)?;
+            let beside = &mut |name: &str| read_beside(path, name, limit);
+            read_gltf(path, &bytes, options, beside)
         }
-        Some("ply") => read_ply(path, &read_bytes(path)?, options),
-        Some("stl") => read_stl(path, &read_bytes(path)?, options),
+        Some("ply") => read_ply(path, &read_bytes(path, limit)?, options),
+        Some("stl") => read_stl(path, &read_bytes(path, limit)?, options),
         other => {
             let found = other.map_or("a name without an ending".into(), |e| {
                 quoted(&format!(".{e}"))
@@ -120,7 +135,7 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
 }
 
 /// Reads a file beside a scene, named by the scene: inside its folder or below, never outside.
-fn read_beside(scene: &Path, name: &str) -> io::Result<Vec<u8>> {
+fn read_beside(scene: &Path, name: &str, limit: u64) -> io::Result<Vec<u8>> {
     // Windows paths occur in files that are read elsewhere.
     let name = name.replace('\\', "/");
     let relative = Path::new(&name);
@@ -134,39 +149,32 @@ fn read_beside(scene: &Path, name: &str) -> io::Result<Vec<u8>> {
         ));
     }
     let path = scene.parent().unwrap_or(Path::new("")).join(relative);
-    read_bytes(&path).map_err(|error| match error.kind {
+    read_bytes(&path, limit).map_err(|error| match error.kind {
         ReadErrorKind::Io(error) => error,
+        large @ ReadErrorKind::TooLarge { .. } => {
+            io::Error::new(io::ErrorKind::FileTooLarge, large)
+        }
         other => io::Error::other(other.to_string()),
     })
 }
 
-/// Reads a whole regular file of at most [`MAX_FILE_BYTES`].
-fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+/// Reads a whole regular file of at most `limit` bytes.
+fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let fail = |error| whole(path, ReadErrorKind::Io(error));
     // Asked before opening: opening a pipe would wait for a writer.
     let metadata = std::fs::metadata(path).map_err(fail)?;
     if !metadata.is_file() {
         return Err(whole(path, ReadErrorKind::NotAFile));
     }
-    let too_large = |bytes| {
-        whole(
-            path,
-            ReadErrorKind::TooLarge {
-                bytes,
-                limit: MAX_FILE_BYTES,
-            },
-        )
-    };
-    if metadata.len() > MAX_FILE_BYTES {
+    let too_large = |bytes| whole(path, ReadErrorKind::TooLarge { bytes, limit });
+    if metadata.len() > limit {
         return Err(too_large(metadata.len()));
     }
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(fail)?;
     // The file may grow while it is read.
-    file.take(MAX_FILE_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(fail)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(fail)?;
+    if bytes.len() as u64 > limit {
         return Err(too_large(bytes.len() as u64));
     }
     Ok(bytes)
@@ -192,8 +200,9 @@ mod tests {
         std::fs::write(folder.path().join("outside.mtl"), "newmtl a").unwrap();
         std::fs::write(folder.path().join("inner/inside.mtl"), "newmtl a").unwrap();
         let scene = folder.path().join("inner/scene.obj");
-        assert!(read_beside(&scene, "inside.mtl").is_ok());
-        assert!(read_beside(&scene, "./inside.mtl").is_ok());
+        let beside = |name: &str| read_beside(&scene, name, MAX_FILE_BYTES);
+        assert!(beside("inside.mtl").is_ok());
+        assert!(beside("./inside.mtl").is_ok());
         let absolute = folder.path().join("inner/inside.mtl");
         for name in [
             "../outside.mtl",
@@ -201,11 +210,11 @@ mod tests {
             absolute.to_str().unwrap(),
             "C:\\a.mtl",
         ] {
-            let error = read_beside(&scene, name).unwrap_err();
+            let error = beside(name).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::PermissionDenied, "{name}");
         }
         assert_eq!(
-            read_beside(&scene, "none.mtl").unwrap_err().kind(),
+            beside("none.mtl").unwrap_err().kind(),
             io::ErrorKind::NotFound
         );
     }

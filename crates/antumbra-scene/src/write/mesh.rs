@@ -27,6 +27,7 @@ pub(super) fn meshes<'a>(
     let mesh = |(index, object): (usize, &'a crate::model::Object)| {
         let what = match &object.shape {
             Shape::Mesh(mesh) => return Ok(Cow::Borrowed(mesh)),
+            Shape::Instance(instance) => return Ok(Cow::Owned(instance.to_mesh())),
             Shape::Polygon(polygon) => return Ok(Cow::Owned(mesh_of(polygon))),
             Shape::Sphere(_) => "a sphere",
             Shape::Cone(_) => "a cone or cylinder",
@@ -105,7 +106,7 @@ pub(super) fn left_out(scene: &Scene, keeps: Keeps) -> Vec<String> {
     if !keeps.textures && !scene.textures.is_empty() {
         note("textures and places in them are not written".into());
     }
-    let has_colors = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if !mesh.colors.is_empty());
+    let has_colors = |shape: &Shape| shape.mesh().is_some_and(|mesh| !mesh.colors.is_empty());
     if scene.objects.iter().any(|object| has_colors(&object.shape)) {
         note("colours of vertices are not written".into());
     }

@@ -70,6 +70,7 @@ pub fn write_nff(
         match &object.shape {
             Shape::Polygon(polygon) => writer.polygon(polygon)?,
             Shape::Mesh(mesh) => writer.mesh(mesh)?,
+            Shape::Instance(instance) => writer.mesh(&instance.to_mesh())?,
             Shape::Sphere(sphere) => {
                 let [x, y, z] = sphere.center.to_array();
                 writer.line("s", &[x, y, z, sphere.radius])?;

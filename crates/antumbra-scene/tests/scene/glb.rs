@@ -4,7 +4,7 @@ use std::path::Path;
 
 use antumbra_geometry::DVec3;
 use antumbra_scene::{
-    Loaded, Warning,
+    Loaded, ReadOptions, Warning,
     generate::{sphereflake, tetra},
     model::{
         Alpha, Camera, Color, Corner, Filter, Light, LightKind, Material, Mesh, Object, Polygon,
@@ -24,7 +24,12 @@ fn glb_of(scene: &Scene) -> (Loaded, Vec<String>) {
     let mut bytes = Vec::new();
     let notes = write_glb(scene, &mut bytes).unwrap();
     let no_files = &mut |name: &str| panic!("{name}");
-    let loaded = read_gltf(Path::new("a.glb"), &bytes, no_files);
+    let loaded = read_gltf(
+        Path::new("a.glb"),
+        &bytes,
+        &ReadOptions::default(),
+        no_files,
+    );
     (loaded.unwrap(), notes)
 }
 

@@ -307,6 +307,7 @@ fn files_are_read_by_their_ending_and_libraries_beside_them() {
     std::fs::write(folder.path().join("my lib.mtl"), "newmtl a\nKd 0 1 0").unwrap();
     let options = ReadOptions {
         up: Some(UpAxis::Z),
+        ..ReadOptions::default()
     };
     let loaded = read_file(&path, &options).unwrap();
     assert_eq!(loaded.warnings, []);

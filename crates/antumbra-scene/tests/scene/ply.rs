@@ -52,8 +52,11 @@ fn the_scene_has_what_the_format_leaves_open() {
     assert_eq!(loaded.scene.up, DVec3::Z);
     assert_eq!(loaded.scene.ambient, Color::splat(0.2));
     assert_eq!(loaded.scene.materials, [Material::default()]);
-    let up = Some(UpAxis::Y);
-    let turned = read_ply(Path::new("a"), text.as_bytes(), &ReadOptions { up });
+    let options = ReadOptions {
+        up: Some(UpAxis::Y),
+        ..ReadOptions::default()
+    };
+    let turned = read_ply(Path::new("a"), text.as_bytes(), &options);
     assert_eq!(turned.unwrap().scene.up, DVec3::Y);
     let mesh = mesh(&loaded);
     assert_eq!(mesh.positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);

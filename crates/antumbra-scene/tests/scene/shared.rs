@@ -23,6 +23,7 @@ fn counts(loaded: &Loaded) -> [usize; 5] {
             Shape::Polygon(p) if p.normals.is_empty() => counts[2] += 1,
             Shape::Polygon(_) => counts[3] += 1,
             Shape::Mesh(mesh) => counts[4] += faces(mesh),
+            Shape::Instance(instance) => counts[4] += faces(&instance.mesh),
             Shape::Disk(_) => {}
         }
     }

@@ -65,9 +65,12 @@ fn corners_at_one_position_are_one_vertex() {
     assert_eq!(loaded.scene.up, DVec3::Z);
     assert_eq!(loaded.scene.facing, Facing::Viewer);
     assert_eq!(loaded.scene.materials, [Material::default()]);
-    let up = Some(UpAxis::Y);
+    let options = ReadOptions {
+        up: Some(UpAxis::Y),
+        ..ReadOptions::default()
+    };
     let bytes = binary("", &TRIANGLES, 0);
-    let turned = read_stl(Path::new("a"), &bytes, &ReadOptions { up });
+    let turned = read_stl(Path::new("a"), &bytes, &options);
     assert_eq!(turned.unwrap().scene.up, DVec3::Y);
 }
 

@@ -41,10 +41,35 @@ struct Sparse<'a> {
     values: &'a [u8],
 }
 
+impl<'a> Accessor<'a> {
+    /// Elements that follow one another in bytes of their own.
+    pub(super) fn packed(
+        bytes: &'a [u8],
+        count: usize,
+        component: Component,
+        width: usize,
+        is_normalized: bool,
+    ) -> Self {
+        Self {
+            base: Some((bytes, width * component.size())),
+            sparse: None,
+            count,
+            component,
+            is_normalized,
+            width,
+        }
+    }
+}
+
 impl Accessor<'_> {
     /// Returns the number of elements.
     pub(super) fn len(&self) -> usize {
         self.count
+    }
+
+    /// Returns how many numbers an element has.
+    pub(super) fn width(&self) -> usize {
+        self.width
     }
 
     pub(super) fn component(&self) -> Component {

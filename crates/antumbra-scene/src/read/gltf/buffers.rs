@@ -1,14 +1,14 @@
 //! The bytes behind a document.
 //!
-//! In: the document's buffers and a way to open files beside it. Out: slices by buffer view.
-//! Invariant: a slice lies inside its view, the view inside its buffer, the buffer inside bytes
-//! that are there; together the files hold at most [`MAX_FILE_BYTES`].
+//! In: the document's buffers and a way to open files beside it. Out: slices by buffer view, those
+//! of compressed views decoded. Invariant: a slice lies inside its view, the view inside its buffer,
+//! the buffer inside bytes that are there; together the files hold at most [`MAX_FILE_BYTES`].
 
 use std::{borrow::Cow, collections::HashMap, io, rc::Rc};
 
-use crate::read::MAX_FILE_BYTES;
+use crate::{read::MAX_FILE_BYTES, room::Room};
 
-use super::{Fault, document::Document, uri};
+use super::{Fault, document::Document, meshopt, uri};
 
 /// Opens a file beside the scene by the name the scene gives it.
 pub(super) type Open<'f> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'f;
@@ -17,6 +17,8 @@ pub(super) type Open<'f> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'f;
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     buffers: Vec<Rc<Cow<'a, [u8]>>>,
+    /// What compressed views hold, by view.
+    decoded: HashMap<usize, Vec<u8>>,
 }
 
 impl<'a> Buffers<'a> {
@@ -25,12 +27,17 @@ impl<'a> Buffers<'a> {
         document: &'a Document,
         binary: Option<&'a [u8]>,
         open: &mut Open<'_>,
+        room: &mut Room,
     ) -> Result<Self, Fault> {
         let mut buffers = Vec::new();
         let mut files: HashMap<String, Rc<Cow<'a, [u8]>>> = HashMap::new();
         let mut total = 0_u64;
         for (index, buffer) in document.buffers.iter().enumerate() {
             let path = || format!("buffers[{index}]");
+            if buffer.extensions.is_fallback() {
+                buffers.push(Rc::new(Cow::Borrowed(&[][..])));
+                continue;
+            }
             let bytes = match (&buffer.uri, binary) {
                 (None, Some(binary)) if index == 0 => Rc::new(Cow::Borrowed(binary)),
                 (None, _) => {
@@ -39,7 +46,10 @@ impl<'a> Buffers<'a> {
                 }
                 (Some(uri), _) => match uri::resolve(uri) {
                     Err(problem) => return Err(Fault::at(path() + ".uri", problem, "")),
-                    Ok(uri::Target::Bytes(bytes)) => Rc::new(Cow::Owned(bytes)),
+                    Ok(uri::Target::Bytes(bytes)) => {
+                        take(room, bytes.len(), path)?;
+                        Rc::new(Cow::Owned(bytes))
+                    }
                     Ok(uri::Target::Name(name)) => match files.get(&name) {
                         Some(bytes) => Rc::clone(bytes),
                         None => {
@@ -55,6 +65,7 @@ impl<'a> Buffers<'a> {
                                     format!("the files have more than {MAX_FILE_BYTES} bytes");
                                 return Err(Fault::at(path(), problem, "split the scene"));
                             }
+                            take(room, bytes.len(), path)?;
                             let bytes = Rc::new(Cow::Owned(bytes));
                             files.insert(name, Rc::clone(&bytes));
                             bytes
@@ -73,7 +84,18 @@ impl<'a> Buffers<'a> {
             }
             buffers.push(bytes);
         }
-        Ok(Self { document, buffers })
+        let mut buffers = Self {
+            document,
+            buffers,
+            decoded: HashMap::new(),
+        };
+        for (index, view) in document.buffer_views.iter().enumerate() {
+            if let Some(packed) = view.extensions.meshopt() {
+                let decoded = meshopt::decode(&buffers, index, view, packed, room)?;
+                buffers.decoded.insert(index, decoded);
+            }
+        }
+        Ok(buffers)
     }
 
     pub(super) fn document(&self) -> &'a Document {
@@ -86,21 +108,38 @@ impl<'a> Buffers<'a> {
         let Some(view) = views.get(index) else {
             return Err(Fault::missing(path(), "bufferViews", index, views.len()));
         };
-        let Some(bytes) = self.buffers.get(view.buffer) else {
-            let path = format!("bufferViews[{index}].buffer");
-            let count = self.buffers.len();
-            return Err(Fault::missing(path, "buffers", view.buffer, count));
+        if let Some(decoded) = self.decoded.get(&index) {
+            return Ok(decoded);
+        }
+        let here = || format!("bufferViews[{index}]");
+        self.part(view.buffer, view.byte_offset, view.byte_length, here)
+    }
+
+    /// Returns `length` bytes of a buffer, from `offset` on; `path` is who asks.
+    pub(super) fn part(
+        &self,
+        buffer: usize,
+        offset: u64,
+        length: u64,
+        path: impl Fn() -> String,
+    ) -> Result<&[u8], Fault> {
+        let Some(bytes) = self.buffers.get(buffer) else {
+            let path = path() + ".buffer";
+            return Err(Fault::missing(path, "buffers", buffer, self.buffers.len()));
         };
-        let length = self.document.buffers[view.buffer].byte_length;
-        slice(bytes, view.byte_offset, view.byte_length)
-            .filter(|_| view.byte_offset + view.byte_length <= length)
-            .ok_or_else(|| {
-                let problem = format!(
-                    "{} bytes from byte {} on are not inside buffers[{}] of {length} bytes",
-                    view.byte_length, view.byte_offset, view.buffer
-                );
-                Fault::at(format!("bufferViews[{index}]"), problem, "")
-            })
+        let buffer_length = self.document.buffers[buffer].byte_length;
+        let found = slice(bytes, offset, length).filter(|_| offset + length <= buffer_length);
+        found.ok_or_else(|| {
+            let problem = if self.document.buffers[buffer].extensions.is_fallback() {
+                format!("buffers[{buffer}] is for views that are compressed, and this one is not")
+            } else {
+                format!(
+                    "{length} bytes from byte {offset} on are not inside buffers[{buffer}] of \
+                     {buffer_length} bytes"
+                )
+            };
+            Fault::at(path(), problem, "")
+        })
     }
 
     /// Returns where a byte of a view is, for messages.
@@ -119,4 +158,8 @@ impl<'a> Buffers<'a> {
 pub(super) fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
     let end = offset.checked_add(length)?;
     bytes.get(usize::try_from(offset).ok()?..usize::try_from(end).ok()?)
+}
+
+fn take(room: &mut Room, bytes: usize, path: impl Fn() -> String) -> Result<(), Fault> {
+    room.take(bytes as u64, path).map_err(Fault::over_limit)
 }

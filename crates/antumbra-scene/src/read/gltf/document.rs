@@ -109,6 +109,14 @@ pub(super) struct Asset {
 pub(super) struct DocumentExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub(super) lights: Option<Lights>,
+    #[serde(rename = "CESIUM_RTC")]
+    pub(super) relative_to: Option<RelativeTo>,
+}
+
+/// CESIUM_RTC: where the file's origin is.
+#[derive(Debug, Deserialize)]
+pub(super) struct RelativeTo {
+    pub(super) center: [f64; 3],
 }
 
 #[derive(Debug, Deserialize)]
@@ -195,6 +203,22 @@ pub(super) struct Primitive {
     pub(super) mode: Option<u32>,
     #[serde(default)]
     pub(super) targets: List<BTreeMap<String, usize>>,
+    #[serde(default)]
+    pub(super) extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<Box<Draco>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub(super) buffer_view: usize,
+    /// For each attribute its unique id in the Draco data.
+    pub(super) attributes: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -244,6 +268,36 @@ pub(super) struct BufferView {
     pub(super) byte_offset: u64,
     pub(super) byte_length: u64,
     pub(super) byte_stride: Option<u64>,
+    #[serde(default)]
+    pub(super) extensions: ViewExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct ViewExtensions {
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Box<Meshopt>>,
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Box<Meshopt>>,
+}
+
+impl ViewExtensions {
+    /// Returns how the view is compressed by meshopt, if it is; the two extensions say the same.
+    pub(super) fn meshopt(&self) -> Option<&Meshopt> {
+        self.khr.as_deref().or(self.ext.as_deref())
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Meshopt {
+    pub(super) buffer: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: u64,
+    pub(super) count: u64,
+    pub(super) mode: String,
+    pub(super) filter: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -251,6 +305,32 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     pub(super) uri: Option<String>,
     pub(super) byte_length: u64,
+    #[serde(default)]
+    pub(super) extensions: BufferExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<MeshoptBuffer>,
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<MeshoptBuffer>,
+}
+
+impl BufferExtensions {
+    /// Returns whether the buffer stands for what its compressed views hold, for readers that do
+    /// not decode them.
+    pub(super) fn is_fallback(&self) -> bool {
+        [&self.khr, &self.ext]
+            .iter()
+            .any(|e| e.as_ref().is_some_and(|e| e.fallback))
+    }
+}
+
+#[derive(Debug, Deserialize)]
+struct MeshoptBuffer {
+    #[serde(default)]
+    fallback: bool,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -317,6 +397,18 @@ pub(super) struct MaterialExtensions {
     pub(super) unlit: Option<IgnoredAny>,
     #[serde(rename = "KHR_materials_emissive_strength")]
     pub(super) emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub(super) specular_glossiness: Option<SpecularGlossiness>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpecularGlossiness {
+    pub(super) diffuse_factor: Option<[f64; 4]>,
+    pub(super) diffuse_texture: Option<TextureUse>,
+    pub(super) specular_factor: Option<[f64; 3]>,
+    pub(super) glossiness_factor: Option<f64>,
+    pub(super) specular_glossiness_texture: Option<TextureUse>,
 }
 
 #[derive(Debug, Deserialize)]

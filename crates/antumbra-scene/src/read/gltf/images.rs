@@ -2,18 +2,21 @@
 //!
 //! In: textures, images and samplers. Out: the scene's textures, each pair of image and sampler
 //! once, or the mean colour of a picture where the model has no texture. Invariant: a picture that
-//! cannot be read is a warning, never an error; all together take no more than a [`PictureBudget`].
+//! cannot be read is a warning, never an error; one for which there is no room in memory is refused
+//! before it is decoded: if shadows depend on it or it is to be seen, with the file.
 
 use std::{borrow::Cow, collections::HashMap};
 
 use crate::{
-    error::{Place, quoted},
+    error::{Place, ReadErrorKind, quoted},
     model::{Filter, Texture, Wrap},
-    texture::{PictureBudget, decode},
+    room::{OverLimit, Room},
+    texture::{PictureError, decode},
     warning::WarningLog,
 };
 
 use super::{
+    Fault,
     buffers::{Buffers, Open},
     document::{Sampler, TextureUse},
     short_name, uri,
@@ -23,11 +26,18 @@ use super::{
 pub(super) struct Images<'a, 'w> {
     buffers: &'a Buffers<'a>,
     open: &'w mut Open<'w>,
-    budget: PictureBudget,
+    room: Room,
     /// The scene's textures so far.
     pub(super) textures: Vec<Texture>,
-    known: HashMap<(usize, [Wrap; 2], Filter), Option<usize>>,
-    means: HashMap<usize, Option<Means>>,
+    known: HashMap<(Source<'a>, [Wrap; 2], Filter), Option<usize>>,
+    means: HashMap<Source<'a>, Option<Means>>,
+}
+
+/// Where a picture's bytes are: several entries of a document may name one picture.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Source<'a> {
+    Uri(&'a str),
+    View(usize),
 }
 
 /// Mean values of a picture, 0 to 1.
@@ -48,11 +58,11 @@ impl Means {
 }
 
 impl<'a, 'w> Images<'a, 'w> {
-    pub(super) fn new(buffers: &'a Buffers<'a>, open: &'w mut Open<'w>) -> Self {
+    pub(super) fn new(buffers: &'a Buffers<'a>, open: &'w mut Open<'w>, room: Room) -> Self {
         Self {
             buffers,
             open,
-            budget: PictureBudget::default(),
+            room,
             textures: Vec::new(),
             known: HashMap::new(),
             means: HashMap::new(),
@@ -61,17 +71,37 @@ impl<'a, 'w> Images<'a, 'w> {
 
     /// Returns the index of the scene's texture for a use of a picture, `None` with a warning if
     /// it cannot be read.
+    ///
+    /// # Errors
+    /// There is no room for it.
     pub(super) fn texture(
         &mut self,
         texture: &TextureUse,
         warnings: &mut WarningLog,
-    ) -> Option<usize> {
-        let (image, sampler) = self.find(texture, warnings)?;
+    ) -> Result<Option<usize>, Fault> {
+        let Some((image, source, sampler)) = self.find(texture, warnings) else {
+            return Ok(None);
+        };
         let (wrap, filter) = sampler.map_or_else(Default::default, |s| sampling(s, warnings));
-        if let Some(&known) = self.known.get(&(image, wrap, filter)) {
-            return known;
+        if let Some(&known) = self.known.get(&(source, wrap, filter)) {
+            return Ok(known);
         }
-        let read = self.decode(image, warnings).map(|texture| {
+        let read = match self.decoded(source) {
+            Some(None) => None,
+            Some(Some(other)) => {
+                let bytes = 4 * self.textures[other].texels.len() as u64;
+                let here = || format!("images[{image}]");
+                self.room.take(bytes, here).map_err(Fault::over_limit)?;
+                Some(self.textures[other].clone())
+            }
+            None => {
+                let mut room = self.room.clone();
+                let read = self.decode(image, source, &mut room, warnings);
+                self.room = room;
+                read.map_err(Fault::over_limit)?
+            }
+        };
+        let number = read.map(|texture| {
             self.textures.push(Texture {
                 wrap,
                 filter,
@@ -79,35 +109,61 @@ impl<'a, 'w> Images<'a, 'w> {
             });
             self.textures.len() - 1
         });
-        self.known.insert((image, wrap, filter), read);
-        read
+        self.known.insert((source, wrap, filter), number);
+        Ok(number)
     }
 
-    /// Returns the mean of a picture, `None` with a warning if it cannot be read.
+    /// Returns the mean of a picture, `None` with a warning if it cannot be read or, unless it
+    /// `decides` about shadows, if there is no room for it.
+    ///
+    /// # Errors
+    /// There is no room for it.
     pub(super) fn means(
         &mut self,
         texture: &TextureUse,
+        decides: bool,
         warnings: &mut WarningLog,
-    ) -> Option<Means> {
-        let (image, _) = self.find(texture, warnings)?;
-        if let Some(&known) = self.means.get(&image) {
-            return known;
-        }
-        let known = self.known.iter().find(|((i, ..), _)| *i == image);
-        let means = match known {
-            Some((_, texture)) => texture.map(|t| means(&self.textures[t])),
-            None => self.decode(image, warnings).as_ref().map(means),
+    ) -> Result<Option<Means>, Fault> {
+        let Some((image, source, _)) = self.find(texture, warnings) else {
+            return Ok(None);
         };
-        self.means.insert(image, means);
-        means
+        if let Some(&known) = self.means.get(&source) {
+            return Ok(known);
+        }
+        let means = match self.decoded(source) {
+            Some(known) => known.map(|texture| means(&self.textures[texture])),
+            None => {
+                // It is given back at once.
+                let mut room = self.room.clone();
+                match self.decode(image, source, &mut room, warnings) {
+                    Ok(texture) => texture.as_ref().map(means),
+                    Err(over) if decides => return Err(Fault::over_limit(over)),
+                    Err(over) => {
+                        let kind = ReadErrorKind::from(over);
+                        let message = format!("images[{image}] is not read: {kind}");
+                        warnings.add(Place::Whole, message);
+                        None
+                    }
+                }
+            }
+        };
+        self.means.insert(source, means);
+        Ok(means)
     }
 
-    /// Returns the index of a texture's image, and its sampler.
+    /// Returns the texture of a picture that was decoded for another use, or `None` in it where it
+    /// could not be.
+    fn decoded(&self, source: Source<'_>) -> Option<Option<usize>> {
+        let mut known = self.known.iter();
+        known.find_map(|((s, ..), texture)| (*s == source).then_some(*texture))
+    }
+
+    /// Returns the index of a texture's image, where that is, and its sampler.
     fn find(
         &self,
         texture: &TextureUse,
         warnings: &mut WarningLog,
-    ) -> Option<(usize, Option<&'a Sampler>)> {
+    ) -> Option<(usize, Source<'a>, Option<&'a Sampler>)> {
         let document = self.buffers.document();
         let index = texture.index;
         let mut fail = |problem: String| {
@@ -128,47 +184,73 @@ impl<'a, 'w> Images<'a, 'w> {
                 sampler => sampler,
             },
         };
-        Some((image, sampler))
+        let source = match document.images.get(image) {
+            None => return fail(format!("names images[{image}], which is not there")),
+            Some(entry) => match (&entry.uri, entry.buffer_view) {
+                (Some(uri), None) => Source::Uri(uri),
+                (None, Some(view)) => Source::View(view),
+                _ => {
+                    return fail(format!(
+                        "names images[{image}]: expected either `uri` or `bufferView` there"
+                    ));
+                }
+            },
+        };
+        Some((image, source, sampler))
     }
 
-    fn decode(&mut self, index: usize, warnings: &mut WarningLog) -> Option<Texture> {
-        match self.try_decode(index) {
-            Ok(texture) => Some(texture),
-            Err(problem) => {
+    /// Decodes a picture; `None` with a warning if it cannot be read.
+    fn decode(
+        &mut self,
+        index: usize,
+        source: Source<'_>,
+        room: &mut Room,
+        warnings: &mut WarningLog,
+    ) -> Result<Option<Texture>, OverLimit> {
+        match self.try_decode(index, source, room) {
+            Ok(texture) => Ok(Some(texture)),
+            Err(PictureError::OverLimit(over)) => Err(over.inside(&format!("images[{index}]"))),
+            Err(PictureError::Unreadable(problem)) => {
                 let message = format!(
                     "images[{index}] cannot be read, plain colours are used instead: {problem}"
                 );
                 warnings.add(Place::Whole, message);
-                None
+                Ok(None)
             }
         }
     }
 
-    fn try_decode(&mut self, index: usize) -> Result<Texture, String> {
+    fn try_decode(
+        &mut self,
+        index: usize,
+        source: Source<'_>,
+        room: &mut Room,
+    ) -> Result<Texture, PictureError> {
         let buffers = self.buffers;
-        let Some(image) = buffers.document().images.get(index) else {
-            return Err("it is not there".into());
-        };
-        let mut name = short_name(&image.name);
-        let bytes: Cow<'_, [u8]> = match (&image.uri, image.buffer_view) {
-            (Some(uri), None) => match uri::resolve(uri)? {
+        let mut name = short_name(&buffers.document().images[index].name);
+        let bytes: Cow<'_, [u8]> = match source {
+            Source::Uri(uri) => match uri::resolve(uri)? {
                 uri::Target::Bytes(bytes) => bytes.into(),
                 uri::Target::Name(file) => {
                     let read = (self.open)(&file);
-                    let bytes = read.map_err(|error| format!("{}: {error}", quoted(&file)))?;
+                    let bytes = read.map_err(|error| match room.over_limit(&error, &file) {
+                        Some(over) => PictureError::OverLimit(over),
+                        None => PictureError::Unreadable(format!("{}: {error}", quoted(&file))),
+                    })?;
                     if name.is_empty() {
                         name = short_name(&file);
                     }
                     bytes.into()
                 }
             },
-            (None, Some(view)) => {
+            Source::View(view) => {
                 let bytes = buffers.view(view, || format!("images[{index}].bufferView"));
                 bytes.map_err(|fault| fault.kind.to_string())?.into()
             }
-            _ => return Err("expected either `uri` or `bufferView`".into()),
         };
-        let texture = decode(&bytes, &mut self.budget)?;
+        room.check(bytes.len() as u64, || "the file".into())
+            .map_err(PictureError::OverLimit)?;
+        let texture = decode(&bytes, room)?;
         Ok(Texture { name, ..texture })
     }
 }

@@ -1,17 +1,22 @@
 //! Objects: parts of meshes at the places of nodes.
 //!
 //! In: the parts of a mesh, and the nodes that show it. Out: one object for each part and each
-//! copy, world space. Invariant: each vertex is moved once for each copy, so that what was equal
-//! in the file is bit-equal in the scene and faces find their neighbours; winding is
-//! counter-clockwise from the front again where a transform mirrors; every face has area;
-//! coordinates are at most 2^100.
+//! copy; copies that differ only in where they stand share their mesh. Invariant: each vertex is
+//! moved once for each copy, so that what was equal in the file is bit-equal in the scene and faces
+//! find their neighbours; winding is counter-clockwise from the front again where a transform
+//! mirrors; every face has area where it stands; coordinates are at most 2^100.
 
-use std::{collections::HashMap, rc::Rc};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    rc::Rc,
+    sync::Arc,
+};
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
     error::Place,
+    instance::{Instance, direction, mirrors, normals_map},
     model::{Corner, Mesh, Object, Shape},
     read::{area::has_area, text::LARGEST_COORDINATE},
     warning::WarningLog,
@@ -28,11 +33,11 @@ use super::{
 };
 
 /// Shows meshes.
-pub(super) struct Stage<'a, 'w> {
+pub(super) struct Stage<'a, 'w, 'r> {
     pub(super) accessors: &'a Accessors<'a>,
     pub(super) hierarchy: &'a Hierarchy,
     pub(super) warnings: &'w mut WarningLog,
-    pub(super) budget: &'w mut Budget,
+    pub(super) budget: &'w mut Budget<'r>,
     /// Joint matrices of the skins met so far.
     pub(super) skins: HashMap<usize, Rc<Vec<DAffine3>>>,
 }
@@ -49,35 +54,32 @@ enum Pose {
 #[derive(Clone, Copy)]
 struct Map {
     world_from_mesh: DAffine3,
-    /// The cofactors: normals' map up to length, defined where there is no inverse.
     normals: DMat3,
     is_mirrored: bool,
 }
 
 impl Map {
     fn of(world_from_mesh: DAffine3) -> Self {
-        let DMat3 {
-            x_axis: x,
-            y_axis: y,
-            z_axis: z,
-        } = world_from_mesh.matrix3;
-        let is_mirrored = x.dot(y.cross(z)) < 0.0;
-        let sign = if is_mirrored { -1.0 } else { 1.0 };
         Self {
             world_from_mesh,
-            normals: DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign,
-            is_mirrored,
+            normals: normals_map(&world_from_mesh),
+            is_mirrored: mirrors(&world_from_mesh),
         }
     }
 }
 
-impl Stage<'_, '_> {
+/// The meshes that copies of a part share. They differ in winding and in which triangles are left
+/// out, for want of area where a copy stands: usually in neither.
+pub(super) type Shared = HashMap<(bool, Vec<u32>), Arc<Mesh>>;
+
+impl Stage<'_, '_, '_> {
     /// Adds the objects that `node` shows of a mesh's parts. Their materials are indices into the
-    /// document's; `no_material` stands for none.
+    /// document's; `no_material` stands for none. `is_shared` says whether other nodes show them too.
     pub(super) fn show(
         &mut self,
         node_index: usize,
-        parts: &[Part<'_>],
+        parts: &mut [(Part<'_>, Shared)],
+        is_shared: bool,
         no_material: usize,
         objects: &mut Vec<Object>,
     ) -> Result<(), Fault> {
@@ -100,29 +102,79 @@ impl Stage<'_, '_> {
             Some(instancing) => Box::new(copies(self.accessors, instancing, node_index)?),
             None => Box::new(std::iter::once(DAffine3::IDENTITY)),
         };
+        let is_shared = is_shared || copies.len() > 1;
         // All copies are charged before the first is made.
         let path = || format!("nodes[{node_index}].mesh");
-        for part in parts {
-            let is_morphed = |at: usize| weights.get(at).is_some_and(|&w| w != 0.0);
-            let active = (0..part.targets.len()).filter(|&at| is_morphed(at));
-            let passes = 1 + active.count() + part.joints.len();
+        for (part, _) in &*parts {
+            let passes = 1 + part.morphs(weights) + part.joints.len();
             let passes = passes.saturating_mul(copies.len());
             self.budget.charge(part.triangles.len(), passes, path)?;
         }
         for node_from_copy in copies {
-            for part in parts {
-                let pose = self.pose(node, part, world_from_node * node_from_copy)?;
-                let mesh = self.place(part, weights, &pose, path)?;
-                if !mesh.face_ends.is_empty() {
+            for (part, shared) in &mut *parts {
+                let shape = match self.pose(node, part, world_from_node * node_from_copy)? {
+                    Pose::Rigid(map) if is_shared && part.morphs(weights) == 0 => {
+                        self.instance(part, shared, map, path)?
+                    }
+                    pose => Shape::Mesh(self.place(part, weights, &pose, path)?),
+                };
+                if shape.mesh().is_some_and(|mesh| !mesh.face_ends.is_empty()) {
                     objects.push(Object {
                         name: name.clone(),
-                        shape: Shape::Mesh(mesh),
+                        shape,
                         material: part.material.unwrap_or(no_material),
                     });
                 }
             }
         }
         Ok(())
+    }
+
+    /// Places a part that is there more than once.
+    fn instance(
+        &mut self,
+        part: &Part<'_>,
+        shared: &mut Shared,
+        map: Map,
+        path: impl Fn() -> String,
+    ) -> Result<Shape, Fault> {
+        let placed = part.positions.iter().map(|&position| {
+            if !position.is_finite() {
+                return Ok(None);
+            }
+            moved(position, &map.world_from_mesh, &path).map(Some)
+        });
+        let placed = placed.collect::<Result<Vec<_>, _>>()?;
+        let dropped = self.dropped(&part.triangles, &placed);
+        let mesh = match shared.entry((map.is_mirrored, dropped)) {
+            Entry::Occupied(known) => Arc::clone(known.get()),
+            Entry::Vacant(free) => {
+                self.budget.take(part.bytes(), &path)?;
+                let (is_mirrored, dropped) = free.key();
+                let mut mesh = part.looks();
+                mesh.positions = part.positions.iter().map(|&p| finite(p)).collect();
+                mesh.normals = part.normals.clone();
+                let turns = |_| *is_mirrored;
+                add_faces(&mut mesh, &part.triangles, dropped, turns);
+                Arc::clone(free.insert(Arc::new(mesh)))
+            }
+        };
+        Ok(Shape::Instance(Instance::at(mesh, map.world_from_mesh)))
+    }
+
+    /// Finds triangles without area and those with a corner that is nowhere, and warns of them.
+    fn dropped(&mut self, triangles: &[[u32; 3]], placed: &[Option<DVec3>]) -> Vec<u32> {
+        let mut dropped = Vec::new();
+        for (number, corners) in triangles.iter().enumerate() {
+            let message = match corners.map(|vertex| placed[vertex as usize]) {
+                [Some(a), Some(b), Some(c)] if has_area([a, b, c].into_iter()) => continue,
+                [Some(_), Some(_), Some(_)] => "a triangle has no area: dropped",
+                _ => "a triangle has a corner that is not finite: dropped",
+            };
+            self.warnings.add(Place::Whole, message);
+            dropped.push(number as u32);
+        }
+        dropped
     }
 
     fn pose(
@@ -184,51 +236,79 @@ impl Stage<'_, '_> {
         pose: &Pose,
         path: impl Fn() -> String,
     ) -> Result<Mesh, Fault> {
-        let mut mesh = Mesh {
-            uvs: part.uvs.clone(),
-            ..Mesh::default()
-        };
+        self.budget.take(part.bytes(), &path)?;
+        let mut mesh = part.looks();
         let mut is_mirrored = Vec::new();
+        let mut placed = Vec::new();
         for at in 0..part.positions.len() {
             let (position, normal) = morphed(part, weights, at);
             let map = match pose {
                 Pose::Rigid(map) => *map,
                 Pose::Skinned(joints) => Map::of(blend(part, joints, at)?),
             };
-            let position = map.world_from_mesh.transform_point3(position);
-            if !position.is_finite() || position.abs().max_element() > LARGEST_COORDINATE {
-                let problem = format!(
-                    "a vertex is at {position}; coordinates beyond 2^100 are not supported"
-                );
-                return Err(Fault::at(path(), problem, "scale the scene"));
-            }
-            mesh.positions.push(position);
             if let Some(normal) = normal {
                 mesh.normals.push(direction(map.normals * normal));
             }
+            placed.push(if position.is_finite() {
+                Some(moved(position, &map.world_from_mesh, &path)?)
+            } else {
+                None
+            });
             is_mirrored.push(map.is_mirrored);
         }
-        let has_normals = !mesh.normals.is_empty();
-        let has_uvs = !mesh.uvs.is_empty();
-        for &[a, b, c] in &part.triangles {
-            if !has_area([a, b, c].iter().map(|&v| mesh.positions[v as usize])) {
-                self.warnings
-                    .add(Place::Whole, "a triangle has no area: dropped");
-                continue;
-            }
-            let turned = if is_mirrored[a as usize] {
-                [a, c, b]
-            } else {
-                [a, b, c]
-            };
-            mesh.corners.extend(turned.map(|vertex| Corner {
-                position: vertex,
-                normal: if has_normals { vertex } else { Corner::NONE },
-                uv: if has_uvs { vertex } else { Corner::NONE },
-            }));
-            mesh.face_ends.push(mesh.corners.len() as u32);
-        }
+        let dropped = self.dropped(&part.triangles, &placed);
+        mesh.positions = placed.into_iter().map(Option::unwrap_or_default).collect();
+        let turns = |vertex: u32| is_mirrored[vertex as usize];
+        add_faces(&mut mesh, &part.triangles, &dropped, turns);
         Ok(mesh)
+    }
+}
+
+/// Adds triangles to a mesh, all but the dropped ones; those that begin at a vertex that `turns`
+/// are wound the other way round.
+fn add_faces(
+    mesh: &mut Mesh,
+    triangles: &[[u32; 3]],
+    dropped: &[u32],
+    turns: impl Fn(u32) -> bool,
+) {
+    let has_normals = !mesh.normals.is_empty();
+    let has_uvs = !mesh.uvs.is_empty();
+    let mut dropped = dropped.iter().peekable();
+    for (number, &[a, b, c]) in triangles.iter().enumerate() {
+        if dropped.next_if(|&&n| n as usize == number).is_some() {
+            continue;
+        }
+        let wound = if turns(a) { [a, c, b] } else { [a, b, c] };
+        mesh.corners.extend(wound.map(|vertex| Corner {
+            position: vertex,
+            normal: if has_normals { vertex } else { Corner::NONE },
+            uv: if has_uvs { vertex } else { Corner::NONE },
+        }));
+        mesh.face_ends.push(mesh.corners.len() as u32);
+    }
+}
+
+/// Moves a position into the world.
+fn moved(
+    position: DVec3,
+    world_from_mesh: &DAffine3,
+    path: impl Fn() -> String,
+) -> Result<DVec3, Fault> {
+    let position = world_from_mesh.transform_point3(position);
+    if position.is_finite() && position.abs().max_element() <= LARGEST_COORDINATE {
+        return Ok(position);
+    }
+    let problem = format!("a vertex is at {position}; coordinates beyond 2^100 are not supported");
+    Err(Fault::at(path(), problem, "scale the scene"))
+}
+
+/// Returns zero for a position that no face uses.
+fn finite(position: DVec3) -> DVec3 {
+    if position.is_finite() {
+        position
+    } else {
+        DVec3::ZERO
     }
 }
 
@@ -325,12 +405,4 @@ fn blend(part: &Part<'_>, joints: &[DAffine3], at: usize) -> Result<DAffine3, Fa
             translation: sum.translation * (1.0 / total),
         }
     })
-}
-
-/// Returns a vector at length one, scaled first so that long and short ones work; zero for what
-/// has no direction.
-fn direction(vector: DVec3) -> DVec3 {
-    let scaled = vector / vector.abs().max_element();
-    let unit = scaled / scaled.length();
-    if unit.is_finite() { unit } else { DVec3::ZERO }
 }

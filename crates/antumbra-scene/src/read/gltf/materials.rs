@@ -14,6 +14,9 @@
 //! * `transmission = b t`; without a volume there is no refraction (a thin sheet), so the index
 //!   is 1.
 //!
+//! KHR_materials_pbrSpecularGlossiness says the diffuse colour and `F` themselves, and `1 - r`: its
+//! diffuse colour counts times `1 - max F`, as that extension has it.
+//!
 //! Of the textures, only the base colour's is kept; metal, roughness, transmission and emission
 //! are multiplied by the mean of theirs.
 
@@ -28,7 +31,7 @@ use crate::{
 
 use super::{
     Fault,
-    document::{MaterialEntry, TextureUse},
+    document::{MaterialEntry, SpecularGlossiness, TextureUse},
     images::{Images, Means},
     short_name,
 };
@@ -38,11 +41,16 @@ const LARGEST_SHININESS: f64 = 10_000.0;
 
 /// Returns the texture of a material's base colour.
 pub(super) fn base_texture(material: &MaterialEntry) -> Option<&TextureUse> {
-    material
-        .pbr_metallic_roughness
-        .as_ref()?
-        .base_color_texture
-        .as_ref()
+    if let Some(glossy) = glossy(material) {
+        return glossy.diffuse_texture.as_ref();
+    }
+    let metallic = material.pbr_metallic_roughness.as_ref()?;
+    metallic.base_color_texture.as_ref()
+}
+
+/// Returns what KHR_materials_pbrSpecularGlossiness says in place of metal and roughness.
+fn glossy(material: &MaterialEntry) -> Option<&SpecularGlossiness> {
+    material.extensions.as_ref()?.specular_glossiness.as_ref()
 }
 
 /// Turns one material into the scene's.
@@ -54,33 +62,61 @@ pub(super) fn convert(
 ) -> Result<Material, Fault> {
     note_unread(entry, warnings);
     let pbr = entry.pbr_metallic_roughness.as_deref();
+    let glossy = glossy(entry);
     let extensions = entry.extensions.as_deref();
     // Before any means, which can do with what has been decoded.
-    let diffuse_texture = base_texture(entry).and_then(|t| images.texture(t, warnings));
-    let mut mean = |texture: Option<&TextureUse>| {
-        let texture = texture?;
-        images.means(texture, warnings)
+    let diffuse_texture = match base_texture(entry) {
+        Some(texture) => images.texture(texture, warnings)?,
+        None => None,
+    };
+    let mut mean = |texture: Option<&TextureUse>, decides| match texture {
+        Some(texture) => Ok(images
+            .means(texture, decides, warnings)?
+            .unwrap_or(Means::WHITE)),
+        None => Ok(Means::WHITE),
     };
     // Factors and means.
-    let base = pbr.and_then(|p| p.base_color_factor).unwrap_or([1.0; 4]);
-    let base = checked(base, 1.0, || format!("{path}.baseColorFactor"))?;
+    let (base, name) = match glossy {
+        Some(glossy) => (glossy.diffuse_factor, "diffuseFactor"),
+        None => (pbr.and_then(|p| p.base_color_factor), "baseColorFactor"),
+    };
+    let base = checked(base.unwrap_or([1.0; 4]), 1.0, || format!("{path}.{name}"))?;
     let base_color = Color::new(base[0], base[1], base[2]);
-    let base_mean = mean(base_texture(entry)).unwrap_or(Means::WHITE).linear;
+    let base_mean = mean(base_texture(entry), true)?.linear;
     let base_mean = base_color * Color::new(base_mean[0], base_mean[1], base_mean[2]);
-    let metal_rough = pbr.and_then(|p| p.metallic_roughness_texture.as_ref());
-    let [_, rough_mean, metal_mean, _] = mean(metal_rough).unwrap_or(Means::WHITE).stored;
     let factor = |factor: Option<f64>, name: &str| {
         let [factor] = checked([factor.unwrap_or(1.0)], 1.0, || format!("{path}.{name}"))?;
         Ok(factor)
     };
-    let metalness = metal_mean * factor(pbr.and_then(|p| p.metallic_factor), "metallicFactor")?;
-    let roughness = rough_mean * factor(pbr.and_then(|p| p.roughness_factor), "roughnessFactor")?;
+    // Specular colour and glossiness, or metal and roughness: what is not given plays no part.
+    let (metalness, roughness, specular) = match glossy {
+        Some(glossy) => {
+            let factors = glossy.specular_factor.unwrap_or([1.0; 3]);
+            let factors = checked(factors, 1.0, || format!("{path}.specularFactor"))?;
+            let Means { linear, stored } =
+                mean(glossy.specular_glossiness_texture.as_ref(), false)?;
+            let gloss = stored[3] * factor(glossy.glossiness_factor, "glossinessFactor")?;
+            let specular = Color::new(linear[0], linear[1], linear[2]);
+            (
+                0.0,
+                1.0 - gloss,
+                Some(specular * Color::from_array(factors)),
+            )
+        }
+        None => {
+            let texture = pbr.and_then(|p| p.metallic_roughness_texture.as_ref());
+            let [_, rough, metal, _] = mean(texture, false)?.stored;
+            let metal = metal * factor(pbr.and_then(|p| p.metallic_factor), "metallicFactor")?;
+            let rough = rough * factor(pbr.and_then(|p| p.roughness_factor), "roughnessFactor")?;
+            (metal, rough, None)
+        }
+    };
     let transmission = match extensions.and_then(|e| e.transmission.as_ref()) {
         None => 0.0,
         Some(glass) => {
             let share = factor(Some(glass.transmission_factor), "transmissionFactor")?;
             // A place that transmits makes the whole surface one that blocks no shadow ray.
-            share * mean(glass.transmission_texture.as_ref()).map_or(1.0, |m| m.stored[0])
+            share * mean(glass.transmission_texture.as_ref(), true)?.stored[0]
         }
     };
     let emissive = checked(entry.emissive_factor.unwrap_or([0.0; 3]), f64::MAX, || {
@@ -91,10 +127,8 @@ pub(super) fn convert(
         format!("{path}.emissiveStrength")
     })?;
     let mut emission = Color::from_array(emissive) * strength;
-    if emission != Color::ZERO
-        && let Some(means) = mean(entry.emissive_texture.as_deref())
-    {
-        let [red, green, blue, _] = means.linear;
+    if emission != Color::ZERO {
+        let [red, green, blue, _] = mean(entry.emissive_texture.as_deref(), false)?.linear;
         emission *= Color::new(red, green, blue);
     }
     let ior = extensions.and_then(|e| e.ior.as_ref()?.ior).unwrap_or(1.5);
@@ -104,12 +138,17 @@ pub(super) fn convert(
 
     // Whitted's weights.
     let dielectric = ((ior - 1.0) / (ior + 1.0)) * ((ior - 1.0) / (ior + 1.0));
-    let front = Color::splat(dielectric) * (1.0 - metalness) + base_mean * metalness;
+    let front =
+        specular.unwrap_or(Color::splat(dielectric) * (1.0 - metalness) + base_mean * metalness);
     let smoothness = (1.0 - 2.0 * roughness).max(0.0);
     let mirror = smoothness * smoothness;
     let width = (roughness * roughness * roughness * roughness).max(1e-12);
     let shininess = ((2.0 / width - 2.0) / 4.0).clamp(1.0, LARGEST_SHININESS);
-    let scattered = (1.0 - metalness) * (1.0 - transmission) + metalness * (1.0 - mirror);
+    let scattered = match specular {
+        // What is reflected is not scattered.
+        Some(specular) => (1.0 - specular.max_element()) * (1.0 - transmission),
+        None => (1.0 - metalness) * (1.0 - transmission) + metalness * (1.0 - mirror),
+    };
     let mut material = Material {
         name: short_name(&entry.name),
         diffuse: base_color * scattered,

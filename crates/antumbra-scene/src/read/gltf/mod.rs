@@ -11,6 +11,7 @@
 //! | JSON to data | `document` |
 //! | `data:` and file names | `uri` |
 //! | bytes of buffers and views | `buffers` |
+//! | compressed views, compressed primitives | `meshopt`, `draco` |
 //! | numbers of accessors | `accessor`, `component` |
 //! | node tree, chosen scene | `nodes` |
 //! | triangles in a mesh's space | `primitives` |
@@ -18,8 +19,7 @@
 //! | looks | `materials`, `images` |
 //! | lights, camera | `views` |
 //!
-//! Animations are not played. Vertex colours, tangents, normal and occlusion textures are not
-//! read. Extensions that are required and not in [`EXTENSIONS`] refuse the file.
+//! Animations are not played. Tangents, normal and occlusion textures are not read. Extensions that are required and not in [`EXTENSIONS`] refuse the file.
 
 mod accessor;
 mod budget;
@@ -27,9 +27,11 @@ mod buffers;
 mod component;
 mod container;
 mod document;
+mod draco;
 mod images;
 mod instances;
 mod materials;
+mod meshopt;
 mod nodes;
 mod primitives;
 mod uri;
@@ -44,10 +46,11 @@ use crate::{
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::{Color, Facing, Object, Scene},
     opacity,
+    room::{OverLimit, Room},
     warning::WarningLog,
 };
 
-use super::Loaded;
+use super::{Loaded, ReadOptions};
 use accessor::Accessors;
 use budget::Budget;
 use buffers::{Buffers, Open};
@@ -56,18 +59,23 @@ use document::{Document, MaterialEntry};
 use images::Images;
 use instances::Stage;
 use nodes::Hierarchy;
-use primitives::PartReader;
+use primitives::{PartReader, Source};
 
 /// Extensions that are read.
-const EXTENSIONS: [&str; 9] = [
+const EXTENSIONS: [&str; 14] = [
+    "CESIUM_RTC",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
@@ -75,8 +83,8 @@ const EXTENSIONS: [&str; 9] = [
 /// `open` returns the bytes of a buffer or picture by the name the file gives it, percent signs
 /// decoded, and has to refuse names that lead where they should not.
 ///
-/// Memory is linear in the bytes of all files, the pictures' texels and the scene that results;
-/// the scene has at most 2^26 triangles. Time is linear in the same, times the logarithm of
+/// Memory is linear in the bytes of all files, the pictures' texels and the scene that results,
+/// and together at most [`ReadOptions::memory_limit`]; the scene has at most 2^26 triangles. Time is linear in the same, times the logarithm of
 /// sparse accessors' sizes.
 ///
 /// # Errors
@@ -89,17 +97,20 @@ const EXTENSIONS: [&str; 9] = [
 /// use std::{io, path::Path};
 /// let text = br#"{"asset": {"version": "2.0"}}"#;
 /// let no_files = &mut |_: &str| Err(io::ErrorKind::NotFound.into());
-/// let loaded = antumbra_scene::read::read_gltf(Path::new("a.gltf"), text, no_files)?;
+/// let options = Default::default();
+/// let loaded = antumbra_scene::read::read_gltf(Path::new("a.gltf"), text, &options, no_files)?;
 /// assert!(loaded.scene.objects.is_empty());
 /// # Ok::<(), antumbra_scene::ReadError>(())
 /// ```
 pub fn read_gltf(
     file: &Path,
     bytes: &[u8],
+    options: &ReadOptions,
     open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, ReadError> {
     let mut warnings = WarningLog::new(file);
-    let scene = read(bytes, open, &mut warnings).map_err(|fault| ReadError {
+    let room = Room::new(options.memory_limit);
+    let scene = read(bytes, open, room, &mut warnings).map_err(|fault| ReadError {
         file: file.to_path_buf(),
         place: fault.place,
         kind: fault.kind,
@@ -130,6 +141,14 @@ impl Fault {
         }
     }
 
+    /// Something does not fit into memory.
+    fn over_limit(over: OverLimit) -> Self {
+        Self {
+            place: Place::Whole,
+            kind: over.into(),
+        }
+    }
+
     /// An index names nothing.
     fn missing(path: impl Into<Box<str>>, list: &str, index: usize, count: usize) -> Self {
         let problem = format!("{list}[{index}] is not there: the file has {count}");
@@ -137,11 +156,18 @@ impl Fault {
     }
 }
 
-fn read(bytes: &[u8], open: &mut Open<'_>, warnings: &mut WarningLog) -> Result<Scene, Fault> {
+fn read(
+    bytes: &[u8],
+    open: &mut Open<'_>,
+    mut room: Room,
+    warnings: &mut WarningLog,
+) -> Result<Scene, Fault> {
+    room.take(bytes.len() as u64, || "the file".into())
+        .map_err(Fault::over_limit)?;
     let container = container::open(bytes, warnings)?;
     let document = parse(&container)?;
     check_version_and_extensions(&document, warnings)?;
-    let buffers = Buffers::load(&document, container.binary, open)?;
+    let buffers = Buffers::load(&document, container.binary, open, &mut room)?;
     let accessors = Accessors::new(&buffers);
     accessors.check_all()?;
     let hierarchy = Hierarchy::of(&document, warnings)?;
@@ -160,11 +186,11 @@ fn read(bytes: &[u8], open: &mut Open<'_>, warnings: &mut WarningLog) -> Result<
     if !document.animations.is_empty() {
         warnings.add(Place::Whole, "animations are not played");
     }
-    scene.objects = objects(&accessors, &hierarchy, warnings)?;
+    scene.objects = objects(&accessors, &hierarchy, &mut room, warnings)?;
     if scene.objects.is_empty() {
         warnings.add(Place::Whole, "no triangles in the file");
     }
-    look(&buffers, open, &mut scene, warnings)?;
+    look(&buffers, open, room, &mut scene, warnings)?;
     opacity::settle(
         &mut scene,
         |material, _| materials::cause(material),
@@ -227,7 +253,7 @@ fn check_version_and_extensions(
     if let Some((at, name)) = required.find(|(_, name)| !is_read(name)) {
         let problem = format!("the extension {} is not read", quoted(name));
         let path = format!("extensionsRequired[{at}]");
-        let help = "export the scene without it (compression is often an option of the exporter)";
+        let help = "export the scene without it";
         return Err(Fault::at(path, problem, help));
     }
     for name in document
@@ -246,6 +272,7 @@ fn check_version_and_extensions(
 fn objects(
     accessors: &Accessors<'_>,
     hierarchy: &Hierarchy,
+    room: &mut Room,
     warnings: &mut WarningLog,
 ) -> Result<Vec<Object>, Fault> {
     let document = accessors.buffers().document();
@@ -263,19 +290,31 @@ fn objects(
             }
         }
     }
-    let mut budget = Budget::new();
+    let mut budget = Budget::new(room);
     let mut skins = HashMap::new();
     let mut found = Vec::new();
     for (index, (mesh, nodes)) in document.meshes.iter().zip(nodes_of).enumerate() {
+        let path = |at: usize| format!("meshes[{index}].primitives[{at}]");
+        // What is decoded is given back after the mesh.
+        let mut room = budget.room();
+        let mut packed = Vec::new();
+        for (at, primitive) in mesh.primitives.iter().enumerate() {
+            let decoded = draco::decode(accessors.buffers(), primitive, &path(at), &mut room)?;
+            packed.push(decoded);
+        }
         let mut reader = PartReader {
             accessors,
             warnings,
             budget: &mut budget,
         };
         let mut parts = Vec::new();
-        for (at, primitive) in mesh.primitives.iter().enumerate() {
-            let path = format!("meshes[{index}].primitives[{at}]");
-            parts.extend(reader.read(primitive, path)?);
+        for (at, (primitive, draco)) in mesh.primitives.iter().zip(&packed).enumerate() {
+            let source = Source {
+                primitive,
+                draco: draco.as_ref(),
+            };
+            let part = reader.read(source, path(at))?;
+            parts.extend(part.map(|part| (part, HashMap::new())));
         }
         let mut stage = Stage {
             accessors,
@@ -284,9 +323,11 @@ fn objects(
             budget: &mut budget,
             skins,
         };
+        let is_shared = nodes.len() > 1;
         for (order, node) in nodes {
             let mut objects = Vec::new();
-            stage.show(node, &parts, document.materials.len(), &mut objects)?;
+            let no_material = document.materials.len();
+            stage.show(node, &mut parts, is_shared, no_material, &mut objects)?;
             found.extend(objects.into_iter().map(|object| (order, object)));
         }
         skins = stage.skins;
@@ -299,11 +340,12 @@ fn objects(
 fn look(
     buffers: &Buffers<'_>,
     open: &mut Open<'_>,
+    room: Room,
     scene: &mut Scene,
     warnings: &mut WarningLog,
 ) -> Result<(), Fault> {
     let plain = MaterialEntry::default();
-    let mut images = Images::new(buffers, open);
+    let mut images = Images::new(buffers, open, room);
     let mut material_of = HashMap::new();
     for object in &mut scene.objects {
         let index = object.material;

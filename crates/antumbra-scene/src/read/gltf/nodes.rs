@@ -30,6 +30,7 @@ impl Hierarchy {
     pub(super) fn of(document: &Document, warnings: &mut WarningLog) -> Result<Self, Fault> {
         let nodes = &document.nodes;
         let parents = parents(document)?;
+        let world_from_file = world_from_file(document)?;
         let mut world_from_node = vec![DAffine3::IDENTITY; nodes.len()];
         let mut is_reached = vec![false; nodes.len()];
         let roots: Vec<_> = (0..nodes.len()).filter(|&n| parents[n] == NONE).collect();
@@ -37,7 +38,7 @@ impl Hierarchy {
             let path = || format!("nodes[{node}]");
             let local = local(&nodes[node], path, warnings)?;
             let world = match parents[node] {
-                NONE => local,
+                NONE => world_from_file * local,
                 parent => world_from_node[parent] * local,
             };
             if !world.is_finite() {
@@ -66,6 +67,19 @@ impl Hierarchy {
             visible,
         })
     }
+}
+
+/// Returns where CESIUM_RTC moves everything.
+fn world_from_file(document: &Document) -> Result<DAffine3, Fault> {
+    let Some(relative) = &document.extensions.relative_to else {
+        return Ok(DAffine3::IDENTITY);
+    };
+    let center = DVec3::from_array(relative.center);
+    if !center.is_finite() {
+        let path = "extensions.CESIUM_RTC.center";
+        return Err(Fault::at(path, "expected finite numbers", ""));
+    }
+    Ok(DAffine3::from_translation(center))
 }
 
 /// Finds each node's parent.

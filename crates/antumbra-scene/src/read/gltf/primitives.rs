@@ -1,14 +1,18 @@
 //! Triangles of a mesh's primitives, in the mesh's own space.
 //!
 //! In: a primitive's accessors. Out: [`Part`]: triangles over the vertices that they use, each
-//! vertex once, in the order of first use. Invariant: indices are in range, positions are finite,
-//! and what is taken has been charged to the [`Budget`] before.
+//! vertex once, in the order of first use. Invariant: indices are in range, and what is taken has
+//! been charged to the [`Budget`] before. Positions are as in the file, finite or not.
 
 use std::collections::HashMap;
 
 use antumbra_geometry::DVec3;
 
-use crate::{error::Place, warning::WarningLog};
+use crate::{
+    error::Place,
+    model::{Corner, Mesh},
+    warning::WarningLog,
+};
 
 use super::{
     Fault,
@@ -16,6 +20,7 @@ use super::{
     budget::Budget,
     component::Component,
     document::{Primitive, TextureUse},
+    draco::Decoded,
     materials::base_texture,
 };
 
@@ -32,11 +37,43 @@ pub(super) struct Part<'a> {
     pub(super) normals: Vec<DVec3>,
     /// One for each vertex, or none at all: places in the material's texture.
     pub(super) uvs: Vec<[f64; 2]>,
+    /// One for each vertex, or none at all.
+    pub(super) colors: Vec<[f32; 4]>,
     /// Index into the document's materials.
     pub(super) material: Option<usize>,
     pub(super) targets: Vec<Target<'a>>,
     /// Joints and their weights, four at a time.
     pub(super) joints: Vec<[Accessor<'a>; 2]>,
+}
+
+impl Part<'_> {
+    /// Returns how many morph targets take part.
+    pub(super) fn morphs(&self, weights: &[f64]) -> usize {
+        let weights = weights.iter().take(self.targets.len());
+        weights.filter(|&&weight| weight != 0.0).count()
+    }
+
+    /// Returns a mesh with what no pose changes, without faces.
+    pub(super) fn looks(&self) -> Mesh {
+        Mesh {
+            uvs: self.uvs.clone(),
+            colors: self.colors.clone(),
+            ..Mesh::default()
+        }
+    }
+
+    /// Returns the bytes that the mesh of one pose takes.
+    pub(super) fn bytes(&self) -> u64 {
+        fn bytes<T>(items: &[T]) -> u64 {
+            size_of_val(items) as u64
+        }
+        let face = 3 * size_of::<Corner>() as u64 + 4;
+        bytes(&self.positions)
+            + bytes(&self.normals)
+            + bytes(&self.uvs)
+            + bytes(&self.colors)
+            + self.triangles.len() as u64 * face
+    }
 }
 
 /// What a morph target adds at full weight.
@@ -46,34 +83,48 @@ pub(super) struct Target<'a> {
 }
 
 /// Reads the primitives of a document.
-pub(super) struct PartReader<'a, 'w> {
+pub(super) struct PartReader<'a, 'w, 'r> {
     pub(super) accessors: &'a Accessors<'a>,
     pub(super) warnings: &'w mut WarningLog,
-    pub(super) budget: &'w mut Budget,
+    pub(super) budget: &'w mut Budget<'r>,
 }
 
-impl<'a> PartReader<'a, '_> {
+/// A primitive, and what it is packed in.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) primitive: &'a Primitive,
+    pub(super) draco: Option<&'a Decoded>,
+}
+
+impl<'a> PartReader<'a, '_, '_> {
     /// Returns the triangles of a primitive, `None` if it is made of something else.
     pub(super) fn read(
         &mut self,
-        primitive: &Primitive,
+        source: Source<'a>,
         path: String,
     ) -> Result<Option<Part<'a>>, Fault> {
+        let Source { primitive, draco } = source;
         let mode = primitive.mode.unwrap_or(4);
         if mode > 6 {
             let problem = format!("{mode} is no kind of primitive; expected 0 to 6");
             return Err(Fault::at(path + ".mode", problem, ""));
         }
-        self.note_attributes(primitive);
+        // What is packed is triangles, whatever the mode.
+        let mode = if draco.is_some() && mode >= 4 {
+            4
+        } else {
+            mode
+        };
         // Counts.
-        let positions = self.attribute(primitive, "POSITION", None, &path)?;
-        let indices = match primitive.indices {
-            Some(indices) => {
+        let positions = self.attribute(source, "POSITION", None, &path)?;
+        let indices = match (draco, primitive.indices) {
+            (Some(decoded), Some(indices)) => Some((indices, decoded.indices())),
+            (None, Some(indices)) => {
                 let here = || format!("{path}.indices");
                 let accessor = self.accessors.get_whole(indices, &["SCALAR"], here)?;
                 Some((indices, accessor))
             }
-            None => None,
+            (_, None) => None,
         };
         let vertex_count = positions.as_ref().map_or(0, Accessor::len);
         let index_count = indices.as_ref().map_or(vertex_count, |(_, i)| i.len());
@@ -122,69 +173,59 @@ impl<'a> PartReader<'a, '_> {
         // Vertices.
         let mut part = Part {
             triangles,
-            positions: Vec::with_capacity(vertices.len()),
+            positions: Vec::new(),
             normals: Vec::new(),
             uvs: Vec::new(),
+            colors: Vec::new(),
             material: primitive.material,
             targets: Vec::new(),
             joints: Vec::new(),
             vertices,
             path,
         };
-        for &vertex in &part.vertices {
-            let position = DVec3::from_array(positions.vector(vertex as usize));
-            if !position.is_finite() {
-                let accessor = primitive.attributes["POSITION"];
-                let problem = format!(
-                    "{} is {position}; expected finite numbers",
-                    self.accessors.place(accessor, vertex as usize)
-                );
-                let path = part.path + ".attributes.POSITION";
-                return Err(Fault::at(path, problem, "export the file again"));
-            }
-            part.positions.push(position);
-        }
+        let position = |&vertex: &u32| DVec3::from_array(positions.vector(vertex as usize));
+        part.positions = part.vertices.iter().map(position).collect();
         let count = Some(vertex_count);
-        if let Some(normals) = self.attribute(primitive, "NORMAL", count, &part.path)? {
+        if let Some(normals) = self.attribute(source, "NORMAL", count, &part.path)? {
             part.normals = self.normals(&normals, &part.vertices);
         }
-        part.uvs = self.uvs(primitive, &part, vertex_count)?;
-        part.joints = self.joints(primitive, &part.path, vertex_count)?;
+        if let Some(colors) = self.attribute(source, "COLOR_0", count, &part.path)? {
+            part.colors = self.colors(&colors, &part.vertices);
+        }
+        part.uvs = self.uvs(source, &part, vertex_count)?;
+        part.joints = self.joints(source, &part.path, vertex_count)?;
         part.targets = self.targets(primitive, &part.path, vertex_count)?;
         Ok(Some(part))
-    }
-
-    fn note_attributes(&mut self, primitive: &Primitive) {
-        if primitive.attributes.contains_key("COLOR_0") {
-            self.warnings
-                .add(Place::Whole, "vertex colours are not read");
-        }
     }
 
     /// Returns an attribute of vertices, if the primitive has it.
     fn attribute(
         &self,
-        primitive: &Primitive,
+        source: Source<'a>,
         name: &str,
         count: Option<usize>,
         path: &str,
     ) -> Result<Option<Accessor<'a>>, Fault> {
-        let Some(&index) = primitive.attributes.get(name) else {
+        let Some(&index) = source.primitive.attributes.get(name) else {
             return Ok(None);
         };
         let here = || format!("{path}.attributes.{name}");
         let shapes: &[&str] = match name {
             "POSITION" | "NORMAL" => &["VEC3"],
+            "COLOR_0" => &["VEC3", "VEC4"],
             name if name.starts_with("TEXCOORD_") => &["VEC2"],
             _ => &["VEC4"],
         };
-        let accessor = if name.starts_with("JOINTS_") {
+        let packed = source.draco.and_then(|decoded| decoded.attribute(name));
+        let accessor = if let Some(packed) = packed {
+            packed
+        } else if name.starts_with("JOINTS_") {
             self.accessors.get_whole(index, shapes, here)?
         } else {
             self.accessors.get(index, shapes, here)?
         };
         if accessor.component() == Component::U32 {
-            let problem = format!("accessors[{index}] has 32-bit whole numbers");
+            let problem = format!("{name} has 32-bit whole numbers");
             return Err(Fault::at(here(), problem, ""));
         }
         self.same_count(&accessor, count, here)?;
@@ -219,15 +260,32 @@ impl<'a> PartReader<'a, '_> {
         read.collect()
     }
 
+    /// Returns linear colours with alpha, 1 where there is none.
+    fn colors(&mut self, colors: &Accessor<'_>, vertices: &[u32]) -> Vec<[f32; 4]> {
+        let has_alpha = colors.width() > 3;
+        let read = vertices.iter().map(|&vertex| {
+            let [red, green, blue, alpha] = colors.vector(vertex as usize);
+            let color = [red, green, blue, if has_alpha { alpha } else { 1.0 }];
+            if !color.iter().all(|x| x.is_finite()) {
+                let message = "a colour of a vertex is not finite: white is used";
+                self.warnings.add(Place::Whole, message);
+                return [1.0; 4];
+            }
+            // Values above 1 are not in glTF's range; exporters round there.
+            color.map(|x| x.clamp(0.0, 1.0) as f32)
+        });
+        read.collect()
+    }
+
     /// Returns the places in the texture of the primitive's material, moved as the material says.
     fn uvs(
         &mut self,
-        primitive: &Primitive,
+        source: Source<'a>,
         part: &Part<'_>,
         vertex_count: usize,
     ) -> Result<Vec<[f64; 2]>, Fault> {
         let materials = &self.accessors.buffers().document().materials;
-        let texture = match primitive.material {
+        let texture = match source.primitive.material {
             None => None,
             Some(index) => match materials.get(index) {
                 None => {
@@ -243,7 +301,7 @@ impl<'a> PartReader<'a, '_> {
         };
         let name = format!("TEXCOORD_{}", texture_set(texture));
         let count = Some(vertex_count);
-        let Some(uvs) = self.attribute(primitive, &name, count, &part.path)? else {
+        let Some(uvs) = self.attribute(source, &name, count, &part.path)? else {
             let message = format!("a textured primitive has no `{name}`: the plain colour is used");
             self.warnings.add(Place::Whole, message);
             return Ok(Vec::new());
@@ -263,7 +321,7 @@ impl<'a> PartReader<'a, '_> {
 
     fn joints(
         &self,
-        primitive: &Primitive,
+        source: Source<'a>,
         path: &str,
         vertex_count: usize,
     ) -> Result<Vec<[Accessor<'a>; 2]>, Fault> {
@@ -272,8 +330,8 @@ impl<'a> PartReader<'a, '_> {
             let count = Some(vertex_count);
             let joints = format!("JOINTS_{}", sets.len());
             let weights = format!("WEIGHTS_{}", sets.len());
-            let joints = self.attribute(primitive, &joints, count, path)?;
-            let weights = self.attribute(primitive, &weights, count, path)?;
+            let joints = self.attribute(source, &joints, count, path)?;
+            let weights = self.attribute(source, &weights, count, path)?;
             match (joints, weights) {
                 (Some(joints), Some(weights)) => sets.push([joints, weights]),
                 _ => return Ok(sets),
