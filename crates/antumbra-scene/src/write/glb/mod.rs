@@ -57,7 +57,7 @@ const Y_UP_FROM_Z_UP: [i32; 16] = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0,
 /// let mut bytes = Vec::new();
 /// write_glb(&tetra(1).unwrap(), &mut bytes).unwrap();
 /// let no_files = &mut |_: &str| unreachable!("a GLB is one file");
-/// let loaded = read_gltf("tetra.glb".as_ref(), &bytes, no_files).unwrap();
+/// let loaded = read_gltf("tetra.glb".as_ref(), &bytes, &Default::default(), no_files).unwrap();
 /// assert_eq!(loaded.scene.objects.len(), 4);
 /// ```
 pub fn write_glb(scene: &Scene, out: &mut impl Write) -> Result<Vec<String>, WriteError> {
