@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import numbers, rows, vector
+from ._arrays import numbers, rows, vector, whole
 from .lights import Light, light_of
 
 
@@ -31,19 +31,26 @@ class Scene:
         return scene
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], *, up: str | None = None) -> Scene:
+    def load(
+        cls, path: str | os.PathLike[str], *, up: str | None = None, memory_limit: int | None = None
+    ) -> Scene:
         """Reads a scene file.
 
         Args:
             path: The file; its ending says the format: `.nff`, `.obj`, `.gltf`, `.glb`, `.ply` or `.stl`.
             up: `"y"` or `"z"`, for cameras and suns that the file does not give; nothing is turned. By default
                 as the format has it.
+            memory_limit: The most bytes that files, pictures and the scene may take together while they are
+                read. What does not fit is refused before it is taken. By default three quarters of the
+                machine's memory.
 
         Raises:
             FileNotFoundError: There is no such file.
+            MemoryError: More than `memory_limit` would be needed.
             ValueError: The file cannot be used; the message says where and why.
         """
-        return cls._of(_antumbra.Scene.load(os.fspath(path), up))
+        limit = None if memory_limit is None else whole("memory_limit", memory_limit, 0, 2**63)
+        return cls._of(_antumbra.Scene.load(os.fspath(path), up, limit))
 
     @classmethod
     def from_arrays(cls, vertices: Any, faces: Any, *, up: Any = (0.0, 0.0, 1.0)) -> Scene:

@@ -24,6 +24,12 @@ use crate::failure::{Failure, Outcome};
 use crate::screen::Screen;
 use crate::typed::{Command, Typed};
 
+/// Returns the most bytes that this process should take where nobody says how many: three quarters of the
+/// machine's memory, or of its container's.
+pub fn default_memory_limit() -> u64 {
+    memory::limit(None)
+}
+
 /// Runs the program on a command line, whose first word is the program's name, and returns its exit code.
 ///
 /// Takes over Ctrl-C for the whole process, and may end the process by it. So it is called once, by a

@@ -23,6 +23,7 @@ impl ToPython for ReadError {
             ReadErrorKind::Io(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 PyFileNotFoundError::new_err(self.to_string())
             }
+            ReadErrorKind::OverLimit { .. } => PyMemoryError::new_err(self.to_string()),
             ReadErrorKind::Io(_) => PyOSError::new_err(self.to_string()),
             _ => PyValueError::new_err(self.to_string()),
         }

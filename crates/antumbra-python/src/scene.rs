@@ -28,7 +28,12 @@ pub(crate) struct Scene {
 impl Scene {
     /// Reads a scene file; its ending says the format.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf, up: Option<&str>) -> PyResult<Self> {
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        up: Option<&str>,
+        memory_limit: Option<u64>,
+    ) -> PyResult<Self> {
         let up = match up {
             None => None,
             Some("y") => Some(UpAxis::Y),
@@ -39,7 +44,9 @@ impl Scene {
             }
         };
         on_threads(py, 0, move || {
-            let loaded = read_file(&path, &ReadOptions { up }).map_err(|e| e.to_python())?;
+            let memory_limit = memory_limit.unwrap_or_else(antumbra_cli::default_memory_limit);
+            let options = ReadOptions { up, memory_limit };
+            let loaded = read_file(&path, &options).map_err(|e| e.to_python())?;
             let mut model = loaded.scene;
             if has_no_background(&path) && !model.is_photometric {
                 model.background = defaults::SKY;

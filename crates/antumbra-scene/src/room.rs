@@ -47,7 +47,7 @@ impl Room {
     /// Returns the refusal that opening `file` ended with, if it was too large to be read.
     pub(crate) fn over_limit(&self, error: &io::Error, file: &str) -> Option<OverLimit> {
         match error.get_ref()?.downcast_ref()? {
-            ReadErrorKind::TooLarge { bytes, .. } => Some(OverLimit {
+            ReadErrorKind::OverLimit { bytes, .. } => Some(OverLimit {
                 what: quoted(file),
                 bytes: *bytes,
                 limit: self.limit,

@@ -81,6 +81,28 @@ pub struct OccludersBuilder {
 }
 
 impl OccludersBuilder {
+    /// Makes room for so many faces, triangles of theirs and vertices with different positions, so that
+    /// nothing grows while they are added.
+    pub fn reserve(&mut self, faces: usize, triangles: usize, vertices: usize) {
+        self.occluders.elements.reserve_exact(faces);
+        self.occluders.triangles.reserve_exact(triangles);
+        self.occluders.positions.reserve_exact(vertices);
+        self.vertex_of.reserve(vertices);
+    }
+
+    /// Returns the bytes that so many faces, triangles and vertices take while they are collected,
+    /// where room has been made for them.
+    pub fn predict_bytes(faces: usize, triangles: usize, vertices: usize) -> u64 {
+        // The standard library's table: a byte for each of its places, at most 7 of 8 of which are
+        // taken; their number is a power of two.
+        let places = vertices.saturating_mul(8).div_ceil(7).next_power_of_two();
+        let of = |count: usize, size: usize| count as u64 * size as u64;
+        of(faces, size_of::<Element>())
+            + of(triangles, size_of::<Triangle>())
+            + of(vertices, size_of::<DVec3>())
+            + of(places, size_of::<([u64; 3], u32)>() + 1)
+    }
+
     /// Adds a planar polygon with its vertices in order; needs not be convex. Self-crossing
     /// outlines are filled by the even-odd rule. Three vertices always make one surface, also
     /// without area; more make as many as their shape needs.

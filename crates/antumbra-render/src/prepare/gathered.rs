@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use antumbra::ShadowIndex;
 use antumbra_geometry::{
-    CoverageId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity, SurfaceId,
+    CoverageId, DVec3, ElementId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity,
+    SurfaceId,
 };
 use antumbra_scene::model::{Corner, Light, LightKind, Mesh, Object, Scene, ShadowKind, Shape};
 
 use super::masks::Masks;
+use super::memory::Sizes;
 use super::{PrepareError, PrepareOptions};
 
 /// Where in the scene an element comes from.
@@ -25,7 +27,15 @@ pub struct Place {
 #[derive(Clone, Debug)]
 pub struct Gathered {
     pub(super) occluders: Arc<Occluders>,
-    places: Vec<Place>,
+    runs: Vec<Run>,
+}
+
+/// Elements that come from one object, its faces in order.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// The first of them; the others follow, up to the next run.
+    first: u32,
+    object: u32,
 }
 
 impl Gathered {
@@ -37,9 +47,17 @@ impl Gathered {
         let mut gathering = Gathering {
             scene,
             builder: Occluders::builder(),
-            places: Vec::with_capacity(scene.objects.len()),
+            runs: Vec::with_capacity(scene.objects.len()),
+            element_count: 0,
             masks: Masks::default(),
         };
+        let Sizes {
+            faces,
+            triangles,
+            vertices,
+            ..
+        } = Sizes::of(scene);
+        gathering.builder.reserve(faces, triangles, vertices);
         for (number, object) in scene.objects.iter().enumerate() {
             let name = || object.name.clone();
             gathering.add(number, object).map_err(|bad| match bad {
@@ -57,7 +75,7 @@ impl Gathered {
         }
         Ok(Self {
             occluders: Arc::new(gathering.builder.build()),
-            places: gathering.places,
+            runs: gathering.runs,
         })
     }
 
@@ -66,9 +84,9 @@ impl Gathered {
         &self.occluders
     }
 
-    /// Returns where each element comes from, in the order of elements.
-    pub fn places(&self) -> &[Place] {
-        &self.places
+    /// Returns the bytes that surfaces take, and what says where they come from.
+    pub fn memory_bytes(&self) -> u64 {
+        self.occluders.memory_bytes() + (self.runs.capacity() * size_of::<Run>()) as u64
     }
 
     /// Returns the bytes that grid, tree and values will take, before any is taken.
@@ -140,7 +158,14 @@ impl Gathered {
 
     /// Returns where the element of a surface comes from.
     pub fn place_of(&self, surface: SurfaceId) -> Place {
-        self.places[self.occluders.element_of(surface).0 as usize]
+        let ElementId(element) = self.occluders.element_of(surface);
+        let behind = self.runs.partition_point(|run| run.first <= element);
+        // Every element is of a run: the first begins with the first element.
+        let Run { first, object } = self.runs[behind - 1];
+        Place {
+            object,
+            face: element - first,
+        }
     }
 }
 
@@ -188,7 +213,8 @@ impl Presence {
 struct Gathering<'a> {
     scene: &'a Scene,
     builder: OccludersBuilder,
-    places: Vec<Place>,
+    runs: Vec<Run>,
+    element_count: usize,
     masks: Masks,
 }
 
@@ -197,29 +223,42 @@ impl Gathering<'_> {
         let Some(presence) = self.presence(object.material)? else {
             return Ok(());
         };
-        let element = self.places.len();
-        let object_number =
-            u32::try_from(number).map_err(|_| OccludersError::TooMany { element })?;
-        let mut place = Place {
-            object: object_number,
-            face: 0,
-        };
+        let element = self.element_count;
+        let too_many = |_| OccludersError::TooMany { element };
+        self.runs.push(Run {
+            first: u32::try_from(element).map_err(too_many)?,
+            object: u32::try_from(number).map_err(too_many)?,
+        });
         let opacity = presence.without_texture();
-        match &object.shape {
-            Shape::Mesh(mesh) => {
-                for face in 0..mesh.face_ends.len() {
-                    place.face = face as u32;
-                    self.add_mesh_face(mesh, face, presence)?;
-                    self.places.push(place);
-                }
-                return Ok(());
+        self.element_count += match &object.shape {
+            Shape::Mesh(mesh) => self.add_mesh(mesh, &mesh.positions, presence)?,
+            Shape::Instance(instance) => {
+                let mesh = &*instance.mesh;
+                let positions = 0..mesh.positions.len();
+                let placed: Vec<_> = positions.map(|at| instance.position(at)).collect();
+                self.add_mesh(mesh, &placed, presence)?
             }
-            Shape::Polygon(polygon) => self.builder.add_face(&polygon.vertices, opacity)?,
-            Shape::Sphere(sphere) => self.builder.add_sphere(*sphere, opacity)?,
-            Shape::Cone(cone) => self.builder.add_cone(*cone, opacity)?,
-            Shape::Disk(disk) => self.builder.add_disk(*disk, opacity)?,
+            Shape::Polygon(polygon) => {
+                self.builder.add_face(&polygon.vertices, opacity)?;
+                1
+            }
+            Shape::Sphere(sphere) => {
+                self.builder.add_sphere(*sphere, opacity)?;
+                1
+            }
+            Shape::Cone(cone) => {
+                self.builder.add_cone(*cone, opacity)?;
+                1
+            }
+            Shape::Disk(disk) => {
+                self.builder.add_disk(*disk, opacity)?;
+                1
+            }
         };
-        self.places.push(place);
+        // An object without faces comes from nowhere.
+        if self.element_count == element {
+            self.runs.pop();
+        }
         Ok(())
     }
 
@@ -245,25 +284,36 @@ impl Gathering<'_> {
         }))
     }
 
-    fn add_mesh_face(&mut self, mesh: &Mesh, face: usize, presence: Presence) -> Result<(), Bad> {
-        let corners = face_of(mesh, face).ok_or(Bad::Index("a face end"))?;
-        let position = |corner: &Corner| mesh.positions.get(corner.position as usize).copied();
-        let outline: Vec<_> = corners
-            .iter()
-            .map(position)
-            .collect::<Option<_>>()
-            .ok_or(Bad::Index("a corner"))?;
-        if let Presence::Masked(coverage) = presence {
-            let uv = |corner: &Corner| mesh.uvs.get(corner.uv as usize).copied();
-            if let Some(uvs) = corners.iter().map(uv).collect::<Option<Vec<_>>>() {
-                self.builder
-                    .add_alpha_tested_face(&outline, &uvs, coverage)?;
-                return Ok(());
+    /// Adds the faces of a mesh whose positions are at `positions`; returns how many there are.
+    fn add_mesh(
+        &mut self,
+        mesh: &Mesh,
+        positions: &[DVec3],
+        presence: Presence,
+    ) -> Result<usize, Bad> {
+        let mut outline = Vec::new();
+        let mut uvs = Vec::new();
+        for face in 0..mesh.face_ends.len() {
+            let corners = face_of(mesh, face).ok_or(Bad::Index("a face end"))?;
+            outline.clear();
+            for corner in corners {
+                let position = positions.get(corner.position as usize);
+                outline.push(*position.ok_or(Bad::Index("a corner"))?);
             }
+            if let Presence::Masked(coverage) = presence {
+                let uv = |corner: &Corner| mesh.uvs.get(corner.uv as usize).copied();
+                uvs.clear();
+                uvs.extend(corners.iter().map_while(uv));
+                if uvs.len() == corners.len() {
+                    self.builder
+                        .add_alpha_tested_face(&outline, &uvs, coverage)?;
+                    continue;
+                }
+            }
+            self.builder
+                .add_face(&outline, presence.without_texture())?;
         }
-        self.builder
-            .add_face(&outline, presence.without_texture())?;
-        Ok(())
+        Ok(mesh.face_ends.len())
     }
 }
 

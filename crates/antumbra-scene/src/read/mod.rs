@@ -151,7 +151,7 @@ fn read_beside(scene: &Path, name: &str, limit: u64) -> io::Result<Vec<u8>> {
     let path = scene.parent().unwrap_or(Path::new("")).join(relative);
     read_bytes(&path, limit).map_err(|error| match error.kind {
         ReadErrorKind::Io(error) => error,
-        large @ ReadErrorKind::TooLarge { .. } => {
+        large @ ReadErrorKind::OverLimit { .. } => {
             io::Error::new(io::ErrorKind::FileTooLarge, large)
         }
         other => io::Error::other(other.to_string()),
@@ -166,7 +166,15 @@ fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     if !metadata.is_file() {
         return Err(whole(path, ReadErrorKind::NotAFile));
     }
-    let too_large = |bytes| whole(path, ReadErrorKind::TooLarge { bytes, limit });
+    let too_large = |bytes| {
+        let kind = if limit < MAX_FILE_BYTES {
+            let what = "the file".into();
+            ReadErrorKind::OverLimit { what, bytes, limit }
+        } else {
+            ReadErrorKind::TooLarge { bytes, limit }
+        };
+        whole(path, kind)
+    };
     if metadata.len() > limit {
         return Err(too_large(metadata.len()));
     }

@@ -4,8 +4,9 @@ use std::io::Cursor;
 
 use antumbra_geometry::DVec3;
 use antumbra_scene::{
-    Loaded, Warning,
+    Loaded, ReadOptions, Warning,
     model::{Alpha, Color, Filter, LightKind, Material, ShadowKind, Shape, Wrap},
+    read::read_gltf,
 };
 use image::{ImageFormat, RgbaImage};
 
@@ -275,4 +276,152 @@ fn values_and_not_modes_decide_what_blocks() {
         ));
         assert_eq!(material.shadow_kind(), expected, "{factor}");
     }
+}
+
+#[test]
+fn specular_glossiness_gives_colour_and_alpha() {
+    let glossy = |more: &str, inner: &str| {
+        format!(
+            r#"{more} "pbrMetallicRoughness": {{"baseColorFactor": [1, 0, 0, 1]}},
+            "extensions": {{"KHR_materials_pbrSpecularGlossiness": {{{inner}}}}}"#
+        )
+    };
+    let plain = look(&glossy(
+        "",
+        r#""diffuseFactor": [0.5, 0.25, 0, 1], "specularFactor": [0.25, 0.5, 0], "glossinessFactor": 0"#,
+    ));
+    assert_eq!(plain.diffuse, Color::new(0.25, 0.125, 0.0));
+    assert!(plain.is_opaque());
+    let mirror = look(&glossy(
+        "",
+        r#""diffuseFactor": [0, 0, 0, 1], "glossinessFactor": 1"#,
+    ));
+    assert_eq!(mirror.reflection, Color::ONE);
+    // Alpha is the diffuse one's, and decides as any other.
+    let blend = r#""alphaMode": "BLEND","#;
+    let clear = look(&glossy(blend, r#""diffuseFactor": [1, 1, 1, 0.25]"#));
+    assert_eq!(clear.shadow_kind(), ShadowKind::Transparent);
+    assert_eq!(clear.opacity, 0.25);
+    let whole = look(&glossy(blend, r#""diffuseFactor": [1, 1, 1, 1]"#));
+    assert_eq!(whole.shadow_kind(), ShadowKind::Opaque);
+    let mask = r#""alphaMode": "MASK","#;
+    let holes = look(&glossy(mask, r#""diffuseTexture": {"index": 0}"#));
+    assert_eq!(holes.shadow_kind(), ShadowKind::AlphaTested);
+}
+
+/// A document whose vertices have colours of two 8-bit shares and one more, and perhaps alpha.
+fn colored(alpha_mode: &str, colors: &[[u8; 4]; 3], shape: &str) -> Loaded {
+    let mut bytes = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]);
+    bytes.extend(colors.iter().flatten());
+    let accessors = format!(
+        r#"{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+        {{"bufferView": 1, "componentType": 5121, "normalized": true, "count": 3, "type": "{shape}"}}"#
+    );
+    let primitive = r#""attributes": {"POSITION": 0, "COLOR_0": 1}, "material": 0"#;
+    let rest = format!(
+        r#", "bufferViews": [{{"buffer": 0, "byteLength": 36}},
+        {{"buffer": 0, "byteOffset": 36, "byteLength": 12, "byteStride": 4}}],
+        "materials": [{{"alphaMode": "{alpha_mode}"}}] {NODE}"#
+    );
+    gltf(&document(48, &accessors, primitive, &rest), &bytes).unwrap()
+}
+
+#[test]
+fn vertex_colours_are_read_and_their_alpha_decides_where_it_blends() {
+    let half = [[255, 51, 0, 255], [0, 0, 255, 51], [255, 255, 255, 255]];
+    let loaded = colored("BLEND", &half, "VEC4");
+    let mesh = loaded.scene.objects[0].shape.mesh().unwrap();
+    let expected = [[1.0, 0.2, 0.0, 1.0], [0.0, 0.0, 1.0, 0.2], [1.0; 4]];
+    assert_eq!(mesh.colors, expected);
+    assert!(!loaded.scene.materials[0].is_opaque());
+    assert!(colored("OPAQUE", &half, "VEC4").scene.materials[0].is_opaque());
+    let opaque = colored("BLEND", &half, "VEC3");
+    let mesh = opaque.scene.objects[0].shape.mesh().unwrap();
+    assert_eq!(
+        mesh.colors[1],
+        [0.0, 0.0, 1.0, 1.0],
+        "without alpha it is 1"
+    );
+    assert!(opaque.scene.materials[0].is_opaque());
+}
+
+/// The beginning of a PNG of so many texels a side: its size is there, its texels are not.
+fn promised_png(side: u32) -> Vec<u8> {
+    let image = RgbaImage::new(1, 1);
+    let mut png = Cursor::new(Vec::new());
+    image.write_to(&mut png, ImageFormat::Png).unwrap();
+    let mut png = png.into_inner();
+    png[16..20].copy_from_slice(&side.to_be_bytes());
+    png[20..24].copy_from_slice(&side.to_be_bytes());
+    // The checksum of the header.
+    let checksum = png[12..29].iter().fold(u32::MAX, |sum, &byte| {
+        (0..8).fold(sum ^ u32::from(byte), |sum, _| {
+            (sum >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(sum & 1))
+        })
+    });
+    png[29..33].copy_from_slice(&(!checksum).to_be_bytes());
+    png
+}
+
+#[test]
+fn a_picture_that_does_not_fit_is_refused_by_its_header() {
+    let png = promised_png(16384);
+    let mut bytes = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]);
+    bytes.extend(floats(&[0., 0., 1., 0., 0., 1.]));
+    let accessors = r#"{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}"#;
+    let primitive = r#""attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0"#;
+    let json = |material: &str| {
+        let rest = format!(
+            r#", "bufferViews": [{{"buffer": 0, "byteLength": 36}},
+            {{"buffer": 0, "byteOffset": 36, "byteLength": 24}}],
+            "images": [{{"uri": "big.png"}}], "textures": [{{"source": 0}}],
+            "materials": [{{{material}}}] {NODE}"#
+        );
+        document(60, accessors, primitive, &rest)
+    };
+    let read = |material: &str, memory_limit: u64| {
+        let open = &mut |name: &str| {
+            Ok(if name == "big.png" {
+                png.clone()
+            } else {
+                bytes.clone()
+            })
+        };
+        let options = ReadOptions {
+            memory_limit,
+            ..ReadOptions::default()
+        };
+        read_gltf("a.gltf".as_ref(), json(material).as_bytes(), &options, open)
+    };
+    let limit = 100_000_000;
+    for material in [
+        r#""alphaMode": "MASK", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}"#,
+        r#""pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}"#,
+        r#""extensions": {"KHR_materials_transmission":
+            {"transmissionFactor": 1, "transmissionTexture": {"index": 0}}}"#,
+    ] {
+        let error = read(material, limit).unwrap_err().to_string();
+        let reason = "images[0], a picture of 16384 x 16384 texels needs 1024 MiB in memory";
+        assert!(
+            error.contains(reason) && error.contains("96 MiB"),
+            "{error}"
+        );
+        assert!(error.contains("raise the memory limit"), "{error}");
+        // With room for it, it turns out to be cut off.
+        let loaded = read(material, 2 << 30).unwrap();
+        let message = &loaded.warnings[0].message;
+        assert!(message.starts_with("images[0] cannot be read"), "{message}");
+    }
+    // Looks alone are not worth a refusal, and what nothing uses is not opened.
+    let dim = read(
+        r#""emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}"#,
+        limit,
+    );
+    assert!(
+        dim.unwrap().warnings[0]
+            .message
+            .starts_with("images[0] is not read")
+    );
+    assert_eq!(read("", limit).unwrap().warnings, []);
 }

@@ -1,6 +1,9 @@
 //! glTF's nodes by small documents of our own: transforms, trees that are none, copies, poses.
 
+use std::sync::Arc;
+
 use antumbra_geometry::DVec3;
+use antumbra_scene::model::Shape;
 
 use crate::gltf::{POINTS, SQUARE, document, faces, floats, gltf, mesh, refusal, square};
 
@@ -171,4 +174,78 @@ fn morph_targets_at_their_default_weights() {
         let loaded = gltf(&document(96, &accessors, primitive, &rest), &bytes).unwrap();
         assert_eq!(mesh(&loaded).positions[0].z, z);
     }
+}
+
+/// Copies share their mesh, and stand, bit by bit, where a lone node would put it.
+#[test]
+fn copies_share_a_mesh_and_stand_where_a_lone_node_puts_it() {
+    let points = [0.1, 0.2, 0.3, 1.7, 0.1, -0.4, 0.3, 1.9, 0.7, 1.1, 1.3, 5.9];
+    let bytes = floats(&points);
+    let places = [
+        r#""translation": [1e6, 0.1, 3]"#,
+        r#""rotation": [0.1, 0.2, 0.3, 0.9], "scale": [1.1, 0.3, 7]"#,
+        r#""scale": [-1, 3, 1]"#,
+        r#""scale": [-2, 1, 0.1], "translation": [0.7, 0, 0]"#,
+        // Flat.
+        r#""matrix": [0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]"#,
+    ];
+    let json = |places: &[&str]| {
+        let children: Vec<_> = (1..=places.len()).map(|child| child.to_string()).collect();
+        let node = |place: &&str| format!(r#", {{"mesh": 0, {place}}}"#);
+        let nodes: String = places.iter().map(node).collect();
+        let root = format!(r#"{{"children": [{}]}}"#, children.join(", "));
+        square(r#", "mode": 5"#, &format!(r#", "nodes": [{root}{nodes}]"#))
+    };
+    let all = gltf(&json(&places), &bytes).unwrap().scene;
+    assert_eq!(all.objects.len(), places.len());
+    let mut shared = Vec::new();
+    for (object, place) in all.objects.iter().zip(places) {
+        let lone = gltf(&json(&[place]), &bytes).unwrap();
+        let Shape::Instance(instance) = &object.shape else {
+            panic!("{:?}", object.shape);
+        };
+        assert_eq!(instance.to_mesh(), *mesh(&lone));
+        assert_eq!(object.shape.bounds(), lone.scene.bounds());
+        shared.push(Arc::as_ptr(&instance.mesh));
+    }
+    assert_eq!(shared[0], shared[1]);
+    assert_eq!(shared[2], shared[3]);
+    assert_ne!(
+        shared[0], shared[2],
+        "mirrored ones are wound the other way round"
+    );
+}
+
+#[test]
+fn cesium_rtc_moves_everything_and_rounds_nothing_else() {
+    let center = r#", "extensionsUsed": ["CESIUM_RTC"],
+        "extensions": {"CESIUM_RTC": {"center": [6378137.25, -0.125, 1e7]}},
+        "nodes": [{"mesh": 0, "translation": [0.5, 0, 0]}]"#;
+    let loaded = gltf(&square("", center), &floats(&SQUARE)).unwrap();
+    let corner = mesh(&loaded).positions[0];
+    assert_eq!(corner, DVec3::new(6_378_137.75, -0.125, 1e7));
+    assert_eq!(loaded.warnings.len(), 1, "one corner is left over");
+}
+
+#[test]
+fn triangles_with_a_corner_that_is_no_number_are_dropped_and_counted() {
+    let mut points = SQUARE;
+    points[10] = f32::NAN;
+    let bytes = floats(&points);
+    for node in ["", r#", "children": [1]}, {"mesh": 0"#] {
+        let nodes = format!(r#", "nodes": [{{"mesh": 0{node}}}]"#);
+        let loaded = gltf(&square(r#", "mode": 5"#, &nodes), &bytes).unwrap();
+        for object in &loaded.scene.objects {
+            let mesh = object.shape.placed_mesh().unwrap();
+            assert_eq!(faces(&mesh).len(), 1);
+            assert!(mesh.positions.iter().all(|position| position.is_finite()));
+        }
+        let message = &loaded.warnings.last().unwrap().message;
+        let said = "a triangle has a corner that is not finite: dropped";
+        assert!(message.starts_with(said), "{message}");
+    }
+    // A vertex that no triangle uses is nobody's concern.
+    let unused = gltf(&square("", r#", "nodes": [{"mesh": 0}]"#), &bytes).unwrap();
+    assert_eq!(faces(mesh(&unused)).len(), 1);
+    assert_eq!(unused.warnings.len(), 1, "one corner is left over");
 }

@@ -5,6 +5,7 @@ mod glb;
 mod gltf;
 mod gltf_looks;
 mod gltf_nodes;
+mod gltf_packed;
 mod gltf_shared;
 mod lenient;
 mod malformed;

@@ -54,6 +54,9 @@ impl<'a> Buffers<'a> {
                         Some(bytes) => Rc::clone(bytes),
                         None => {
                             let bytes = open(&name).map_err(|error| {
+                                if let Some(over) = room.over_limit(&error, &name) {
+                                    return Fault::over_limit(over);
+                                }
                                 let name = crate::error::quoted(&name);
                                 let problem = format!("cannot read {name}: {error}");
                                 let help = "put the file beside the scene";
