@@ -33,7 +33,7 @@ impl Geometry {
             }
             match &object.shape {
                 // Their triangles are there already.
-                Shape::Polygon(_) | Shape::Mesh(_) => {}
+                Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => {}
                 Shape::Sphere(sphere) => {
                     let center = sphere.center.as_vec3();
                     let radius = sphere.radius as f32;

@@ -59,7 +59,7 @@ impl<'a> Surfaces<'a> {
 
     fn area(&self, surface: SurfaceId) -> f64 {
         match self.shape(surface) {
-            Shape::Polygon(_) | Shape::Mesh(_) => {
+            Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => {
                 let corners = self.gathered.occluders().triangle_positions(surface);
                 corners.map_or(0.0, |[a, b, c]| 0.5 * (b - a).cross(c - a).length())
             }
@@ -128,7 +128,7 @@ impl<'a> Surfaces<'a> {
     /// Returns a point of a surface, spread evenly up to the curvature of its parameters.
     pub(super) fn point_on(&self, random: &mut Random, surface: SurfaceId) -> Option<Start> {
         let point = match self.shape(surface) {
-            Shape::Polygon(_) | Shape::Mesh(_) => {
+            Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => {
                 let corners = self.gathered.occluders().triangle_positions(surface)?;
                 in_triangle(random, corners)
             }

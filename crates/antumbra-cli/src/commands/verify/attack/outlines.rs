@@ -219,7 +219,7 @@ impl Attack<'_> {
             }
             Shape::Cone(cone) => on_cone_silhouette(random, cone, light)?,
             Shape::Disk(disk) => disk.center + disk.radius * random.around(disk.normal)?,
-            Shape::Polygon(_) | Shape::Mesh(_) => return None,
+            Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => return None,
         };
         Some(Start {
             point,
