@@ -10,18 +10,19 @@ use crate::{
     error::{Place, ReadError, quoted},
     model::{Color, Corner, Facing, Material, Mesh, Object, Scene, Shape},
     opacity,
+    room::Room,
     texture::linear_of_srgb,
 };
 
 use super::{
-    super::{Loaded, area::has_area, mtl::Entry, text::Corners},
+    super::{Loaded, area::has_area, mtl::Entry, text::Corners, whole},
     Part, Reader,
     pictures::{Open, Pictures},
 };
 
 impl Reader<'_> {
     /// Checks the indices, then turns the parts into meshes.
-    pub(super) fn finish(mut self, open: &mut Open<'_>) -> Result<Loaded, ReadError> {
+    pub(super) fn finish(mut self, open: &mut Open<'_>, room: Room) -> Result<Loaded, ReadError> {
         self.check_indices()?;
         self.settle_colors();
         let parts = std::mem::take(&mut self.parts);
@@ -33,7 +34,7 @@ impl Reader<'_> {
         };
         let mut material_of = HashMap::new();
         let mut causes = Vec::new();
-        let mut pictures = Pictures::default();
+        let mut pictures = Pictures::new(room);
         let mut slots = [self.positions.len(), self.normals.len(), self.uvs.len()].map(Slots::new);
         for part in parts {
             let Part {
@@ -52,22 +53,24 @@ impl Reader<'_> {
             if mesh.face_ends.is_empty() {
                 continue;
             }
-            let (material, place) = *material_of.entry(material).or_insert_with_key(|name| {
-                let entry = self.look(name.as_deref(), first_line);
-                let mut material = entry.material;
-                let place = entry.pictures.place();
-                let warnings = &mut self.warnings;
-                pictures.put_on(
-                    &mut material,
-                    &entry.pictures,
-                    &mut scene.textures,
-                    open,
-                    warnings,
-                );
-                scene.materials.push(material);
-                causes.push(entry.cause);
-                (scene.materials.len() - 1, place)
-            });
+            let (material, place) = match material_of.get(&material) {
+                Some(&known) => known,
+                None => {
+                    let entry = self.look(material.as_deref(), first_line);
+                    let mut look = entry.material;
+                    let place = entry.pictures.place();
+                    let textures = &mut scene.textures;
+                    let warnings = &mut self.warnings;
+                    pictures
+                        .put_on(&mut look, &entry.pictures, textures, open, warnings)
+                        .map_err(|over| whole(self.file, over.into()))?;
+                    scene.materials.push(look);
+                    causes.push(entry.cause);
+                    let found = (scene.materials.len() - 1, place);
+                    material_of.insert(material, found);
+                    found
+                }
+            };
             for uv in &mut mesh.uvs {
                 *uv = place.of(*uv);
             }

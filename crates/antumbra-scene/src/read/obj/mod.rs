@@ -25,6 +25,7 @@ use antumbra_geometry::DVec3;
 use crate::{
     error::{Place, ReadError, ReadErrorKind, quoted},
     model::Corner,
+    room::Room,
     warning::{Warning, WarningLog},
 };
 
@@ -33,6 +34,7 @@ use super::{
     mtl::{Entry, read_mtl},
     statements::{Statement, Statements},
     text::{Corners, LARGEST_COORDINATE, decode, parse_any_number},
+    whole,
 };
 
 /// The most pairs of name and material that have faces. A pair takes about a kilobyte and as little
@@ -71,7 +73,8 @@ const UNSUPPORTED: [(&str, &[&str]); 3] = [
 /// error).
 ///
 /// Time is linear in the number of bytes and texels; memory is at most some 20 times the bytes, a
-/// kilobyte for each of at most 2^20 pairs of name and material, and at most 2 GiB for pictures.
+/// kilobyte for each of at most 2^20 pairs of name and material, and for pictures what
+/// [`ReadOptions::memory_limit`] leaves.
 ///
 /// # Errors
 /// The bytes are no text, a number is none, an index names no vertex, a coordinate of a face exceeds
@@ -93,6 +96,9 @@ pub fn read_obj(
     open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, ReadError> {
     let mut warnings = WarningLog::new(file);
+    let mut room = Room::new(options.memory_limit);
+    room.take(bytes.len() as u64, || "the file".into())
+        .map_err(|over| whole(file, over.into()))?;
     let text = decode(file, bytes, &mut warnings)?;
     let mut reader = Reader {
         file,
@@ -115,7 +121,7 @@ pub fn read_obj(
     for statement in Statements::new(&text) {
         reader.read(&statement, open)?;
     }
-    let mut loaded = reader.finish(open)?;
+    let mut loaded = reader.finish(open, room)?;
     loaded.scene.up = options.up.unwrap_or(UpAxis::Y).vector();
     Ok(loaded)
 }

@@ -2,7 +2,8 @@
 //!
 //! In: what a material library names as `map_Kd` and `map_d`, and a way to open files. Out: textures,
 //! each pair of pictures once. Invariant: what decides where holes are, the alpha, keeps the resolution
-//! of its own picture; a picture that cannot be read is a warning.
+//! of its own picture; a picture that cannot be read is a warning, one for which there is no room in
+//! memory an error, before it is decoded.
 //!
 //! Alpha is that of `map_d`: its alpha channel if it has one, else its luminance, unless `-imfchan` says
 //! which. Without `map_d` it is that of `map_Kd`. Where alpha is below 1/2 there is a hole, as with
@@ -13,7 +14,8 @@ use std::{collections::HashMap, io};
 use crate::{
     error::{Place, quoted},
     model::{Alpha, Material, Texture, Wrap},
-    texture::{PictureBudget, decode},
+    room::{OverLimit, Room},
+    texture::{PictureError, decode},
     warning::WarningLog,
 };
 
@@ -26,15 +28,24 @@ pub(super) type Open<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 const CUTOFF: f64 = 0.5;
 
 /// Reads pictures as they are needed.
-#[derive(Default)]
 pub(super) struct Pictures {
-    budget: PictureBudget,
+    room: Room,
     /// The texture of each pair of pictures that was asked for.
     known: HashMap<String, Option<usize>>,
 }
 
 impl Pictures {
+    pub(super) fn new(room: Room) -> Self {
+        Self {
+            room,
+            known: HashMap::new(),
+        }
+    }
+
     /// Gives a material its texture, and its alpha test if that has holes.
+    ///
+    /// # Errors
+    /// There is no room for a picture.
     pub(super) fn put_on(
         &mut self,
         material: &mut Material,
@@ -42,12 +53,12 @@ impl Pictures {
         textures: &mut Vec<Texture>,
         open: &mut Open<'_>,
         warnings: &mut WarningLog,
-    ) {
+    ) -> Result<(), OverLimit> {
         let key = format!("{maps:?}");
         let texture = match self.known.get(&key) {
             Some(&known) => known,
             None => {
-                let texture = self.texture(maps, open, warnings).map(|texture| {
+                let texture = self.texture(maps, open, warnings)?.map(|texture| {
                     textures.push(texture);
                     textures.len() - 1
                 });
@@ -56,12 +67,13 @@ impl Pictures {
             }
         };
         let Some(number) = texture else {
-            return;
+            return Ok(());
         };
         material.diffuse_texture = Some(number);
         if textures[number].texels.iter().any(|texel| texel[3] < 255) {
             material.alpha = Alpha::Mask { cutoff: CUTOFF };
         }
+        Ok(())
     }
 
     fn texture(
@@ -69,23 +81,23 @@ impl Pictures {
         maps: &Maps,
         open: &mut Open<'_>,
         warnings: &mut WarningLog,
-    ) -> Option<Texture> {
+    ) -> Result<Option<Texture>, OverLimit> {
         let mut read = |map, what| self.read_or_warn(maps, map, what, open, warnings);
-        let color = read(maps.color.as_ref(), "of `map_Kd`, plain colours are used");
-        let alpha = read(maps.alpha.as_ref(), "of `map_d`, the surface is whole");
+        let color = read(maps.color.as_ref(), "of `map_Kd`, plain colours are used")?;
+        let alpha = read(maps.alpha.as_ref(), "of `map_d`, the surface is whole")?;
         let is_clamped = [&color, &alpha]
             .into_iter()
             .flatten()
             .any(|(_, map)| map.is_clamped);
         let mut texture = match (color, alpha) {
-            (None, None) => return None,
+            (None, None) => return Ok(None),
             (Some((color, _)), None) => color,
             (color, Some((alpha, map))) => with_alpha(color.map(|(color, _)| color), alpha, map),
         };
         if is_clamped {
             texture.wrap = [Wrap::ClampToEdge; 2];
         }
-        Some(texture)
+        Ok(Some(texture))
     }
 
     fn read_or_warn<'m>(
@@ -95,28 +107,43 @@ impl Pictures {
         what: &str,
         open: &mut Open<'_>,
         warnings: &mut WarningLog,
-    ) -> Option<(Texture, &'m Map)> {
-        let map = map?;
+    ) -> Result<Option<(Texture, &'m Map)>, OverLimit> {
+        let Some(map) = map else {
+            return Ok(None);
+        };
         match self.read(maps, map, open) {
-            Ok(texture) => Some((texture, map)),
-            Err(problem) => {
+            Ok(texture) => Ok(Some((texture, map))),
+            Err(PictureError::OverLimit(over)) => Err(over.inside(&quoted(&map.name))),
+            Err(PictureError::Unreadable(problem)) => {
                 let name = quoted(&map.name);
                 let message = format!("cannot read the picture {name} {what}: {problem}");
                 warnings.add(Place::Whole, message);
-                None
+                Ok(None)
             }
         }
     }
 
     /// Reads one picture: beside the library, or else beside the OBJ.
-    fn read(&mut self, maps: &Maps, map: &Map, open: &mut Open<'_>) -> Result<Texture, String> {
+    fn read(
+        &mut self,
+        maps: &Maps,
+        map: &Map,
+        open: &mut Open<'_>,
+    ) -> Result<Texture, PictureError> {
         let beside_library = format!("{}{}", maps.folder, map.name);
         let bytes = match open(&beside_library) {
-            Err(_) if !maps.folder.is_empty() => open(&map.name),
+            Err(error)
+                if !maps.folder.is_empty() && error.kind() != io::ErrorKind::FileTooLarge =>
+            {
+                open(&map.name)
+            }
             result => result,
         };
-        let bytes = bytes.map_err(|error| error.to_string())?;
-        let texture = decode(&bytes, &mut self.budget)?;
+        let bytes = bytes.map_err(|error| match self.room.over_limit(&error, "the file") {
+            Some(over) => PictureError::OverLimit(over),
+            None => PictureError::Unreadable(error.to_string()),
+        })?;
+        let texture = decode(&bytes, &mut self.room)?;
         Ok(Texture {
             name: map.name.chars().take(80).collect(),
             ..texture
@@ -126,7 +153,7 @@ impl Pictures {
 
 /// Puts the alpha of one picture on the colours of another, or on white. The result has the
 /// resolution of the alpha, so that holes are where its picture says.
-fn with_alpha(color: Option<Texture>, alpha: Texture, map: &Map) -> Texture {
+fn with_alpha(color: Option<Texture>, mut alpha: Texture, map: &Map) -> Texture {
     let channel = match map.channel {
         Some(b'r') => Channel::Stored(0),
         Some(b'g') => Channel::Stored(1),
@@ -149,7 +176,7 @@ fn with_alpha(color: Option<Texture>, alpha: Texture, map: &Map) -> Texture {
         (255.0 * base + gain * f64::from(stored)).round() as u8
     };
     let Texture { width, height, .. } = alpha;
-    let mut texels = alpha.texels.clone();
+    let mut texels = std::mem::take(&mut alpha.texels);
     for (number, texel) in (0..).zip(&mut texels) {
         let [red, green, blue] = color.as_ref().map_or([255; 3], |color| {
             // The texel in whose place the middle of this one lies.
