@@ -182,14 +182,14 @@ class ShadowIndex:
         """Writes what is known of all lights to a file, for `occlusion`, whole or not at all.
 
         Only the method `"voxel"` knows something. With `refine="eager"` it is everything, else what the queries so
-        far have paid for. Queries may be answered meanwhile.
+        far have paid for. Queries may be answered meanwhile. Only a file of such values is replaced, or an empty one.
 
         Returns:
             The bytes of the file.
 
         Raises:
-            OSError: The file cannot be written.
-            ValueError: The method keeps no values.
+            OSError: The file cannot be written; a link is not written to.
+            ValueError: The method keeps no values, or something else is at the path.
         """
         return self._native.save(os.fspath(path))[0]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal, TypedDict
 
 import numpy as np
@@ -66,11 +67,20 @@ class Picture:
     light_names: list[str]
     stops: float
     counts: dict[str, int]
+    _read: list[Path] = field(default_factory=list, repr=False, compare=False)
 
     def save_png(self, path: str | os.PathLike[str], *, stops: float | None = None) -> None:
-        """Writes the picture as PNG, sRGB, whole or not at all; `stops` brightens it, by default `self.stops`."""
+        """Writes the picture as PNG, sRGB, whole or not at all; `stops` brightens it, by default `self.stops`.
+
+        Raises:
+            ValueError: The name does not end in `.png`, or the scene was read from that file.
+            OSError: The file cannot be written; a link is not written to.
+        """
         brightened = self.stops if stops is None else float(stops)
-        _antumbra.write_png(os.fspath(path), np.ascontiguousarray(self.colour), brightened)
+        name = os.fspath(path)
+        if os.path.splitext(name)[1].lower() != ".png":
+            raise ValueError(f"path is {name!r}: expected a name that ends in .png")
+        _antumbra.write_png(name, np.ascontiguousarray(self.colour), brightened, self._read)
 
 
 def render(
@@ -156,4 +166,4 @@ def render(
     colour, shadow, decided, names, ways, stops, counts = _antumbra.render(
         native, tuples, view, picture, made, path
     )
-    return Picture(colour, shadow, dict(zip(ways, decided)), names, stops, counts)
+    return Picture(colour, shadow, dict(zip(ways, decided)), names, stops, counts, native.files)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -110,3 +111,38 @@ def test_a_volume_says_what_is_known(scene: antumbra.Scene, reference: antumbra.
     assert antumbra.ShadowIndex(scene, LIGHTS, method="bvh").volume() is None
     with pytest.raises(ValueError, match="resolution is 2000: expected 1 to 1024"):
         index.volume(2000)
+
+
+def test_nothing_but_a_file_of_values_is_replaced(scene: antumbra.Scene, tmp_path: Path) -> None:
+    index = antumbra.ShadowIndex(scene, LIGHTS[:1], resolution=64)
+    other = tmp_path / "scene.obj"
+    other.write_text("v 0 0 0\n")
+    with pytest.raises(ValueError, match="is not replaced"):
+        index.save(other)
+    assert other.read_text() == "v 0 0 0\n"
+    empty = tmp_path / "empty.antumbra"
+    empty.touch()
+    assert index.save(empty) > 0
+    assert index.save(empty) > 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.antumbra", "scene.obj"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_a_pipe_in_place_of_a_file_is_refused_at_once(scene: antumbra.Scene, tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.obj"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="no regular file"):
+        antumbra.ShadowIndex(scene, LIGHTS[:1], resolution=64, occlusion=pipe)
+    with pytest.raises(ValueError, match="not a regular file"):
+        antumbra.Scene.load(pipe)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need rights elsewhere")
+def test_a_link_is_not_written_to(scene: antumbra.Scene, tmp_path: Path) -> None:
+    index = antumbra.ShadowIndex(scene, LIGHTS[:1], resolution=64)
+    target = tmp_path / "target.antumbra"
+    link = tmp_path / "link.antumbra"
+    link.symlink_to(target)
+    with pytest.raises(OSError, match="symbolic link"):
+        index.save(link)
+    assert link.is_symlink() and not target.exists()

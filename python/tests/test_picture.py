@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -42,6 +43,21 @@ def test_a_picture_has_the_bytes_of_the_program_s(file: Path, tmp_path: Path) ->
     program = [sys.executable, "-m", "antumbra", "render", str(file), "--spp", "2", "-o", str(tmp_path / "program.png")]
     subprocess.run(program, check=True, timeout=120)
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "program.png").read_bytes()
+
+
+def test_a_picture_replaces_neither_its_scene_nor_anything_but_a_png(file: Path, tmp_path: Path) -> None:
+    scene = tmp_path / "ball.nff"
+    scene.write_text(NFF)
+    picture = antumbra.render(antumbra.Scene.load(scene), samples=1)
+    for name in ("ball.nff", "picture.jpg", "picture"):
+        with pytest.raises(ValueError, match="ends in .png"):
+            picture.save_png(tmp_path / name)
+    # The scene by another name.
+    os.link(scene, tmp_path / "alias.png")
+    with pytest.raises(ValueError, match="was read from this file"):
+        picture.save_png(tmp_path / "alias.png")
+    assert scene.read_text() == NFF
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["alias.png", "ball.nff"]
 
 
 def test_layers_say_who_is_in_shadow_and_how_that_was_decided(file: Path) -> None:

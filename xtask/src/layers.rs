@@ -9,6 +9,7 @@ use crate::run;
 
 /// Floors of the crates. A crate may use crates of lower floors only.
 const FLOORS: &[(&str, u32)] = &[
+    ("antumbra-files", 0),
     ("antumbra-geometry", 0),
     ("antumbra-scene", 1),
     ("antumbra", 1),
@@ -45,6 +46,81 @@ const FORBIDDEN: &[(&str, &str, &str)] = &[
         "crates/antumbra/src",
         "std::io",
         "the library reads and writes no files but those of `kept`",
+    ),
+    (
+        "crates/antumbra/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-cli/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-cli/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-cli/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-python/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-python/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-python/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-render/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-render/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-render/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-scene/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-scene/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-scene/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
     ),
     (
         "crates/antumbra-geometry/src",

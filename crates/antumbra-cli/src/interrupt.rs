@@ -1,4 +1,5 @@
-//! Ctrl-C: the first one during rendering asks for the partial picture, any other ends at once.
+//! Signals: the first Ctrl-C during rendering asks for the partial picture, any other ends at once, and so does a
+//! request to terminate. Files that are not finished are gone then.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,6 +8,10 @@ use crate::failure::Failure;
 
 /// The exit code after Ctrl-C: 128 + SIGINT, as shells have it.
 pub(crate) const EXIT_CODE: u8 = 130;
+
+/// The exit code after a request to terminate: 128 + SIGTERM.
+#[cfg(unix)]
+const EXIT_CODE_TERMINATED: u8 = 143;
 
 /// Whether and how Ctrl-C was pressed.
 #[derive(Clone, Debug)]
@@ -31,10 +36,13 @@ impl Interrupt {
         ctrlc::set_handler(move || {
             let is_first = !cancel.swap(true, Ordering::SeqCst);
             if !(is_first && is_worth_keeping.load(Ordering::SeqCst)) {
-                std::process::exit(i32::from(EXIT_CODE));
+                end(EXIT_CODE);
             }
         })
         .map_err(|error| Failure::system(format!("cannot take over Ctrl-C: {error}")))?;
+        #[cfg(unix)]
+        unix::install()
+            .map_err(|error| Failure::system(format!("cannot take over signals: {error}")))?;
         Ok(interrupt)
     }
 
@@ -46,5 +54,37 @@ impl Interrupt {
     /// Returns the flag that stops the work.
     pub(crate) fn cancel(&self) -> &AtomicBool {
         &self.cancel
+    }
+}
+
+/// Ends the process; what it was writing is gone.
+fn end(code: u8) -> ! {
+    antumbra_files::abandon();
+    std::process::exit(i32::from(code))
+}
+
+/// Signals that only Unix has.
+#[cfg(unix)]
+mod unix {
+    use std::io;
+    use std::sync::Arc;
+
+    use signal_hook::consts::SIGTERM;
+    use signal_hook::iterator::Signals;
+
+    /// Ends at a request to terminate, and goes on at the limit of a file's size (`ulimit -f`): then writing fails,
+    /// and says so.
+    pub(super) fn install() -> io::Result<()> {
+        signal_hook::flag::register(rustix::process::Signal::XFSZ.as_raw(), Arc::default())?;
+        let mut terminations = Signals::new([SIGTERM])?;
+        let wait = move || {
+            if terminations.forever().next().is_some() {
+                super::end(super::EXIT_CODE_TERMINATED);
+            }
+        };
+        std::thread::Builder::new()
+            .name("signals".into())
+            .spawn(wait)
+            .map(drop)
     }
 }

@@ -11,6 +11,7 @@ mod interrupt;
 mod load;
 mod machine;
 mod memory;
+mod outputs;
 mod scene_source;
 mod screen;
 mod typed;
@@ -43,14 +44,18 @@ where
         Ok(typed) => typed,
         // Bad usage, with code 2, or help, with code 0.
         Err(said) => {
-            // Nobody is left to tell where it cannot be printed.
-            let _ = said.print();
-            return u8::try_from(said.exit_code()).unwrap_or(2);
+            let printed = said.print();
+            let code = u8::try_from(said.exit_code()).unwrap_or(2);
+            return match printed.map_err(screen::unprintable) {
+                Err(Some(failure)) if code == 0 => failure.exit_code(),
+                _ => code,
+            };
         }
     };
     let screen = Screen::new(typed.quiet, typed.verbose);
     let done = interrupt::Interrupt::install()
-        .and_then(|interrupt| do_command(&typed.command, &screen, &interrupt));
+        .and_then(|interrupt| do_command(&typed.command, &screen, &interrupt))
+        .and_then(|outcome| screen.is_printed().map(|()| outcome));
     match done {
         Ok(outcome) => outcome.exit_code(),
         Err(failure) => {

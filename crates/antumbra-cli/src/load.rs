@@ -2,12 +2,14 @@
 //!
 //! Whatever the program adds or leaves out by itself is said on standard error.
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use antumbra_scene::model::{Camera, Light, LightKind, Scene};
 
 use crate::failure::Failure;
 use crate::memory;
+use crate::outputs::Outputs;
 use crate::scene_source;
 use crate::screen::Screen;
 use crate::typed::{IndexCost, SceneFile};
@@ -22,20 +24,25 @@ pub(crate) struct LitScene {
     pub(crate) scene: Scene,
     /// How long reading took.
     pub(crate) load_time: Duration,
+    /// The files that it was read from.
+    pub(crate) files: Vec<PathBuf>,
 }
 
 /// Reads a scene and settles its lights: as typed, else the file's, else a sun. Settles what is
-/// behind everything, too.
+/// behind everything, too. Refuses to go on where one of the outputs is a file of the scene.
 pub(crate) fn lit_scene(
     typed: &SceneFile,
     cost: &IndexCost,
+    outputs: &Outputs,
     screen: &Screen,
 ) -> Result<LitScene, Failure> {
+    outputs.spare([&typed.scene])?;
     let limit = memory::limit(cost.memory_limit);
     memory::check_file(&typed.scene, limit)?;
     let begin = Instant::now();
     let loaded = scene_source::read(&typed.scene, typed.up, limit)?;
     let load_time = begin.elapsed();
+    outputs.spare(&loaded.files)?;
     loaded
         .warnings
         .iter()
@@ -73,7 +80,11 @@ pub(crate) fn lit_scene(
     }
     let sky = scene_source::sky(&typed.scene, &scene);
     scene.background = typed.background.or(sky).unwrap_or(scene.background);
-    Ok(LitScene { scene, load_time })
+    Ok(LitScene {
+        scene,
+        load_time,
+        files: loaded.files,
+    })
 }
 
 /// Settles the camera: as typed, else the file's, else one that frames the scene.

@@ -1,11 +1,12 @@
 //! The only place that prints.
 //!
-//! Results go to standard output, all else to standard error. Writing may fail, as when a pipe is
-//! closed; there is nobody left to tell then, so it is ignored instead of panicking like
-//! `println!`.
+//! Results go to standard output, all else to standard error. Results that cannot be printed are a failure, told at
+//! the end; but not when a pipe is closed: its reader has seen enough. What cannot be printed on standard error is
+//! ignored: there is nobody left to tell.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,10 +15,12 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use crate::failure::Failure;
 
 /// Where and how much to print.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct Screen {
     is_quiet: bool,
     is_verbose: bool,
+    /// Why the first result that was not printed was not.
+    unprinted: OnceLock<Failure>,
 }
 
 impl Screen {
@@ -25,12 +28,27 @@ impl Screen {
         Self {
             is_quiet,
             is_verbose,
+            unprinted: OnceLock::new(),
         }
     }
 
     /// Prints a line of the result.
     pub(crate) fn result(&self, line: impl Display) {
-        let _ = writeln!(io::stdout().lock(), "{line}");
+        let printed = writeln!(io::stdout().lock(), "{line}");
+        self.note_unprinted(printed);
+    }
+
+    /// Returns the failure that results were not printed.
+    pub(crate) fn is_printed(&self) -> Result<(), Failure> {
+        self.note_unprinted(io::stdout().flush());
+        self.unprinted.get().cloned().map_or(Ok(()), Err)
+    }
+
+    fn note_unprinted(&self, printed: io::Result<()>) {
+        if let Some(failure) = printed.err().and_then(unprintable) {
+            // The first is told.
+            let _ = self.unprinted.set(failure);
+        }
     }
 
     /// Prints lines that were asked for beside the result, whatever `--quiet` says.
@@ -89,4 +107,10 @@ impl Screen {
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
     }
+}
+
+/// Returns the failure to print a result; none if whoever read has gone.
+pub(crate) fn unprintable(error: io::Error) -> Option<Failure> {
+    let is_gone = error.kind() == io::ErrorKind::BrokenPipe;
+    (!is_gone).then(|| Failure::system(format!("cannot print the result: {error}")))
 }

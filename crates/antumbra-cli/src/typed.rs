@@ -16,7 +16,8 @@ Exit codes:
   1    verify or bench found answers that differ
   2    the command line or a scene cannot be used
   3    the system refused something, such as writing a file
-  130  stopped by Ctrl-C; render leaves the partial picture";
+  130  stopped by Ctrl-C; render leaves the partial picture
+  143  asked to terminate";
 
 /// Exact shadow answers for static scenes, mostly without tracing a ray.
 #[derive(Debug, Parser)]

@@ -5,6 +5,7 @@
 
 use std::path::PathBuf;
 
+use antumbra_files::Identity;
 use antumbra_geometry::DVec3;
 use antumbra_render::aov::Aovs;
 use antumbra_render::camera::View;
@@ -177,14 +178,24 @@ fn counts<'py>(py: Python<'py>, rendered: &Rendered) -> PyResult<Bound<'py, PyDi
     Ok(counts)
 }
 
-/// Writes linear colours as PNG, brightened by two to the power of `stops`.
+/// Writes linear colours as PNG, brightened by two to the power of `stops`; never over one of the files `read`.
 #[pyfunction]
 pub(crate) fn write_png(
     py: Python<'_>,
     path: PathBuf,
     colours: PyReadonlyArray3<'_, f32>,
     stops: f64,
+    read: Vec<PathBuf>,
 ) -> PyResult<()> {
+    let target = Identity::of(&path);
+    if let Some(read) = read.iter().find(|read| Identity::of(read) == target) {
+        let read = read.display();
+        let message = format!(
+            "{}: the scene was read from this file ({read})",
+            path.display()
+        );
+        return Err(PyValueError::new_err(message));
+    }
     let [height, width, channels] = colours.shape() else {
         return Err(PyValueError::new_err("colours: expected three axes"));
     };

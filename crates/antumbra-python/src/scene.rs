@@ -22,6 +22,7 @@ pub(crate) struct Scene {
     pub(crate) model: Arc<model::Scene>,
     pub(crate) gathered: Gathered,
     warnings: Vec<String>,
+    files: Vec<PathBuf>,
 }
 
 #[pymethods]
@@ -52,6 +53,7 @@ impl Scene {
                 model.background = defaults::SKY;
             }
             let mut scene = Self::of(model)?;
+            scene.files = loaded.files;
             scene.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
             Ok(scene)
         })?
@@ -85,6 +87,12 @@ impl Scene {
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
+    }
+
+    /// The files that it was read from.
+    #[getter]
+    fn files(&self) -> Vec<PathBuf> {
+        self.files.clone()
     }
 
     /// Triangles, spheres, walls and caps of cones, and disks.
@@ -154,6 +162,7 @@ impl Scene {
             model: Arc::new(model),
             gathered,
             warnings: Vec::new(),
+            files: Vec::new(),
         })
     }
 

@@ -138,27 +138,27 @@ impl Aovs {
     pub(crate) fn layers(self, lights: &[Light], values: &[f32]) -> Vec<Layer> {
         let stride = self.channel_count(lights.len());
         let plane = |channel: usize| values.iter().skip(channel).step_by(stride).copied();
-        let mut layers = Vec::new();
-        let mut channel = 0;
-        if self.shadow {
-            for name in light_names(lights) {
-                layers.push(Layer {
-                    name: format!("shadow.{name}"),
-                    channels: vec![("Y", plane(channel).collect())],
-                });
-                channel += 1;
-            }
-        }
-        if self.decided {
-            let channels = DecidedBy::ALL
-                .into_iter()
-                .map(|way| (way.channel_name(), plane(channel + way as usize).collect()));
-            layers.push(Layer {
-                name: DECIDED_LAYER.into(),
-                channels: channels.collect(),
-            });
-        }
-        layers
+        let layer = |(number, name): (usize, String)| Layer {
+            channels: if name == DECIDED_LAYER {
+                let ways = DecidedBy::ALL.into_iter();
+                let plane = |way| plane(number + way as usize).collect();
+                ways.map(|way| (way.channel_name(), plane(way))).collect()
+            } else {
+                vec![("Y", plane(number).collect())]
+            },
+            name,
+        };
+        let names = self.layer_names(lights);
+        names.into_iter().enumerate().map(layer).collect()
+    }
+
+    /// Returns the names of the layers, in their order: those of the lights, then that of all ways.
+    pub fn layer_names(self, lights: &[Light]) -> Vec<String> {
+        let of_lights = self.shadow.then(|| light_names(lights));
+        let of_lights = of_lights.unwrap_or_default().into_iter();
+        let decided = self.decided.then(|| DECIDED_LAYER.to_owned());
+        let shadow = of_lights.map(|name| format!("shadow.{name}"));
+        shadow.chain(decided).collect()
     }
 }
 

@@ -15,7 +15,6 @@ use exr::prelude::{
 use crate::aov;
 use crate::film::Picture;
 use crate::image_file::ImageFileError;
-use crate::whole_file;
 
 /// The name of the part with the picture itself.
 pub const BEAUTY: &str = "beauty";
@@ -61,7 +60,7 @@ pub fn write_exr(
     let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     let image = Image::from_layers(attributes, parts);
 
-    whole_file::write(path, ImageFileError::of(path), |file| {
+    antumbra_files::write(path, ImageFileError::of(path), |file| {
         let written = image.write().non_parallel().to_buffered(file);
         written.map_err(|source| ImageFileError::Encode {
             path: path.to_owned(),

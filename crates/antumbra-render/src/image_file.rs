@@ -12,7 +12,6 @@ use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 
 use crate::film::Picture;
-use crate::whole_file;
 
 /// Why a picture could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -103,7 +102,7 @@ fn encode(
     bytes: &[u8],
     kind: ExtendedColorType,
 ) -> Result<(), ImageFileError> {
-    whole_file::write(path, ImageFileError::of(path), |file| {
+    antumbra_files::write(path, ImageFileError::of(path), |file| {
         PngEncoder::new(file)
             .write_image(bytes, width, height, kind)
             .map_err(|source| ImageFileError::Encode {

@@ -7,7 +7,7 @@
 //! | shading | [`integrator`], [`false_colour`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
 //! | picture | [`film`], [`aov`] | all samples | [`Picture`](film::Picture), [`Layer`](aov::Layer)s |
 //! | exposure | [`exposure`] | finished pixels | stops |
-//! | file | [`image_file`], [`exr_file`], [`whole_file`] | `Picture`, `Layer`s | PNG, OpenEXR |
+//! | file | [`image_file`], [`exr_file`] | `Picture`, `Layer`s | PNG, OpenEXR |
 //! | figures | [`statistics`] | `Tally`, times | the stable schema of `--stats-json` |
 //!
 //! Invariants: a picture is a pure function of scene and settings, whatever the number of threads
@@ -27,4 +27,3 @@ pub mod prepare;
 pub mod sampler;
 pub mod statistics;
 mod vector;
-pub mod whole_file;

@@ -507,7 +507,17 @@ fn what_is_no_such_file_is_refused() {
     for foreign in [&b""[..], b"\x93NUMPY\x01\x00", b"antumbra", &[0; 5000]] {
         fs::write(&path, foreign).expect("a file");
         assert_eq!(world.refusal(&path), Refusal::Foreign);
+        // Nor is it replaced, unless nothing is lost by that.
+        let saved = world.index().save(&path);
+        if foreign.is_empty() {
+            saved.expect("an empty file is no loss");
+            continue;
+        }
+        let path = path.clone();
+        assert_eq!(saved, Err(SaveError::Foreign { path: path.clone() }));
+        assert_eq!(fs::read(&path).expect("a file"), foreign);
     }
+    fs::remove_file(&path).expect("a file");
     world.index().save(&path).expect("a file");
     let mut bytes = fs::read(&path).expect("a file");
     bytes[8] = 99;
@@ -969,6 +979,42 @@ fn a_writer_that_is_killed_leaves_a_whole_file() {
     }
     assert!(partial_count > 0, "it was never killed while it wrote");
     assert_eq!(seen, [true; 2]);
+}
+
+/// Without it, a page of a mapped file that is gone ended the process by a signal.
+#[test]
+fn a_file_that_is_cut_off_while_it_is_opened_is_an_error() {
+    let worlds = worlds();
+    let folder = Folder::new();
+    let path = folder.file("file");
+    worlds[0].index().save(&path).expect("a file");
+    let whole = fs::read(&path).expect("a file");
+    let is_done = std::sync::atomic::AtomicBool::new(false);
+    let mut refusals = 0;
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let random = &mut Random(23);
+            while !is_done.load(std::sync::atomic::Ordering::Relaxed) {
+                fs::write(&path, &whole).expect("a file");
+                let pause = Duration::from_micros(random.below(300) as u64);
+                std::thread::sleep(pause);
+                let length = random.below(whole.len()) as u64;
+                let file = fs::OpenOptions::new().write(true).open(&path);
+                let cut = file.and_then(|file| file.set_len(length));
+                cut.expect("it is cut off");
+            }
+        });
+        let begin = Instant::now();
+        for _ in 0..400 {
+            let loaded = worlds[0].load(&path);
+            refusals += usize::from(loaded.is_err());
+            if begin.elapsed() > Duration::from_secs(60) {
+                break;
+            }
+        }
+        is_done.store(true, std::sync::atomic::Ordering::Relaxed);
+    });
+    assert!(refusals > 0, "it was never cut off");
 }
 
 #[test]

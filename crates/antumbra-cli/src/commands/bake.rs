@@ -17,6 +17,7 @@ use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
+use crate::outputs::{Content, Outputs};
 use crate::screen::Screen;
 use crate::typed::{IndexCost, RefineWhen, SceneFile, Threads};
 use crate::values::format_bytes;
@@ -48,7 +49,9 @@ pub(crate) fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
             "render and query write those that they have made with --save-occlusion",
         ));
     }
-    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
+    let mut outputs = Outputs::none();
+    outputs.add("--output", &typed.output, Content::Values)?;
+    let scene = load::lit_scene(&typed.file, &typed.cost, &outputs, screen)?.scene;
     super::on_threads(&typed.threads, || work(typed, &scene, screen))?
 }
 
@@ -56,7 +59,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     let begin = Instant::now();
     let (gathered, options) = gathered(scene, &typed.cost)?;
     let path = &typed.output;
-    let (index, taken_count) = if path.exists() {
+    let (index, taken_count) = if path.is_file() {
         match gathered.index_from(&scene.lights, &options, Some(path)) {
             Ok(index) => {
                 let taken_count = kept::tell(&index, &scene.lights, path, screen);
@@ -84,7 +87,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     Ok(Outcome::Done)
 }
 
-/// Makes all values, unless what is in the way of the file is none of ours.
+/// Makes all values, unless the file before cannot be read.
 fn anew(
     error: PrepareError,
     gathered: &Gathered,
@@ -96,7 +99,7 @@ fn anew(
         return Err(error.into());
     };
     match refused.reason {
-        Refusal::Foreign | Refusal::Unreadable(_) => {
+        Refusal::Unreadable(_) => {
             let message = format!("{refused}, and is not replaced");
             Err(Failure::input(message, "give -o another name"))
         }

@@ -2,15 +2,28 @@
 //!
 //! What the format has no place for is said; what it would change the shadows by is refused.
 
+use antumbra_scene::write;
+
 use crate::failure::{Failure, Outcome};
 use crate::memory;
+use crate::outputs::{Content, Outputs};
 use crate::scene_source;
 use crate::screen::Screen;
 use crate::typed::Convert;
 
 /// Reads and writes; adds neither light nor camera.
 pub(crate) fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
+    let mut outputs = Outputs::none();
+    for path in write::files_of(&typed.output) {
+        let content = match path == typed.output {
+            true => Content::Scene,
+            false => Content::Library,
+        };
+        outputs.add("OUT", &path, content)?;
+    }
+    outputs.spare([&typed.input])?;
     let loaded = scene_source::read(&typed.input, None, memory::limit(None))?;
+    outputs.spare(&loaded.files)?;
     let notes = scene_source::write(&loaded.scene, &typed.output)?;
     loaded
         .warnings

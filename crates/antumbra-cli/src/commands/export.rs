@@ -14,6 +14,7 @@ use super::{bake, kept, query};
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
+use crate::outputs::{self, Content, Outputs};
 use crate::screen::Screen;
 use crate::typed::{IndexCost, SceneFile, Threads};
 
@@ -61,7 +62,11 @@ struct Place<'a> {
 
 /// Reads, makes what is missing, writes.
 pub(crate) fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
+    let mut outputs = Outputs::none();
+    outputs.add("--output", &typed.output, Content::Array)?;
+    outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
+    outputs.spare(&typed.occlusion)?;
+    let scene = load::lit_scene(&typed.file, &typed.cost, &outputs, screen)?.scene;
     super::on_threads(&typed.threads, || work(typed, &scene, screen))?
 }
 
@@ -108,7 +113,7 @@ fn write_place(path: &Path, volume: &Volume, names: &[String]) -> Result<(), Fai
         shadowed: Volume::SHADOWED,
         mixed: Volume::MIXED,
     };
-    super::bench::write_json(path, &place)
+    outputs::write_json(path, &place)
 }
 
 fn tell(volume: &Volume, names: &[String], screen: &Screen) {

@@ -7,6 +7,7 @@ use antumbra_scene::model::{LightKind, Scene};
 
 use crate::failure::{Failure, Outcome};
 use crate::memory::Need;
+use crate::outputs::Outputs;
 use crate::screen::Screen;
 use crate::typed::{Inspect, Shadows};
 use crate::values::format_bytes;
@@ -14,7 +15,7 @@ use crate::{load, memory};
 
 /// Reads, counts, predicts; builds nothing.
 pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
+    let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
     let limit = memory::limit(typed.cost.memory_limit);
     let [scene_bytes, surface_bytes] = [scene_bytes(&scene), surface_bytes(&scene)];
     let need = Need {

@@ -4,12 +4,14 @@
 
 use std::path::{Path, PathBuf};
 
-use antumbra::{KeptLight, LoadError, Refusal, SaveError, Saved, ShadowIndex};
+use antumbra::{KeptLight, LoadError, Refusal, Saved, ShadowIndex};
+use antumbra_files::Identity;
 use antumbra_render::aov::light_names;
 use antumbra_scene::model::Light;
 use clap::Args;
 
 use crate::failure::Failure;
+use crate::outputs::{self, Content, Outputs};
 use crate::screen::Screen;
 
 /// Where values come from and go to.
@@ -23,6 +25,23 @@ pub(crate) struct KeptFiles {
     /// Write the values of method voxel to this file when all is done, those made on the way too
     #[arg(long, value_name = "FILE.antumbra")]
     pub(crate) save_occlusion: Option<PathBuf>,
+}
+
+impl KeptFiles {
+    /// Adds the file that values are written to.
+    pub(super) fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
+        let path = self.save_occlusion.as_ref();
+        outputs.add_if("--save-occlusion", path, Content::Values)
+    }
+
+    /// Refuses to write the file that values are taken from, but for values: then it is updated.
+    pub(super) fn spare(&self, outputs: &Outputs) -> Result<(), Failure> {
+        let identity = |path: &Option<PathBuf>| path.as_deref().map(Identity::of);
+        match identity(&self.occlusion) == identity(&self.save_occlusion) {
+            true => Ok(()),
+            false => outputs.spare(&self.occlusion),
+        }
+    }
 }
 
 /// Says which lights were not taken from a file; returns how many were.
@@ -47,11 +66,7 @@ pub(super) fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &
 
 /// Writes a file of values, whole or not at all.
 pub(super) fn save(index: &ShadowIndex, path: &Path) -> Result<Saved, Failure> {
-    index.save(path).map_err(|error| match error {
-        SaveError::Unwritable { .. } => Failure::system(error.to_string()),
-        SaveError::NoValues => Failure::input(error.to_string(), "leave --shadows out"),
-        SaveError::Unidentified(_) => Failure::input(error.to_string(), ""),
-    })
+    index.save(path).map_err(|error| outputs::unsaved(&error))
 }
 
 /// Writes the values that were asked for, and says so.

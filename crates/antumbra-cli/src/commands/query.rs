@@ -14,6 +14,7 @@ use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
+use crate::outputs::{Content, Outputs};
 use crate::screen::Screen;
 use crate::typed::{Query, SceneFile};
 use crate::values::{LightChoice, PointLight};
@@ -21,6 +22,11 @@ use arrays::PointFile;
 
 /// Reads, asks, writes, counts.
 pub(crate) fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
+    let mut outputs = Outputs::none();
+    outputs.add("--output", &typed.output, Content::Array)?;
+    typed.kept.add_to(&mut outputs)?;
+    typed.kept.spare(&outputs)?;
+    outputs.spare([&typed.points].into_iter().chain(&typed.normals))?;
     // Headers first: what does not fit costs no scene.
     let files = Files::open(typed)?;
     let (points, names) = typed_lights(typed)?;
@@ -31,7 +37,7 @@ pub(crate) fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
         sun: typed.sun,
         background: None,
     };
-    let scene = load::lit_scene(&file, &typed.cost, screen)?.scene;
+    let scene = load::lit_scene(&file, &typed.cost, &outputs, screen)?.scene;
     let chosen = Chosen::of(&scene, &names)?;
     super::on_threads(&typed.threads, || {
         work(typed, files, &scene, &chosen, screen)

@@ -24,6 +24,7 @@ use antumbra_scene::model::Scene;
 use rayon::prelude::*;
 
 use crate::failure::{Failure, Outcome};
+use crate::outputs::Outputs;
 use crate::screen::Screen;
 use crate::typed::{Against, Shadows, Verify};
 use crate::{load, memory};
@@ -37,7 +38,7 @@ const RUN_QUERIES: u64 = 1 << 14;
 
 /// Builds one index a method, asks, compares.
 pub(crate) fn run(typed: &Verify, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, &typed.cost, screen)?.scene;
+    let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
     super::on_threads(&typed.threads, || work(typed, scene, screen))?
 }
 

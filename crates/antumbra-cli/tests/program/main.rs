@@ -1,6 +1,7 @@
 //! Drives the real `antumbra` program.
 
 mod attack;
+mod files;
 mod kept;
 mod lazy;
 mod outputs;

@@ -8,7 +8,7 @@ use robust::{Coord, orient2d};
 
 /// Returns whether the points, all finite, are not all on one line. Linear time. Exact, except that
 /// coordinates smaller than about 1e-140 of the largest along their axis may count as 0.
-pub(super) fn has_area(points: impl Iterator<Item = DVec3> + Clone) -> bool {
+pub(crate) fn has_area(points: impl Iterator<Item = DVec3> + Clone) -> bool {
     // So that no product underflows, each axis is scaled by a power of two, which rounds nothing and
     // keeps what is on one line there.
     let largest = points

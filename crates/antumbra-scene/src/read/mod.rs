@@ -5,6 +5,7 @@
 //! promises of [`crate::model`]; coordinates are at most 2^100 in magnitude, as the geometry wants.
 
 mod area;
+mod beside;
 mod gltf;
 mod indexed;
 mod mtl;
@@ -16,11 +17,11 @@ mod stl;
 mod text;
 
 use std::{
-    fs::File,
-    io::{self, Read},
-    path::{Component, Path},
+    io::Read,
+    path::{Path, PathBuf},
 };
 
+use antumbra_files::NotRegular;
 use antumbra_geometry::DVec3;
 
 use crate::{
@@ -28,6 +29,9 @@ use crate::{
     model::Scene,
     warning::Warning,
 };
+
+pub(crate) use area::has_area;
+use beside::Beside;
 
 pub use gltf::read_gltf;
 pub use nff::read_nff;
@@ -45,6 +49,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What was ignored, repaired or guessed.
     pub warnings: Vec<Warning>,
+    /// The files that it was read from, the scene's own first; none where bytes were given.
+    pub files: Vec<PathBuf>,
 }
 
 /// What a file leaves open, and how much it may take. The default takes what is usual for the format.
@@ -90,7 +96,7 @@ impl UpAxis {
 /// `.stl`, in any case.
 ///
 /// Files that a scene names (material libraries, buffers, pictures) are looked
-/// for in its folder and below it only.
+/// for in its folder and below it only; a link that leads out of the folder is refused.
 ///
 /// # Errors
 /// The file cannot be read, is in no format that is read, or is refused by its reader; the
@@ -111,61 +117,36 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<Loaded, ReadError
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
     let limit = options.memory_limit.min(MAX_FILE_BYTES);
-    match extension.as_deref() {
-        Some("nff") => read_nff(path, &read_bytes(path, limit)?),
-        Some("obj") => {
-            let bytes = read_bytes(path, limit)?;
-            let beside = &mut |name: &str| read_beside(path, name, limit);
-            read_obj(path, &bytes, options, beside)
-        }
-        Some("gltf" | "glb") => {
-            let bytes = read_bytes(path, limit)?;
-            let beside = &mut |name: &str| read_beside(path, name, limit);
-            read_gltf(path, &bytes, options, beside)
-        }
-        Some("ply") => read_ply(path, &read_bytes(path, limit)?, options),
-        Some("stl") => read_stl(path, &read_bytes(path, limit)?, options),
+    let mut beside = Beside::new(path, limit);
+    let read = &mut |name: &str| beside.read(name);
+    let bytes = || read_bytes(path, limit);
+    let loaded = match extension.as_deref() {
+        Some("nff") => read_nff(path, &bytes()?),
+        Some("obj") => read_obj(path, &bytes()?, options, read),
+        Some("gltf" | "glb") => read_gltf(path, &bytes()?, options, read),
+        Some("ply") => read_ply(path, &bytes()?, options),
+        Some("stl") => read_stl(path, &bytes()?, options),
         other => {
             let found = other.map_or("a name without an ending".into(), |e| {
                 quoted(&format!(".{e}"))
             });
             Err(whole(path, ReadErrorKind::UnknownFormat { found }))
         }
-    }
-}
-
-/// Reads a file beside a scene, named by the scene: inside its folder or below, never outside.
-fn read_beside(scene: &Path, name: &str, limit: u64) -> io::Result<Vec<u8>> {
-    // Windows paths occur in files that are read elsewhere.
-    let name = name.replace('\\', "/");
-    let relative = Path::new(&name);
-    let stays_inside = relative
-        .components()
-        .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    if !stays_inside || name.contains(':') {
-        return Err(io::Error::new(
-            io::ErrorKind::PermissionDenied,
-            "the name leads outside the folder of the scene",
-        ));
-    }
-    let path = scene.parent().unwrap_or(Path::new("")).join(relative);
-    read_bytes(&path, limit).map_err(|error| match error.kind {
-        ReadErrorKind::Io(error) => error,
-        large @ ReadErrorKind::OverLimit { .. } => {
-            io::Error::new(io::ErrorKind::FileTooLarge, large)
-        }
-        other => io::Error::other(other.to_string()),
+    };
+    Ok(Loaded {
+        files: beside.files,
+        ..loaded?
     })
 }
 
 /// Reads a whole regular file of at most `limit` bytes.
 fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let fail = |error| whole(path, ReadErrorKind::Io(error));
-    // Asked before opening: opening a pipe would wait for a writer.
-    let metadata = std::fs::metadata(path).map_err(fail)?;
-    if !metadata.is_file() {
-        return Err(whole(path, ReadErrorKind::NotAFile));
-    }
+    let file = antumbra_files::open(path).map_err(|error| match error.get_ref() {
+        Some(inner) if inner.is::<NotRegular>() => whole(path, ReadErrorKind::NotAFile),
+        _ => fail(error),
+    })?;
+    let length = file.metadata().map_err(fail)?.len();
     let too_large = |bytes| {
         let kind = if limit < MAX_FILE_BYTES {
             let what = "the file".into();
@@ -175,11 +156,10 @@ fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
         };
         whole(path, kind)
     };
-    if metadata.len() > limit {
-        return Err(too_large(metadata.len()));
+    if length > limit {
+        return Err(too_large(length));
     }
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(fail)?;
     // The file may grow while it is read.
     file.take(limit + 1).read_to_end(&mut bytes).map_err(fail)?;
     if bytes.len() as u64 > limit {
@@ -194,36 +174,5 @@ fn whole(path: &Path, kind: ReadErrorKind) -> ReadError {
         file: path.to_path_buf(),
         place: Place::Whole,
         kind,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn libraries_stay_inside_the_folder_of_the_scene() {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::create_dir(folder.path().join("inner")).unwrap();
-        std::fs::write(folder.path().join("outside.mtl"), "newmtl a").unwrap();
-        std::fs::write(folder.path().join("inner/inside.mtl"), "newmtl a").unwrap();
-        let scene = folder.path().join("inner/scene.obj");
-        let beside = |name: &str| read_beside(&scene, name, MAX_FILE_BYTES);
-        assert!(beside("inside.mtl").is_ok());
-        assert!(beside("./inside.mtl").is_ok());
-        let absolute = folder.path().join("inner/inside.mtl");
-        for name in [
-            "../outside.mtl",
-            "..\\outside.mtl",
-            absolute.to_str().unwrap(),
-            "C:\\a.mtl",
-        ] {
-            let error = beside(name).unwrap_err();
-            assert_eq!(error.kind(), io::ErrorKind::PermissionDenied, "{name}");
-        }
-        assert_eq!(
-            beside("none.mtl").unwrap_err().kind(),
-            io::ErrorKind::NotFound
-        );
     }
 }

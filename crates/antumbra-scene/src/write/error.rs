@@ -39,6 +39,16 @@ pub enum WriteError {
         /// Its name; may be empty.
         name: String,
     },
+    /// Nothing would be left.
+    #[error(
+        "{format} has 32-bit coordinates: all {triangle_count} triangles would lose their area by rounding"
+    )]
+    Collapsed {
+        /// The format.
+        format: &'static str,
+        /// Triangles with area that there are.
+        triangle_count: u64,
+    },
     /// The format has no room for so much.
     #[error("the scene is too large for {format}: {what}")]
     TooLarge {

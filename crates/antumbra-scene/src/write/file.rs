@@ -1,9 +1,9 @@
 //! Writes a file in the format its name asks for.
 //!
-//! In: a scene and a path. Out: the file (for OBJ two), and what the format left out. Invariant: a
-//! scene that is refused leaves an existing file as it was.
+//! In: a scene and a path. Out: the file (for OBJ two), and what the format left out. Invariant: each file is
+//! whole or the one before; a scene that is refused leaves existing files as they were.
 
-use std::{fs, path::Path};
+use std::path::{Path, PathBuf};
 
 use crate::{error::Place, model::Scene, warning::Warning};
 
@@ -13,8 +13,8 @@ use super::{Precision, WriteError, write_glb, write_nff, write_obj, write_ply};
 /// library of the same name and the ending `.mtl` beside it), `.ply` or `.glb`, in any case.
 ///
 /// Returns what the format has no place for. Numbers are written exactly where the format allows.
-/// The text is made in memory first, so that a refused scene leaves an existing file alone; a
-/// failure while writing may leave half a file.
+/// All is made in memory first, so that a refused scene leaves an existing file alone, and a file appears whole
+/// or not at all. [`files_of`] tells which files are written; whether one of them was read is the caller's to check.
 ///
 /// # Errors
 /// The name has no known ending, the format cannot say something that matters (spheres in a mesh
@@ -31,9 +31,7 @@ use super::{Precision, WriteError, write_glb, write_nff, write_obj, write_ply};
 /// # Ok::<(), antumbra_scene::write::WriteError>(())
 /// ```
 pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError> {
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let extension = extension_of(path);
     let mut bytes = Vec::new();
     let mut library = None;
     let notes = match extension.as_deref() {
@@ -42,7 +40,7 @@ pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError
             Vec::new()
         }
         Some("obj") => {
-            let library_path = path.with_extension("mtl");
+            let library_path = library_of(path);
             let name = library_path
                 .file_name()
                 .unwrap_or_default()
@@ -61,7 +59,8 @@ pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError
     };
     let files = library.into_iter().chain([(path.to_path_buf(), bytes)]);
     for (path, bytes) in files {
-        fs::write(&path, bytes).map_err(|source| WriteError::File { path, source })?;
+        antumbra_files::write_bytes(&path, &bytes)
+            .map_err(|source| WriteError::File { path, source })?;
     }
     let note = |message| Warning {
         file: path.to_path_buf(),
@@ -69,4 +68,19 @@ pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError
         message,
     };
     Ok(notes.into_iter().map(note).collect())
+}
+
+/// Returns the files that [`write_file`] writes for a path: the path, and for OBJ the material library beside it.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let library = (extension_of(path).as_deref() == Some("obj")).then(|| library_of(path));
+    std::iter::once(path.to_path_buf()).chain(library).collect()
+}
+
+fn extension_of(path: &Path) -> Option<String> {
+    path.extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase())
+}
+
+fn library_of(path: &Path) -> PathBuf {
+    path.with_extension("mtl")
 }

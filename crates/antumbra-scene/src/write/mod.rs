@@ -12,7 +12,7 @@ mod obj;
 mod ply;
 
 pub use error::WriteError;
-pub use file::write_file;
+pub use file::{files_of, write_file};
 pub use glb::write_glb;
 pub use nff::write_nff;
 pub use number::Precision;

@@ -325,13 +325,119 @@ fn what_does_not_fit_is_told() {
     assert_eq!(
         glb_of(&scene).1,
         [
-            "3 of 18 coordinates do not fit glTF's 32 bits: they are rounded",
+            "3 of 18 coordinates do not fit glTF's 32 bits: they are rounded, by at most 9.9e-9",
             "1 corners have a normal or a place in a texture that others of their face lack: it \
              is not written"
         ]
     );
     let (empty, _) = glb_of(&Scene::default());
     assert!(empty.scene.objects.is_empty());
+}
+
+/// A scene of meshes, each with the triangles of its own corners.
+fn scene_of(up: DVec3, meshes: Vec<Vec<DVec3>>) -> Scene {
+    let object = |positions: Vec<DVec3>| {
+        let count = positions.len() as u32;
+        Object {
+            name: String::new(),
+            shape: Shape::Mesh(Mesh {
+                corners: (0..count).map(Corner::at).collect(),
+                face_ends: (1..=count / 3).map(|face| 3 * face).collect(),
+                positions,
+                ..Mesh::default()
+            }),
+            material: 0,
+        }
+    };
+    Scene {
+        up,
+        materials: vec![Material::default()],
+        objects: meshes.into_iter().map(object).collect(),
+        ..Scene::default()
+    }
+}
+
+const MAP: DVec3 = DVec3::new(691_000.0, 5_334_000.0, 520.0);
+
+fn positions(scene: &Scene) -> Vec<DVec3> {
+    let corners = faces(scene).into_iter().flatten();
+    let position = |[x, y, z, ..]: [u64; 6]| DVec3::from_array([x, y, z].map(f64::from_bits));
+    corners.map(position).collect()
+}
+
+#[test]
+fn map_coordinates_that_differ_by_32_bits_come_back_exactly() {
+    for up in [DVec3::Y, DVec3::Z] {
+        let mut random = Random(5);
+        let mut near = |size: f64| {
+            // 20 bits, which the sum has room for.
+            let offset = |_| random.below(1 << 20) as f64 * size / f64::from(1 << 20);
+            MAP + DVec3::from_array([0; 3].map(offset))
+        };
+        // A face of 12.5 cm, and a whole district.
+        let small: Vec<_> = (0..3).map(|_| near(0.125)).collect();
+        let large: Vec<_> = (0..30).map(|_| near(1024.0)).collect();
+        let scene = scene_of(up, vec![small, large]);
+        let (loaded, notes) = glb_of(&scene);
+        let turned = |p: DVec3| match up == DVec3::Z {
+            true => DVec3::new(p.x, p.z, -p.y),
+            false => p,
+        };
+        let expected: Vec<_> = positions(&scene).into_iter().map(turned).collect();
+        assert_eq!(positions(&loaded.scene), expected);
+        assert!(
+            !notes.iter().any(|note| note.contains("rounded")),
+            "{notes:?}"
+        );
+    }
+}
+
+#[test]
+fn map_coordinates_in_decimals_are_rounded_by_no_more_than_their_size_asks() {
+    let face = [[0.0, 0.0, 0.01], [0.1, 0.0, 0.02], [0.0, 0.1, 0.03]];
+    let face: Vec<_> = face.iter().map(|&p| MAP + DVec3::from_array(p)).collect();
+    // Far from it another, and one that shares a corner with that.
+    let far: Vec<_> = face.iter().map(|&p| p - MAP + DVec3::splat(0.3)).collect();
+    let beside = vec![far[0], far[1] * 1.1, far[2] * 900.0];
+    let scene = scene_of(DVec3::Y, vec![face, far, beside]);
+    let (loaded, notes) = glb_of(&scene);
+    let [before, after] = [&scene, &loaded.scene].map(positions);
+    assert_eq!(before.len(), after.len(), "{notes:?}");
+    for (before, after) in before[..6].iter().zip(&after) {
+        assert!((*before - *after).length() < 1e-7, "{before} {after}");
+    }
+    // A corner that two meshes share is still one.
+    assert_eq!(after[3], after[6]);
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.contains("are rounded, by at most"))
+    );
+    // Once rounded, nothing changes any more.
+    let (again, _) = glb_of(&loaded.scene);
+    assert_eq!(positions(&again.scene), after);
+}
+
+#[test]
+fn triangles_that_rounding_makes_lines_are_counted_and_never_all() {
+    // One mesh with a face at either end of the world.
+    let face = [DVec3::ZERO, DVec3::X * 1e-3, DVec3::Y * 1e-3];
+    let near = face.map(|p| p + DVec3::splat(0.1));
+    let far = |at: f64| face.map(|p| p + DVec3::new(at + 0.1, at + 0.3, 0.0));
+    let mesh = [near, far(1e8), far(1e8 + 1.0)].concat();
+    let (loaded, notes) = glb_of(&scene_of(DVec3::Y, vec![mesh]));
+    let said = "1 of 3 triangles have no area once their corners are rounded: they are lost";
+    assert!(notes.iter().any(|note| note == said), "{notes:?}");
+    assert_eq!(faces(&loaded.scene).len(), 2);
+    // Nearly on one line, from end to end.
+    let thin = [[0.0, 0.0], [1e8, 1e8], [2e8, 2e8 + 1.0]];
+    let thin = thin.map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+    let error = write_glb(&scene_of(DVec3::Y, vec![thin]), &mut Vec::new());
+    let said = error.expect_err("nothing is left").to_string();
+    assert!(
+        said.contains("all 1 triangles would lose their area"),
+        "{said}"
+    );
 }
 
 #[test]

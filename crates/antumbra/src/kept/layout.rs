@@ -4,9 +4,12 @@
 //! that it names lie one after the other from its end to the end of the file, so that its checksum and theirs
 //! cover every byte.
 
+use std::io;
+use std::path::Path;
+
 use super::checksum::{self, Checksum};
 use super::identity::Hash;
-use super::map::Map;
+use super::words::Parts;
 use super::{Change, Part, Refusal};
 use crate::occlusion::{AdaptiveValues, RUNS};
 
@@ -166,13 +169,20 @@ impl Head {
         bytes
     }
 
+    /// Returns whether a file is one of occlusion values by its first bytes, or holds nothing.
+    pub(super) fn begins(path: &Path) -> io::Result<bool> {
+        let parts = Parts::open(path)?;
+        let start = parts.bytes(0, parts.length().min(MAGIC.len() as u64))?;
+        Ok(MAGIC.starts_with(&start))
+    }
+
     /// Reads the head of a file, and checks that the file is as long as that says.
-    pub(super) fn read(map: &Map) -> Result<Self, Refusal> {
+    pub(super) fn read(parts: &Parts) -> Result<Self, Refusal> {
         let read = |count: u64| {
-            let bytes = map.bytes(0, count);
+            let bytes = parts.bytes(0, count);
             bytes.map_err(|error| Refusal::Unreadable(error.to_string()))
         };
-        let length = map.length();
+        let length = parts.length();
         let due = |expected: u64| Refusal::Length {
             found: length,
             expected,

@@ -11,20 +11,20 @@
 //! | `checksum` | whether bytes are what they were |
 //! | `identity` | whose values they are, as hashes |
 //! | `layout` | the head of a file: where what is, and checksums |
-//! | `map` | a file in memory, and copies of its parts: the only `unsafe` code |
 //! | `volume` | values for other programs, in memory |
-//! | `whole` | writing so that a crash leaves the file before |
+//! | `words` | words and bytes in a file |
 
 mod checksum;
 mod identity;
 mod layout;
-mod map;
 mod volume;
-mod whole;
+mod words;
 
 use std::borrow::Cow;
+use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
+use antumbra_files::{Place, Writing};
 use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
 
 use crate::ShadowIndex;
@@ -32,7 +32,7 @@ use crate::bvh::{Bvh, Topology};
 use crate::occlusion::{AdaptiveValues, KeptValues, Misfit, RUNS};
 use checksum::Checksum;
 use layout::{Head, LightEntry, Settings, TreeEntry};
-use map::Map;
+use words::Parts;
 
 pub use volume::Volume;
 
@@ -180,6 +180,12 @@ pub enum SaveError {
     /// What the scene is cannot be told.
     #[error(transparent)]
     Unidentified(#[from] UnidentifiedCoverage),
+    /// Something else is at the path, which is not replaced.
+    #[error("{}: is no file of occlusion values, and is not replaced", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
     /// The system refuses.
     #[error("cannot write {}: {reason}", path.display())]
     Unwritable {
@@ -191,19 +197,38 @@ pub enum SaveError {
 }
 
 impl ShadowIndex {
+    /// Returns whether [`save`](Self::save) may write at a path: whether nothing is there, or a file of occlusion
+    /// values, or an empty one, or a pipe or device that takes bytes.
+    ///
+    /// # Errors
+    /// Something else is there, or the system refuses.
+    pub fn check_save(path: impl AsRef<Path>) -> Result<(), SaveError> {
+        let path = path.as_ref();
+        let unwritable = |error: io::Error| SaveError::unwritable(path, &error);
+        let place = Place::of(path).map_err(|refusal| unwritable(refusal.into()))?;
+        match place {
+            Place::File if !Head::begins(path).map_err(unwritable)? => Err(SaveError::Foreign {
+                path: path.to_owned(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes what is known of all lights to a file, for [`Builder::occlusion_file`](crate::Builder). What
     /// was there is replaced at once, when all is written and on the disk; a crash before leaves it whole.
-    /// Queries may be answered meanwhile.
+    /// Only a file of occlusion values is replaced, or an empty one. Queries may be answered meanwhile.
     ///
     /// Takes at most as much memory as the values of the largest light, and as long as building the tree besides: how
     /// the tree is made is saved, too.
     ///
     /// # Errors
     /// The index keeps no values, a coverage does not say what it is
-    /// ([`Coverage::identify`](antumbra_geometry::Coverage::identify)), or the system refuses.
+    /// ([`Coverage::identify`](antumbra_geometry::Coverage::identify)), something else is at the path
+    /// ([`check_save`](Self::check_save)), or the system refuses.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<Saved, SaveError> {
         let path = path.as_ref();
         let values = self.adaptive().ok_or(SaveError::NoValues)?;
+        Self::check_save(path)?;
         let scene = identity::of_scene(self.occluders())?;
         let tree = Bvh::topology(self.occluders());
         let mut head = Head {
@@ -221,10 +246,11 @@ impl ShadowIndex {
             pending_count: 0,
         };
         let head_bytes = Head::bytes_for(self.lights().len());
-        let written = whole::write(path, |file| {
+        let unwritable = |error| SaveError::unwritable(path, &error);
+        let fill = |file: &mut Writing<'_>| {
             // The head comes last, when all checksums are known.
-            file.skip(head_bytes)?;
-            file.words(tree.into())?;
+            file.seek(SeekFrom::Start(head_bytes))?;
+            words::write(file, tree.into())?;
             for (number, light) in self.lights().iter().enumerate() {
                 let KeptValues {
                     runs,
@@ -237,16 +263,24 @@ impl ShadowIndex {
                     pending_count,
                 });
                 saved.pending_count += pending_count;
-                runs.into_iter().try_for_each(|run| file.words(run))?;
+                runs.into_iter()
+                    .try_for_each(|run| words::write(file, run))?;
             }
             saved.bytes = head.file_bytes();
-            file.start(&head.to_bytes())
-        });
-        written.map_err(|error| SaveError::Unwritable {
+            file.rewind()?;
+            file.write_all(&head.to_bytes())
+        };
+        antumbra_files::write(path, |error| error, fill).map_err(unwritable)?;
+        Ok(saved)
+    }
+}
+
+impl SaveError {
+    fn unwritable(path: &Path, error: &io::Error) -> Self {
+        Self::Unwritable {
             path: path.to_owned(),
             reason: error.to_string(),
-        })?;
-        Ok(saved)
+        }
     }
 }
 
@@ -267,7 +301,7 @@ impl LoadError {
 /// A file that is about a scene and its settings.
 pub(crate) struct Kept<'a> {
     path: &'a Path,
-    map: Map,
+    parts: Parts,
     head: Head,
 }
 
@@ -279,8 +313,8 @@ impl<'a> Kept<'a> {
         occluders: &Occluders,
     ) -> Result<Self, LoadError> {
         let open = || {
-            let map = Map::open(path).map_err(unreadable)?;
-            let head = Head::read(&map)?;
+            let parts = Parts::open(path).map_err(unreadable)?;
+            let head = Head::read(&parts)?;
             // Cheap ones first.
             head.settings.check(&Settings::of(values))?;
             if head.scene != identity::of_scene(occluders)? {
@@ -289,7 +323,7 @@ impl<'a> Kept<'a> {
             if head.cells != identity::of_cells(values) {
                 return Err(Refusal::Stale(Change::Cells));
             }
-            Ok(Self { path, map, head })
+            Ok(Self { path, parts, head })
         };
         open().map_err(|reason| LoadError::new(path, reason))
     }
@@ -343,7 +377,7 @@ impl<'a> Kept<'a> {
     ) -> Result<[Vec<u32>; N], LoadError> {
         let mut runs = [const { Vec::new() }; N];
         for (run, count) in runs.iter_mut().zip(counts) {
-            let words = self.map.words(at, count);
+            let words = self.parts.words(at, count);
             *run = words.map_err(|error| LoadError::new(self.path, unreadable(error)))?;
             at += 4 * count;
         }
@@ -359,6 +393,6 @@ impl<'a> Kept<'a> {
     }
 }
 
-fn unreadable(error: std::io::Error) -> Refusal {
+fn unreadable(error: io::Error) -> Refusal {
     Refusal::Unreadable(error.to_string())
 }

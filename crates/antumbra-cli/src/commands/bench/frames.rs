@@ -28,7 +28,7 @@ use super::record::{self, Aim, Recorded};
 use super::report::{Preparation, Shares};
 use super::subject::{self, Subject};
 use super::typed::Frames;
-use super::write_json;
+use crate::outputs::write_json;
 
 /// Queries a call where several threads share a frame; one thread is given the whole frame.
 const SHARED_SLICE: usize = 65_536;

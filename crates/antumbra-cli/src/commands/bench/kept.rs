@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::commands::kept as files;
 use crate::failure::{Failure, Outcome};
+use crate::outputs::{self, Outputs};
 use crate::screen::Screen;
 use crate::values;
 use crate::{load, memory};
@@ -26,7 +27,6 @@ use super::measure::{SLICE, Stopwatch, median};
 use super::record::{self, Recorded};
 use super::subject::Subject;
 use super::typed::Subjects;
-use super::write_json;
 
 #[derive(Args, Debug)]
 pub(crate) struct Kept {
@@ -126,29 +126,6 @@ pub(super) fn run(typed: &Kept, screen: &Screen) -> Result<Outcome, Failure> {
     })?
 }
 
-/// A folder for what the processes share, gone when all is done.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Result<Self, Failure> {
-        let name = format!("antumbra-bench-kept-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        fs::create_dir_all(&path).map_err(|error| unwritable(&path, &error))?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What cannot be removed does no harm.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::system(format!("cannot write {}: {error}", path.display()))
-}
-
 fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failure> {
     let stopwatch = Stopwatch::new(typed.subjects.threads.into());
     let threads = typed.subjects.threads.into();
@@ -161,8 +138,10 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
     );
     screen.result(head.text());
     let subject = Subject::load(scene, &typed.subjects, typed.size, screen)?;
-    let folder = Folder::new()?;
-    let (queries, file) = (folder.0.join("queries"), folder.0.join("values.antumbra"));
+    // For what the processes share.
+    let folder =
+        tempfile::tempdir().map_err(|error| outputs::unwritable(&std::env::temp_dir(), error))?;
+    let [queries, file] = ["queries", "values.antumbra"].map(|name| folder.path().join(name));
 
     let view = subject.view(0, 1)?;
     let frame = |number| {
@@ -237,7 +216,7 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
     };
     screen.result(report.table());
     if let Some(path) = &typed.subjects.json {
-        write_json(path, &report)?;
+        outputs::write_json(path, &report)?;
     }
     let all = report.with_file.iter().chain(&report.without);
     Ok(if all.map(|took| took.differences).sum::<u64>() == 0 {
@@ -322,7 +301,8 @@ fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result
     let stopwatch = Stopwatch::new(typed.subjects.threads.into());
     let (loaded, scene_time) = stopwatch.time(|| -> Result<_, Failure> {
         let file = typed.subjects.light.file(scene);
-        let mut scene = load::lit_scene(&file, &typed.subjects.cost, screen)?.scene;
+        let mut scene =
+            load::lit_scene(&file, &typed.subjects.cost, &Outputs::none(), screen)?.scene;
         scene.lights = vec![scene.lights.swap_remove(typed.subjects.light_number)];
         let gathered = Gathered::of(&scene)?;
         Ok((scene, gathered))
@@ -387,7 +367,7 @@ fn write_queries(path: &Path, recorded: &Recorded) -> Result<(), Failure> {
         bytes.extend(surface.to_le_bytes());
         bytes.push(u8::from(is_shadowed));
     }
-    fs::write(path, bytes).map_err(|error| unwritable(path, &error))
+    outputs::write(path, &bytes)
 }
 
 fn read_queries(path: &Path) -> Result<(Vec<Start>, Vec<bool>), Failure> {

@@ -34,10 +34,6 @@ mod subject;
 pub(crate) mod typed;
 mod watertight;
 
-use std::path::Path;
-
-use serde::Serialize;
-
 use crate::failure::{Failure, Outcome};
 use crate::screen::Screen;
 
@@ -50,14 +46,4 @@ pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Fail
         typed::What::Kept(typed) => kept::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
     }
-}
-
-/// Writes figures as JSON.
-pub(super) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
-    let write = || -> Result<(), std::io::Error> {
-        let mut text = serde_json::to_string_pretty(figures)?;
-        text.push('\n');
-        std::fs::write(path, text)
-    };
-    write().map_err(|error| Failure::system(format!("cannot write {}: {error}", path.display())))
 }

@@ -19,7 +19,8 @@ use super::record::{self, Aim, Recorded};
 use super::report::{Preparation, Report, SceneReport, SetReport, Shares, WorkOfQuery};
 use super::subject::{self, Subject};
 use super::typed::Shadows;
-use super::{cold, oracle, write_json};
+use super::{cold, oracle};
+use crate::outputs::write_json;
 
 /// Other cameras whose queries values come from: those of the frames before and after the timed
 /// one, of so many around the scene.

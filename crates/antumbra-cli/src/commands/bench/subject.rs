@@ -36,7 +36,7 @@ impl Subject {
         screen: &Screen,
     ) -> Result<Self, Failure> {
         let file = typed.light.file(path);
-        let mut scene = load::lit_scene(&file, &typed.cost, screen)?.scene;
+        let mut scene = load::lit_scene(&file, &typed.cost, &typed.outputs()?, screen)?.scene;
         if typed.light_number >= scene.lights.len() {
             return Err(Failure::input(
                 format!(

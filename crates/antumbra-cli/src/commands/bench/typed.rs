@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use crate::failure::Failure;
+use crate::outputs::{Content, Outputs};
 use crate::typed::{IndexCost, SceneFile, Shadows as Method, Threads, Up};
 use crate::values::{self, CameraParts, PointLight, Sun};
 
@@ -105,6 +107,14 @@ pub(crate) struct Subjects {
 }
 
 impl Subjects {
+    /// Returns what is written, which is none of the scenes.
+    pub(super) fn outputs(&self) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::none();
+        outputs.add_if("--json", self.json.as_ref(), Content::Json)?;
+        outputs.spare(&self.scenes)?;
+        Ok(outputs)
+    }
+
     /// Returns where eye rays go through pixels in one of several jittered frames.
     pub(super) fn jitter(&self, frame: u32) -> Aim {
         Aim::Jittered(self.seed.wrapping_mul(1024).wrapping_add(frame.into()))

@@ -20,7 +20,8 @@ use crate::screen::Screen;
 use super::aims::{Aims, aims};
 use super::measure::{self, Stopwatch};
 use super::typed::Watertight;
-use super::{methods, subject, write_json};
+use super::{methods, subject};
+use crate::outputs::{Content, Outputs, write_json};
 
 /// Vertices along a side: 256^2 cells and 255^2 inner vertices.
 const HEIGHTFIELD: u32 = 257;
@@ -53,13 +54,16 @@ pub(super) fn run(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failur
 }
 
 fn work(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failure> {
+    let mut outputs = Outputs::none();
+    outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
+    outputs.spare(&typed.meshes)?;
     let embree = Embree::load(1);
     if let Err(error) = &embree {
         screen.warning(format!("{error}; its rows are left out"));
     }
     let mut targets: Vec<_> = heightfields().into_iter().chain(spheres()).collect();
     for path in &typed.meshes {
-        targets.push(file(path, typed, screen)?);
+        targets.push(file(path, typed, &outputs, screen)?);
     }
     let mut all = Vec::new();
     for target in &targets {
@@ -242,8 +246,13 @@ fn sphere() -> Scene {
 
 /// A mesh from a file, under a light high over it unless one is typed. Starts lie near behind what
 /// they aim at; another part of the mesh may still be in between, which hides a leak.
-fn file(path: &std::path::Path, typed: &Watertight, screen: &Screen) -> Result<Target, Failure> {
-    let scene = load::lit_scene(&typed.light.file(path), &typed.cost, screen)?.scene;
+fn file(
+    path: &std::path::Path,
+    typed: &Watertight,
+    outputs: &Outputs,
+    screen: &Screen,
+) -> Result<Target, Failure> {
+    let scene = load::lit_scene(&typed.light.file(path), &typed.cost, outputs, screen)?.scene;
     let bounds = scene.bounds();
     let light = match scene.lights.first().map(|light| light.kind) {
         Some(LightKind::Point { position }) if typed.light.is_given() => position,

@@ -7,10 +7,10 @@ use std::fs::File;
 use std::io::{self, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
-use antumbra_render::whole_file;
 use npyz::{DType, NpyFile, NpyHeader, Order, WriteOptions, WriterBuilder as _};
 
 use crate::failure::Failure;
+use crate::outputs;
 
 /// Longest header that is read; NumPy's own limit.
 const MAX_HEADER: usize = 10_000;
@@ -37,12 +37,8 @@ impl PointFile {
             let message = format!("cannot read {}: {error}", path.display());
             Failure::input(message, "give a file that numpy.save wrote")
         };
-        let file = File::open(path).map_err(unreadable)?;
-        let metadata = file.metadata().map_err(unreadable)?;
-        if !metadata.is_file() {
-            let message = format!("{} is no regular file", path.display());
-            return Err(Failure::input(message, "give a file that numpy.save wrote"));
-        }
+        let file = antumbra_files::open(path).map_err(unreadable)?;
+        let length = file.metadata().map_err(unreadable)?.len();
         let mut data = BufReader::new(file);
         let prefix = header_bytes(&mut data).map_err(unreadable)?;
         let header = NpyHeader::from_reader(&prefix[..]).map_err(unreadable)?;
@@ -69,11 +65,8 @@ impl PointFile {
             return Err(refused(message, "save numpy.ascontiguousarray(...)"));
         }
         let due = prefix.len() as u64 + count * if is_double { 24 } else { 12 };
-        if metadata.len() != due {
-            let message = format!(
-                "{count} points make a file of {due} bytes, found {}",
-                metadata.len()
-            );
+        if length != due {
+            let message = format!("{count} points make a file of {due} bytes, found {length}");
             return Err(refused(message, "save it again"));
         }
         Ok(Self {
@@ -181,7 +174,7 @@ fn triples(
 
 /// Writes bytes of a shape, whole or not at all.
 pub(in crate::commands) fn write(path: &Path, shape: &[u64], bytes: &[u8]) -> Result<(), Failure> {
-    let written = whole_file::write(
+    let written = antumbra_files::write(
         path,
         |error| error,
         |file| {
@@ -193,7 +186,5 @@ pub(in crate::commands) fn write(path: &Path, shape: &[u64], bytes: &[u8]) -> Re
             file.write_all(bytes)
         },
     );
-    written.map_err(|error: io::Error| {
-        Failure::system(format!("cannot write {}: {error}", path.display()))
-    })
+    written.map_err(|error: io::Error| outputs::unwritable(path, error))
 }

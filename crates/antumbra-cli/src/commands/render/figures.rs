@@ -1,6 +1,5 @@
 //! What is told about a run.
 
-use std::fs;
 use std::time::Duration;
 
 use antumbra_render::integrator::Tally;
@@ -13,6 +12,7 @@ use super::files::Format;
 use super::meant::Meant;
 use crate::failure::Failure;
 use crate::machine;
+use crate::outputs;
 use crate::screen::Screen;
 use crate::typed::{Render, Shadows};
 use crate::values::{Exposure, format_bytes};
@@ -104,14 +104,7 @@ pub(super) fn tell(
     screen: &Screen,
 ) -> Result<(), Failure> {
     if let Some(path) = &typed.stats_json {
-        let write = || -> Result<(), std::io::Error> {
-            let mut text = serde_json::to_string_pretty(statistics)?;
-            text.push('\n');
-            fs::write(path, text)
-        };
-        write().map_err(|error| {
-            Failure::system(format!("cannot write {}: {error}", path.display()))
-        })?;
+        outputs::write_json(path, statistics)?;
     }
     if typed.stats {
         screen.aside(table(statistics));

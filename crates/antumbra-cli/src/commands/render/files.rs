@@ -13,7 +13,7 @@ use antumbra_render::exr_file::write_exr;
 use antumbra_render::false_colour::decided_color;
 use antumbra_render::film::{Picture, Rendered};
 use antumbra_render::image_file::{ImageFileError, write_mask_png, write_png};
-use antumbra_scene::model::Color;
+use antumbra_scene::model::{Color, Light};
 
 use crate::failure::Failure;
 use crate::typed::Aov;
@@ -59,6 +59,15 @@ impl Format {
             shadow: typed.contains(&Aov::Shadow),
             decided: typed.contains(&Aov::Decided),
         }
+    }
+
+    /// Returns the files of the layers beside a picture.
+    pub(super) fn layer_files(self, path: &Path, aovs: Aovs, lights: &[Light]) -> Vec<PathBuf> {
+        if self == Self::Exr {
+            return Vec::new();
+        }
+        let names = aovs.layer_names(lights);
+        names.iter().map(|name| beside(path, name)).collect()
     }
 
     /// Writes a picture and its layers.

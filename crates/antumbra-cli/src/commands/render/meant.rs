@@ -101,6 +101,25 @@ impl Meant {
         })
     }
 
+    /// Returns the files that depend on the scene, by the option that asks for them: all frames of an orbit, and
+    /// the layers beside each picture.
+    pub(super) fn more_files<'a>(
+        &'a self,
+        typed: &'a Render,
+        scene: &'a Scene,
+    ) -> impl Iterator<Item = (&'static str, PathBuf)> + 'a {
+        let frames = self.frames.iter().map(|(_, path)| path);
+        let numbered = frames.clone().filter(|_| typed.orbit.is_some());
+        let layers = frames.flat_map(|path| {
+            let layers = self
+                .format
+                .layer_files(path, self.settings.aovs, &scene.lights);
+            layers.into_iter().map(|layer| ("--aov", layer))
+        });
+        let numbered = numbered.map(|path| ("--output", path.clone()));
+        numbered.chain(layers)
+    }
+
     /// Returns the names of the layers in the figures.
     pub(super) fn layer_names(&self) -> Vec<String> {
         let Aovs { shadow, decided } = self.settings.aovs;

@@ -21,6 +21,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::load;
 use crate::memory::Need;
+use crate::outputs::{Content, Outputs};
 use crate::screen::Screen;
 use crate::typed::Render;
 use crate::values::{Exposure, format_bytes};
@@ -35,8 +36,20 @@ pub(crate) fn run(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     let format = Format::of(&typed.output)?;
-    let lit = load::lit_scene(&typed.file, &typed.cost, screen)?;
+    let mut outputs = Outputs::none();
+    if typed.orbit.is_none() {
+        outputs.add("--output", &typed.output, Content::Picture)?;
+    }
+    outputs.add_if("--stats-json", typed.stats_json.as_ref(), Content::Json)?;
+    typed.kept.add_to(&mut outputs)?;
+    let lit = load::lit_scene(&typed.file, &typed.cost, &outputs, screen)?;
     let meant = Meant::of(typed, format, &lit.scene, screen)?;
+    // What depends on the scene: frames and layers.
+    for (option, path) in meant.more_files(typed, &lit.scene) {
+        outputs.add(option, &path, Content::Picture)?;
+    }
+    outputs.spare(&lit.files)?;
+    typed.kept.spare(&outputs)?;
     super::on_threads(&typed.threads, || {
         work(typed, lit, &meant, screen, interrupt)
     })?

@@ -118,6 +118,7 @@ pub fn read_gltf(
     Ok(Loaded {
         scene,
         warnings: warnings.finish(),
+        files: Vec::new(),
     })
 }
 

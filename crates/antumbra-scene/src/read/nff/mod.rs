@@ -493,6 +493,7 @@ impl<'a> Reader<'a> {
         Loaded {
             scene,
             warnings: warnings.finish(),
+            files: Vec::new(),
         }
     }
 }

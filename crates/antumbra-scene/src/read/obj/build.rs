@@ -90,7 +90,11 @@ impl Reader<'_> {
         );
         let mut warnings = self.warnings.finish();
         warnings.extend(self.library_warnings);
-        Ok(Loaded { scene, warnings })
+        Ok(Loaded {
+            scene,
+            warnings,
+            files: Vec::new(),
+        })
     }
 
     /// Brings colours to linear ones, one for each position, or none.

@@ -104,6 +104,7 @@ pub fn read_ply(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Load
     Ok(Loaded {
         scene,
         warnings: warnings.finish(),
+        files: Vec::new(),
     })
 }
 

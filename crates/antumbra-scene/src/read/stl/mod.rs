@@ -73,6 +73,7 @@ pub fn read_stl(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Load
     Ok(Loaded {
         scene,
         warnings: warnings.finish(),
+        files: Vec::new(),
     })
 }
 

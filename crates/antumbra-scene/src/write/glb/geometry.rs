@@ -9,35 +9,58 @@ use std::collections::HashMap;
 use antumbra_geometry::{DVec3, Occluders, Opacity, SurfaceId};
 use serde_json::{Value, json};
 
-use crate::model::{Corner, Mesh};
+use crate::{
+    model::{Corner, Mesh},
+    read::has_area,
+    write::WriteError,
+};
 
-use super::buffer::Buffer;
+use super::{buffer::Buffer, origin::rounded};
 
-/// How many numbers did not fit.
+/// How many numbers did not fit, and what became of the triangles.
 #[derive(Debug, Default)]
 pub(super) struct Rounding {
     coordinates: u64,
     rounded: u64,
+    largest: f64,
+    triangles: u64,
+    collapsed: u64,
     lost_corners: u64,
     uncut_faces: u64,
 }
 
 impl Rounding {
-    fn position(&mut self, position: DVec3) -> [f32; 3] {
-        position.to_array().map(|coordinate| {
-            let single = coordinate as f32;
+    /// Returns what is written, and what that is in the world.
+    fn position(&mut self, position: DVec3, origin: DVec3) -> ([f32; 3], DVec3) {
+        let axes: [_; 3] = std::array::from_fn(|axis| {
+            let (single, back) = rounded(position[axis], origin[axis]);
             self.coordinates += 1;
-            self.rounded += u64::from(f64::from(single) != coordinate);
-            // One zero, so that equal positions are equal bits.
-            single + 0.0
-        })
+            self.rounded += u64::from(back != position[axis]);
+            self.largest = self.largest.max((back - position[axis]).abs());
+            (single, back)
+        });
+        let back = DVec3::from_array(axes.map(|(_, back)| back));
+        (axes.map(|(single, _)| single), back)
+    }
+
+    /// Counts a triangle.
+    fn triangle(&mut self, before: [DVec3; 3], after: [DVec3; 3]) {
+        let had_area = has_area(before.into_iter());
+        self.triangles += u64::from(had_area);
+        self.collapsed += u64::from(had_area && before != after && !has_area(after.into_iter()));
     }
 
     /// Says what was changed.
-    pub(super) fn note(&self, notes: &mut Vec<String>) {
+    ///
+    /// # Errors
+    /// Nothing would be left.
+    pub(super) fn note(&self, notes: &mut Vec<String>) -> Result<(), WriteError> {
         let Self {
             coordinates,
             rounded,
+            largest,
+            triangles,
+            collapsed,
             lost_corners,
             uncut_faces,
         } = self;
@@ -48,7 +71,19 @@ impl Rounding {
         }
         if *rounded > 0 {
             notes.push(format!(
-                "{rounded} of {coordinates} coordinates do not fit glTF's 32 bits: they are rounded"
+                "{rounded} of {coordinates} coordinates do not fit glTF's 32 bits: they are rounded, by at most \
+                 {largest:.1e}"
+            ));
+        }
+        if *collapsed > 0 && collapsed == triangles {
+            return Err(WriteError::Collapsed {
+                format: "glTF",
+                triangle_count: *collapsed,
+            });
+        }
+        if *collapsed > 0 {
+            notes.push(format!(
+                "{collapsed} of {triangles} triangles have no area once their corners are rounded: they are lost"
             ));
         }
         if *lost_corners > 0 {
@@ -57,6 +92,7 @@ impl Rounding {
                  face lack: it is not written"
             ));
         }
+        Ok(())
     }
 }
 
@@ -82,8 +118,7 @@ struct Group {
 }
 
 impl Group {
-    fn add(&mut self, vertex: &Vertex, rounding: &mut Rounding) {
-        let position = rounding.position(vertex.position);
+    fn add(&mut self, vertex: &Vertex, position: [f32; 3]) {
         let normal = vertex
             .normal
             .map(|normal| normal.to_array().map(|x| x as f32));
@@ -104,9 +139,10 @@ impl Group {
     }
 }
 
-/// Adds the triangles of a mesh to the buffer; returns its primitives.
+/// Adds the triangles of a mesh, as seen from an origin, to the buffer; returns its primitives.
 pub(super) fn primitives(
     mesh: &Mesh,
+    origin: DVec3,
     material: usize,
     buffer: &mut Buffer,
     rounding: &mut Rounding,
@@ -121,13 +157,16 @@ pub(super) fn primitives(
             let has_normals = triangle.iter().all(|vertex| vertex.normal.is_some());
             let has_uvs = triangle.iter().all(|vertex| vertex.uv.is_some());
             let group = &mut groups[2 * usize::from(has_normals) + usize::from(has_uvs)];
-            for mut vertex in triangle {
+            let positions = triangle.map(|vertex| rounding.position(vertex.position, origin));
+            let before = triangle.map(|vertex| vertex.position);
+            rounding.triangle(before, positions.map(|(_, back)| back));
+            for (mut vertex, (position, _)) in triangle.into_iter().zip(positions) {
                 let is_lost =
                     (vertex.normal.is_some() && !has_normals) || (vertex.uv.is_some() && !has_uvs);
                 rounding.lost_corners += u64::from(is_lost);
                 vertex.normal = vertex.normal.filter(|_| has_normals);
                 vertex.uv = vertex.uv.filter(|_| has_uvs);
-                group.add(&vertex, rounding);
+                group.add(&vertex, position);
             }
         }
     }

@@ -3,7 +3,8 @@
 //! In: a scene of polygons and meshes. Out: a GLB with one node and one mesh for each object, its
 //! materials, textures (as PNG), lights (KHR_lights_punctual) and camera. Invariants: faces are cut
 //! into the triangles that the geometry crate makes of them, in the same order, so their shadows are
-//! those of the scene; glTF has 32-bit positions, and a note says how many had to be rounded.
+//! those of the scene; glTF has 32-bit positions, so a mesh far from the origin is written near it, below a node that
+//! moves it back by 64-bit numbers, and a note says how many coordinates had to be rounded all the same.
 //!
 //! glTF wants +y up. A scene with +z up is written unturned below a node that turns it (by a matrix
 //! of zeros and ones, which rounds nothing); any other direction is noted.
@@ -12,12 +13,14 @@
 //! |---|---|
 //! | bytes, views, accessors | `buffer` |
 //! | triangles | `geometry` |
+//! | where meshes stand | `origin` |
 //! | materials, textures | `looks` |
 //! | lights, camera | `views` |
 
 mod buffer;
 mod geometry;
 mod looks;
+mod origin;
 mod views;
 
 use std::io::Write;
@@ -43,13 +46,15 @@ const Y_UP_FROM_Z_UP: [i32; 16] = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0,
 /// Writes a scene as GLB. Returns what glTF has no place for, or what had to be changed, one
 /// sentence each.
 ///
-/// Positions, normals and places in textures are 32-bit numbers by the format: coordinates that do
-/// not fit are rounded, and counted in a note. Faces become triangles. Materials become
+/// Positions, normals and places in textures are 32-bit numbers by the format. A mesh whose coordinates do not fit is
+/// written relative to one of its vertices, and its node has that vertex as a translation, in 64 bits. What does not
+/// fit either is rounded, and counted in a note. Faces become triangles. Materials become
 /// metallic-roughness ones: diffuse colour, transparency, emission and textures stay, highlights and
 /// mirrors only in kind. Lights get the units candela and lux.
 ///
 /// # Errors
-/// `out` refuses; an object is curved (nothing is tessellated); the file would exceed 4 GiB.
+/// `out` refuses; an object is curved (nothing is tessellated); rounding would leave no triangle any area; the file
+/// would exceed 4 GiB.
 ///
 /// # Example
 /// ```
@@ -83,15 +88,21 @@ pub fn write_glb(scene: &Scene, out: &mut impl Write) -> Result<Vec<String>, Wri
 
     // Geometry.
     let mut rounding = Rounding::default();
-    for (object, mesh) in scene.objects.iter().zip(&meshes) {
-        let primitives = geometry::primitives(mesh, object.material, &mut buffer, &mut rounding);
+    let origins = origin::origins(&meshes);
+    for ((object, mesh), origin) in scene.objects.iter().zip(&meshes).zip(origins) {
+        let material = object.material;
+        let primitives = geometry::primitives(mesh, origin, material, &mut buffer, &mut rounding);
         if primitives.is_empty() {
             continue;
         }
-        nodes.push(json!({"name": object.name, "mesh": mesh_entries.len()}));
+        let mut node = json!({"name": object.name, "mesh": mesh_entries.len()});
+        if origin != DVec3::ZERO {
+            node["translation"] = json!(origin.to_array());
+        }
+        nodes.push(node);
         mesh_entries.push(json!({"name": object.name, "primitives": primitives}));
     }
-    rounding.note(&mut notes);
+    rounding.note(&mut notes)?;
 
     // Everything else.
     let materials = looks::materials(scene, &mut notes);

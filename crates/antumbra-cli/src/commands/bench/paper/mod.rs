@@ -20,13 +20,13 @@ mod table;
 mod tables;
 
 use crate::failure::{Failure, Outcome};
+use crate::outputs::{Content, Outputs, write_json};
 use crate::screen::Screen;
 use crate::typed::{Shadows, Threads};
 
 use super::head::Head;
 use super::measure::Stopwatch;
 use super::typed::Paper;
-use super::write_json;
 use figures::Figures;
 use scenes::PaperScene;
 
@@ -57,6 +57,11 @@ pub(super) fn run(typed: &Paper, screen: &Screen) -> Result<Outcome, Failure> {
 }
 
 fn work(typed: &Paper, screen: &Screen) -> Result<Outcome, Failure> {
+    let mut outputs = Outputs::none();
+    outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
+    if let Some(folder) = &typed.html {
+        report::prepare(folder, &mut outputs)?;
+    }
     let stopwatch = Stopwatch::new(1);
     let chosen: Vec<&PaperScene> = scenes::ALL
         .iter()

@@ -21,10 +21,24 @@ use super::figures::Figures;
 use super::scenes::PaperScene;
 use super::tables;
 use crate::failure::Failure;
+use crate::outputs::{self, Content, Outputs};
 use findings::Findings;
 use pictures::ScenePictures;
 
-/// Writes page and summary into a folder, which is made if it is not there.
+const PAGE: &str = "index.html";
+const SUMMARY: &str = "README.md";
+
+/// Makes the folder if it is not there, and adds the files to those that are written.
+pub(super) fn prepare(folder: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::system(format!("cannot make {}: {error}", folder.display())))?;
+    for name in [PAGE, SUMMARY] {
+        outputs.add("--html", &folder.join(name), Content::Page)?;
+    }
+    Ok(())
+}
+
+/// Writes page and summary into a folder.
 pub(super) fn write(
     folder: &Path,
     figures: &Figures,
@@ -34,18 +48,10 @@ pub(super) fn write(
     let pictures = scenes.iter().map(|scene| ScenePictures::take(scene, size));
     let pictures = pictures.collect::<Result<Vec<_>, _>>()?;
     let findings = Findings::of(figures);
-    let put = |name: &str, text: String| {
-        let path = folder.join(name);
-        std::fs::write(&path, text)
-            .map_err(|error| Failure::system(format!("cannot write {}: {error}", path.display())))
-    };
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::system(format!("cannot make {}: {error}", folder.display())))?;
-    put(
-        "index.html",
-        page::page(figures, &findings, &pictures).into_string(),
-    )?;
-    put("README.md", summary(figures, &findings))
+    let page = page::page(figures, &findings, &pictures).into_string();
+    outputs::write(&folder.join(PAGE), page.as_bytes())?;
+    let summary = summary(figures, &findings);
+    outputs::write(&folder.join(SUMMARY), summary.as_bytes())
 }
 
 /// Returns the Markdown.
