@@ -47,7 +47,10 @@ where
             let printed = said.print();
             let code = u8::try_from(said.exit_code()).unwrap_or(2);
             return match printed.map_err(screen::unprintable) {
-                Err(Some(failure)) if code == 0 => failure.exit_code(),
+                Err(Some(failure)) if code == 0 => {
+                    Screen::new(false, false).failure(&failure);
+                    failure.exit_code()
+                }
                 _ => code,
             };
         }
