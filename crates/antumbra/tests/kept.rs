@@ -679,18 +679,20 @@ fn values_without_room_are_left_out() {
     let world = World::new(128, Refine::Eager);
     let folder = Folder::new();
     let path = folder.file("file");
-    world.index().save(&path).expect("a file");
+    let whole = world.index();
+    whole.save(&path).expect("a file");
     let starts = world.starts(10_000, 15);
     let expected = world.expected(&starts);
-    let bytes = fs::metadata(&path).expect("a file").len();
+    let bytes = whole.knowledge_bytes();
     let mut seen = Vec::new();
-    for share in [0, 4, 8, 12, 20] {
+    for share in [0, 4, 8, 12, 30] {
         let mut world = World::new(128, Refine::Lazy);
         world.refinement.memory = bytes * share / 10;
         let index = world
             .load(&path)
             .expect("it is taken as far as there is room");
         world.assert_right(&index, &starts, &expected);
+        assert!(index.knowledge_bytes() <= world.refinement.memory);
         seen.extend(index.kept_lights().to_vec());
     }
     assert!(seen.contains(&KeptLight::Taken) && seen.contains(&KeptLight::NoRoom));
@@ -705,7 +707,7 @@ fn what_found_no_room_may_still_be_made() {
     let path = folder.file("part");
     let starts = world.starts(10_000, 16);
     let expected = world.expected(&starts);
-    let whole = world.index().occlusion_bytes();
+    let whole = world.index().knowledge_bytes();
     let mut part_count = 0;
     for share in [0, 2, 5, 8] {
         let mut small = World::new(64, Refine::Eager);

@@ -20,7 +20,7 @@ const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
 const REINVESTED: f64 = 0.7;
 
 /// So much of the time of rays may be spent at once that queries which are known to come would take.
-const FORESIGHT: f64 = 0.3;
+pub(crate) const FORESIGHT: f64 = 0.3;
 
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;

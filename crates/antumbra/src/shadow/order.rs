@@ -16,12 +16,12 @@ const FEWEST: usize = 1 << 12;
 /// Pairs of neighbours that are looked at.
 const PAIRS: usize = 64;
 
-/// Smaller stores are in the caches anyway.
+/// What takes less is in the caches anyway.
 const SMALLEST_STORE: u64 = 32 << 20;
 
 /// Returns whether so many neighbours in a batch lie apart that it is worth putting in order.
 pub(super) fn is_scattered(values: &AdaptiveValues, starts: &[Start]) -> bool {
-    let is_large = || values.value_bytes() + values.list_bytes() >= SMALLEST_STORE;
+    let is_large = || values.bytes() >= SMALLEST_STORE;
     // Tests want it at once.
     starts.len() >= FEWEST
         && (values.is_asked() || is_large())
