@@ -141,7 +141,7 @@ impl fmt::Display for Need {
             0 => write!(f, ")"),
             most => write!(
                 f,
-                "); what lights know takes {} of the rest",
+                "); what lights know takes up to {} of the rest",
                 format_bytes(most)
             ),
         }
@@ -174,7 +174,7 @@ mod tests {
         assert_eq!(need.left_for_index(3000), 3000 - 2058);
         let expected = Failure::input(
             "more memory is needed than the limit of 2.0 KiB: about 2.0 KiB (scene 10 B, picture \
-             2.0 KiB, grid 20 B); what lights know takes 4.0 KiB of the rest",
+             2.0 KiB, grid 20 B); what lights know takes up to 4.0 KiB of the rest",
             "give a smaller --size or fewer layers with --aov, or raise --memory-limit",
         );
         assert_eq!(need.check(2077), Err(expected));

@@ -467,3 +467,65 @@ fn the_order_of_questions_does_not_matter_in_the_end() {
     let random = &mut Random(6);
     assert_eq!(settle(&mut |numbers, _| random.shuffle(numbers)), expected);
 }
+
+/// Asks one by one about points of a plane across an axis; returns the share that rays did not answer.
+fn share_known_on_a_plane(axis: usize, height: f64, place: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let mut builder = Occluders::builder();
+    let turned = |x: f64, y: f64, z: f64| {
+        let mut point = [0.0; 3];
+        (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) = (height + z, x, y);
+        DVec3::from_array(point)
+    };
+    let random = &mut Random(9);
+    let floor = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| turned(x, y, 0.0));
+    builder.add_face(&floor, Opacity::Opaque).expect("a face");
+    for _ in 0..300 {
+        let [x, y, z] = [(); 3].map(|()| random.real(0.0, 0.9));
+        let corners = [(0.0, 0.0), (0.06, 0.0), (0.0, 0.06)];
+        let corners = corners.map(|(u, v)| turned(x + u, y + v, 0.1 + z));
+        builder.add_face(&corners, Opacity::Opaque).expect("a face");
+    }
+    let light = LightShape::Direction(turned(0.1, 0.2, 1.0) - turned(0.0, 0.0, 0.0));
+    let index = ShadowIndex::builder(Arc::new(builder.build()), vec![light])
+        .refinement(Refinement {
+            resolution: 64,
+            space_resolution: 32,
+            ..Refinement::default()
+        })
+        .build()
+        .expect("an index");
+    const COUNT: usize = 150_000;
+    let mut counters = Counters::default();
+    for number in 0..COUNT {
+        let [x, y] = place(number);
+        let start = Start {
+            point: turned(x, y, 0.0),
+            surface: None,
+        };
+        index
+            .shadow(&start, 0, &mut counters)
+            .expect("a fine query");
+    }
+    1.0 - counters.shadow.rays as f64 / COUNT as f64
+}
+
+#[test]
+fn points_on_grids_and_planes_across_any_axis_are_learned_alike() {
+    let dyadic = |number: usize| [number % 512, number / 512 % 512].map(|n| n as f64 / 512.0);
+    let signed = |number: usize| match dyadic(number) {
+        [x, y] if x > 0.0 => [x, y],
+        // The other zero.
+        [_, y] => [-0.0, y],
+    };
+    let one = |_: usize| [0.4375, 0.3125];
+    let row = |number: usize| [(number % 512) as f64 / 512.0, 0.25];
+    let places: [&dyn Fn(usize) -> [f64; 2]; 4] = [&dyadic, &signed, &one, &row];
+    for height in [0.0, -0.0, 0.5, 3.0] {
+        for (kind, place) in places.iter().enumerate() {
+            let shares = [0, 1, 2].map(|axis| share_known_on_a_plane(axis, height, place));
+            for share in shares {
+                assert!(share > 0.8, "height {height}, places {kind}: {shares:?}");
+            }
+        }
+    }
+}

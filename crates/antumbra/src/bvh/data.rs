@@ -136,19 +136,6 @@ impl Members {
     }
 }
 
-impl Bvh {
-    /// Returns about the bytes that building the tree over so many surfaces takes at its height, and those of the tree.
-    /// Measured: how full nodes and groups are hardly depends on the scene (`crates/antumbra/tests/memory.rs`).
-    pub(crate) fn predict_bytes(surface_count: usize) -> [u64; 2] {
-        let count = surface_count as u64;
-        [HEIGHT_EACH * count, TAKEN_EACH * count]
-    }
-}
-
-/// Bytes of a surface in the tree, and while it is built.
-const TAKEN_EACH: u64 = 160;
-const HEIGHT_EACH: u64 = 400;
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -93,7 +93,7 @@ impl Asked<'_> {
         let grid = grid.max(grid_height.saturating_sub(values));
         let [mut tree_height, mut tree] = [0; 2];
         if self.has_tree {
-            [tree_height, tree] = Bvh::predict_bytes(self.occluders.surface_count());
+            [tree_height, tree] = Bvh::predict_bytes(self.occluders);
         }
         let known = match self.method {
             Method::Voxel => {

@@ -15,7 +15,7 @@ use crate::Counters;
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
 const HOPE: f64 = 1.0 / 16.0;
 /// The same for columns, which are bought once and whose gain is known better.
-const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
+pub(crate) const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
 /// So much of the gain may be spent on values.
 const REINVESTED: f64 = 0.7;
 

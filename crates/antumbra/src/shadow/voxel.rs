@@ -1,9 +1,8 @@
 //! Occlusion values of any mesh, blocker lists, and rays for the rest.
 
-use std::cell::Cell;
-
 use antumbra_geometry::{Occluders, Start};
 
+use super::draw::{SAMPLED, TIMED, draw};
 use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
@@ -45,11 +44,6 @@ pub(crate) struct ByVoxel<'a, R> {
 /// After so many queries of a batch what they cost is noted.
 const NOTED: usize = 64 * BLOCK;
 
-/// One query or block in so many says what using lists has cost, for all of them.
-const SAMPLED: u64 = 16;
-/// One of so many single queries that say so is timed.
-const TIMED: u64 = 16;
-
 impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
     /// not. `check` says what is no start.
@@ -61,7 +55,7 @@ impl<R: Rays> ByVoxel<'_, R> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
-        if !order::is_scattered(self.values, starts) {
+        if !order::is_scattered(self.values, self.light_number, starts) {
             return self.answer_in_order(starts, is_shadowed, counters, check);
         }
         let mut order = Order::new();
@@ -621,20 +615,4 @@ impl Sum {
         self.found_count += other.found_count;
         self.made += other.made;
     }
-}
-
-thread_local! {
-    /// How many numbers this thread has drawn.
-    static DRAWN: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Draws a number (SplitMix64), by which queries are sampled: whatever is asked in whatever order, a point or a light
-/// again and again or points on a grid, the same share of it is sampled.
-fn draw() -> u64 {
-    let drawn = DRAWN.get().wrapping_add(1);
-    DRAWN.set(drawn);
-    let mut bits = drawn.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
 }

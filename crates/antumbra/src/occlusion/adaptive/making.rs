@@ -68,9 +68,12 @@ impl AdaptiveValues {
             let Some(known) = self.make_known(occluders, light, !is_complete) else {
                 continue;
             };
-            if let (false, Some(store)) = (is_complete, &known.store)
-                && self.make_edges(occluders, light, &known.lists)
-            {
+            let Some(store) = &known.store else {
+                drop(known);
+                self.drop_known(light);
+                continue;
+            };
+            if !is_complete && self.make_edges(occluders, light, &known.lists) {
                 self.make_rest_of_light(&scene, light, &known.lists, store);
             }
             drop(known);

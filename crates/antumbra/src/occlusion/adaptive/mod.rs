@@ -332,6 +332,18 @@ impl AdaptiveValues {
         self.room.taken()
     }
 
+    /// Returns the bytes of a light's values, links and lists.
+    pub(crate) fn bytes_of(&self, light: usize) -> u64 {
+        match (self.packed(light), self.known(light)) {
+            (Some(light), _) => light.packed.bytes(),
+            (None, Some(known)) => known.store.as_ref().map_or(0, |store| {
+                let (values, lists) = store.bytes();
+                values + lists
+            }),
+            (None, None) => 0,
+        }
+    }
+
     /// Returns the bytes of values and links.
     pub(crate) fn value_bytes(&self) -> u64 {
         self.sum(Packed::value_bytes, |store| store.bytes().0)

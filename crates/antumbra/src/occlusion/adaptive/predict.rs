@@ -14,17 +14,22 @@ use super::demand::TABLE_NS;
 use super::{AdaptiveValues, Making};
 use crate::Refine;
 use crate::frame::Frame;
-use crate::occlusion::budget::FORESIGHT;
+use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_COLUMNS};
 
-/// Bytes of packed values and lists for a surface and light, and of the store that they are packed from.
+/// Bytes of packed values and lists for a surface and light; fewer where cells are so coarse that shadows cross few of
+/// them, by the square of the finest along an axis.
 const PACKED_EACH: u64 = 160;
-const STORE_EACH: u64 = 240;
-/// The same of the store that queries fill.
+const PACKED_SQUARE: u64 = 16;
+/// Bytes of the store for one of what is packed from it.
+const STORE_SHARE: u64 = 2;
+/// Bytes of the store that queries fill, for a surface.
 const FILLED_EACH: u64 = 40;
 /// Bytes of contour edges for a triangle.
 const EDGES_EACH: u64 = 120;
-/// Nanoseconds that a ray takes at most, as queries account for it, on scenes of many kinds.
-const DEAR_RAY_NS: f64 = 500.0;
+/// Nanoseconds that a ray takes, as queries account for it, on scenes of many kinds.
+const RAY_NS: f64 = 250.0;
+/// So many queries at most are known to come when tables are weighed: a batch is cut into parts.
+const AHEAD: f64 = 65_536.0;
 
 impl AdaptiveValues {
     /// Returns about how many bytes lights will take of their room at the height; at most as many as that has. With so
@@ -51,18 +56,22 @@ impl AdaptiveValues {
         let roots = Store::bare_bytes(&lattices(occluders, making), making.most_bytes);
         let all = match making.refine {
             Refine::Eager => {
-                let stays = of_light + columns + PACKED_EACH * surface_count + roots;
+                let square = 1 << (2 * making.depth.surfaces);
+                let packed = (PACKED_EACH * surface_count).min(PACKED_SQUARE * square);
+                let store = STORE_SHARE * packed + roots;
+                let stays = of_light + columns + packed + roots;
                 let mesh = Mesh::height_bytes(occluders.triangle_count()) / 2;
                 let beside = mesh + EDGES_EACH * triangle_count;
-                let making = STORE_EACH * surface_count + roots + beside;
-                let packing = (columns_height - columns).max(STORE_EACH * surface_count);
+                let making = store + beside;
+                let packing = (columns_height - columns).max(store);
                 scene + light_count * stays + making.max(packing)
             }
             Refine::Asked | Refine::Lazy => {
                 let price = TABLE_NS * triangle_count + Columns::least_price(occluders);
                 let queries = query_count.unwrap_or(u64::MAX) as f64;
-                if making.refine == Refine::Lazy && FORESIGHT * queries * DEAR_RAY_NS < price as f64
-                {
+                let spendable =
+                    RAY_NS * (HOPE_FOR_COLUMNS * queries + FORESIGHT * queries.min(AHEAD));
+                if making.refine == Refine::Lazy && spendable < price as f64 {
                     return 0;
                 }
                 let stays = of_light + columns + FILLED_EACH * surface_count + roots;
