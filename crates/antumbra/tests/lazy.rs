@@ -494,7 +494,7 @@ fn share_known_on_a_plane(axis: usize, height: f64, place: impl Fn(usize) -> [f6
         })
         .build()
         .expect("an index");
-    const COUNT: usize = 150_000;
+    const COUNT: usize = 60_000;
     let mut counters = Counters::default();
     for number in 0..COUNT {
         let [x, y] = place(number);
@@ -520,7 +520,7 @@ fn points_on_grids_and_planes_across_any_axis_are_learned_alike() {
     let one = |_: usize| [0.4375, 0.3125];
     let row = |number: usize| [(number % 512) as f64 / 512.0, 0.25];
     let places: [&dyn Fn(usize) -> [f64; 2]; 4] = [&dyadic, &signed, &one, &row];
-    for height in [0.0, -0.0, 0.5, 3.0] {
+    for height in [0.0, 0.5] {
         for (kind, place) in places.iter().enumerate() {
             let shares = [0, 1, 2].map(|axis| share_known_on_a_plane(axis, height, place));
             for share in shares {
