@@ -52,7 +52,9 @@ class Stats(TypedDict):
     prepare_seconds: float
     value_bytes: int
     table_bytes: int
+    memory_bytes: int
     evictions: int
+    lights_without_room: int
     default_tolerance: float
     queries: int
     facing_away: int
@@ -122,9 +124,11 @@ class ShadowIndex:
             all of them now; `"asked"`, at the first query of each voxel.
         resolution: Finest voxels of `"voxel"` along the longest axis, 4 to 4096, a power of two or rounded up
             to one; half of it for points of space.
-        memory: Bytes that values of `"voxel"` may take, up to 4 GiB. Where that is too little they are made
-            again.
-        memory_limit: Bytes that the whole index may take, by prediction; `None` for no limit.
+        memory: Bytes at most for all that lights know of `"voxel"`, with what is needed to make it, up to 4 GiB.
+            Where that is too little, values are dropped and made again, or rays answer (`evictions` and
+            `lights_without_room` in `stats`). Surfaces, tree, grid and about 250 bytes a light come beside.
+        memory_limit: Bytes at most for grid, tree and values, by prediction; what lights know takes what they
+            leave. `None` for no limit.
         grid: Voxels of the uniform grid along each axis, one number or three, 1 to 2048; by default by a rule.
         threads: Threads that build it; 0 for one a processor.
         occlusion: A file that `save` wrote for the same surfaces, with the same `resolution`: what it has of each

@@ -96,8 +96,11 @@ impl From<PrepareError> for Failure {
     fn from(error: PrepareError) -> Self {
         use antumbra::BuildError;
         let help = match &error {
-            PrepareError::Build(BuildError::Memory { .. }) => {
-                "give --grid fewer voxels, or raise --memory-limit"
+            PrepareError::Build(BuildError::Memory { predicted, .. }) => {
+                match predicted.tree > predicted.grid + predicted.values {
+                    true => "raise --memory-limit, or use a scene of fewer surfaces",
+                    false => "give --grid fewer voxels, or raise --memory-limit",
+                }
             }
             PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
             PrepareError::Rival(_) => "raise --memory-limit, or choose another method",

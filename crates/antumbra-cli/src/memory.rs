@@ -6,6 +6,8 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
+use antumbra::Prediction;
+
 use crate::failure::Failure;
 use crate::machine;
 use crate::values::format_bytes;
@@ -45,15 +47,18 @@ pub(crate) struct Need {
     pub(crate) picture: u64,
     /// Arrays of points, normals and answers.
     pub(crate) arrays: u64,
-    /// Grid and occlusion values.
-    pub(crate) index: u64,
+    /// Grid, tree and occlusion values. What lights know takes what is left of the limit, and is never too much.
+    pub(crate) index: Prediction,
 }
 
+const RAISE: &str = "raise --memory-limit";
+
 impl Need {
-    fn parts(&self) -> [(&'static str, u64, &'static str); 5] {
+    /// Returns what cannot be done without, each with its name and how to need less of it.
+    fn parts(&self) -> [(&'static str, u64, &'static str); 7] {
         [
-            ("scene", self.scene, "raise --memory-limit"),
-            ("surfaces", self.surfaces, "raise --memory-limit"),
+            ("scene", self.scene, RAISE),
+            ("surfaces", self.surfaces, RAISE),
             (
                 "picture",
                 self.picture,
@@ -65,22 +70,52 @@ impl Need {
                 "ask about fewer points at a time, or raise --memory-limit",
             ),
             (
-                "grid and occlusion values",
-                self.index,
+                "grid",
+                self.index.grid,
                 "give --grid fewer voxels, or raise --memory-limit",
+            ),
+            (
+                "tree",
+                self.index.tree,
+                "raise --memory-limit, or use a scene of fewer surfaces",
+            ),
+            (
+                "values of the grid",
+                self.index.values,
+                "give --grid fewer voxels, ask about fewer lights, choose --shadows bvh, or raise --memory-limit",
             ),
         ]
     }
 
-    /// Returns the sum of all parts.
-    pub(crate) fn total(&self) -> u64 {
+    /// Returns what cannot be done without.
+    pub(crate) fn needed(&self) -> u64 {
         let add = |sum: u64, (_, bytes, _): (_, u64, _)| sum.saturating_add(bytes);
         self.parts().into_iter().fold(0, add)
     }
 
+    /// Returns the sum of all, of which lights know no more than fits.
+    pub(crate) fn total(&self, limit: u64) -> u64 {
+        let all = self.needed().saturating_add(self.index.knowledge);
+        all.min(limit.max(self.needed()))
+    }
+
+    /// Takes what is known once surfaces are gathered: what they take now instead of what gathering took, as far as that
+    /// was not more than all that comes after it; and what the index will take.
+    pub(crate) fn set_index(&mut self, surfaces: u64, index: Prediction) {
+        let height = self.surfaces.saturating_sub(index.total());
+        self.surfaces = surfaces.max(height);
+        self.index = index;
+    }
+
+    /// Returns what an index may take.
+    pub(crate) fn left_for_index(&self, limit: u64) -> u64 {
+        let others = self.needed() - self.index.needed();
+        limit.saturating_sub(others)
+    }
+
     /// Refuses what exceeds the limit; advises by the largest part.
     pub(crate) fn check(&self, limit: u64) -> Result<(), Failure> {
-        if self.total() <= limit {
+        if self.needed() <= limit {
             return Ok(());
         }
         let largest = self.parts().into_iter().max_by_key(|&(_, bytes, _)| bytes);
@@ -96,13 +131,20 @@ impl Need {
 
 impl fmt::Display for Need {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "about {}", format_bytes(self.total()))?;
+        write!(f, "about {}", format_bytes(self.needed()))?;
         let parts = self.parts().into_iter().filter(|&(_, bytes, _)| bytes > 0);
         for (i, (name, bytes, _)) in parts.enumerate() {
             let before = if i == 0 { " (" } else { ", " };
             write!(f, "{before}{name} {}", format_bytes(bytes))?;
         }
-        write!(f, ")")
+        match self.index.knowledge {
+            0 => write!(f, ")"),
+            most => write!(
+                f,
+                "); what lights know takes up to {} of the rest",
+                format_bytes(most)
+            ),
+        }
     }
 }
 
@@ -117,20 +159,50 @@ mod tests {
             surfaces: 0,
             picture: 2048,
             arrays: 0,
-            index: 20,
+            index: Prediction {
+                grid: 20,
+                knowledge: 4096,
+                ..Prediction::default()
+            },
         };
+        // What lights know takes what is left.
         assert_eq!(need.check(2078), Ok(()));
+        assert_eq!(
+            [2078, 3000, 1 << 20].map(|limit| need.total(limit)),
+            [2078, 3000, 6174]
+        );
+        assert_eq!(need.left_for_index(3000), 3000 - 2058);
         let expected = Failure::input(
             "more memory is needed than the limit of 2.0 KiB: about 2.0 KiB (scene 10 B, picture \
-             2.0 KiB, grid and occlusion values 20 B)",
+             2.0 KiB, grid 20 B); what lights know takes up to 4.0 KiB of the rest",
             "give a smaller --size or fewer layers with --aov, or raise --memory-limit",
         );
         assert_eq!(need.check(2077), Err(expected));
         let endless = Need {
-            index: u64::MAX,
+            index: Prediction {
+                tree: u64::MAX,
+                ..need.index
+            },
             ..need
         };
         assert!(endless.check(u64::MAX - 1).is_err());
         assert!(limit(None) > 0);
+    }
+
+    #[test]
+    fn what_gathering_took_counts_only_where_it_is_the_height() {
+        let index = Prediction {
+            tree: 500,
+            ..Prediction::default()
+        };
+        for (gathering, expected) in [(900, 400), (300, 200)] {
+            let mut need = Need {
+                surfaces: gathering,
+                ..Need::default()
+            };
+            need.set_index(200, index);
+            assert_eq!(need.surfaces, expected);
+            assert_eq!(need.needed(), expected + 500);
+        }
     }
 }

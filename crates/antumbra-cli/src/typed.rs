@@ -107,8 +107,8 @@ pub(crate) struct IndexCost {
     #[arg(long, value_name = "WHEN", value_enum)]
     pub(crate) refine: Option<RefineWhen>,
 
-    /// Most memory for the values of method voxel, such as 64MiB, up to 4GiB; values that find no room are made
-    /// again, and answers do not change [default: 512MiB]
+    /// Most memory for all that lights know of method voxel, such as 64MiB, up to 4GiB; what finds no room is
+    /// dropped and made again, or rays answer: answers do not change [default: 512MiB]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) occlusion_memory: Option<u64>,
 }

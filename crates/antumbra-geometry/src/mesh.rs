@@ -59,14 +59,12 @@ impl Mesh {
         let has_area = |surface: &u32| occluders.triangles[*surface as usize].axis != NO_AXIS;
         let is_member =
             |surface: u32| has_area(&surface) && occluders.is_opaque_everywhere(SurfaceId(surface));
-        let mut vertex_sets: Vec<([u32; 3], bool, u32)> = (0..count as u32)
-            .filter(has_area)
-            .map(|surface| {
-                let mut corners = occluders.triangles[surface as usize].vertices;
-                corners.sort_unstable();
-                (corners, is_member(surface), surface)
-            })
-            .collect();
+        let mut vertex_sets: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(count);
+        vertex_sets.extend((0..count as u32).filter(has_area).map(|surface| {
+            let mut corners = occluders.triangles[surface as usize].vertices;
+            corners.sort_unstable();
+            (corners, is_member(surface), surface)
+        }));
         vertex_sets.sort_unstable();
         let mut is_twin = vec![false; count];
         for same in vertex_sets.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
@@ -76,16 +74,19 @@ impl Mesh {
                 is_twin[surface as usize] = true;
             }
         }
-        let mut at_edges: Vec<([u32; 2], u32)> = (0..count as u32)
+        drop(vertex_sets);
+        let mut at_edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * count);
+        let all = (0..count as u32)
             .filter(|surface| has_area(surface) && !is_twin[*surface as usize])
             .flat_map(|surface| {
                 let vertices = occluders.triangles[surface as usize].vertices;
                 sides_of(vertices).map(|[from, to]| ([from.min(to), from.max(to)], surface))
-            })
-            .collect();
+            });
+        at_edges.extend(all);
         at_edges.sort_unstable();
 
-        let mut edges = Vec::with_capacity(at_edges.len() / 2);
+        let edge_count = at_edges.chunk_by(|a, b| a.0 == b.0).count();
+        let mut edges = Vec::with_capacity(edge_count);
         let mut triangle_edges = vec![[NO_EDGE; 3]; count];
         let mut members = Vec::new();
         for all in at_edges.chunk_by(|a, b| a.0 == b.0) {
@@ -185,9 +186,26 @@ impl Mesh {
         product != if is_consistent { 1 } else { -1 }
     }
 
+    /// Returns the most bytes that [`Mesh::new`] takes at its height, for so many triangles: what it makes, and beside
+    /// it three sides and their sets of each triangle.
+    pub fn height_bytes(triangle_count: usize) -> u64 {
+        let made = 3 * size_of::<MeshEdge>() + size_of::<[u32; 3]>() + 2 * size_of::<u32>();
+        let beside = 3 * size_of::<([u32; 2], u32)>() + 2 * size_of::<u32>() + size_of::<bool>();
+        ((made + beside) * triangle_count) as u64
+    }
+
+    /// Drops all but what says which triangles lie in one plane. There are no edges then.
+    pub fn keep_planes(&mut self) {
+        let flat_groups = std::mem::take(&mut self.flat_groups);
+        *self = Self {
+            flat_groups,
+            ..Self::default()
+        };
+    }
+
     /// Returns the bytes of all tables.
     pub fn memory_bytes(&self) -> u64 {
-        (size_of_val(self.edges.as_slice())
+        (self.edges.capacity() * size_of::<MeshEdge>()
             + size_of_val(self.triangle_edges.as_slice())
             + size_of_val(self.components.as_slice())
             + size_of_val(self.flat_groups.as_slice())) as u64

@@ -294,7 +294,9 @@ impl ShadowIndex {
         stats.set_item("prepare_seconds", self.prepare_seconds)?;
         stats.set_item("value_bytes", index.occlusion_bytes())?;
         stats.set_item("table_bytes", index.table_bytes())?;
+        stats.set_item("memory_bytes", index.knowledge_bytes())?;
         stats.set_item("evictions", index.evictions())?;
+        stats.set_item("lights_without_room", index.lights_without_room())?;
         stats.set_item("default_tolerance", index.default_tolerance())?;
         stats.set_item("queries", decided + counted.facing_away)?;
         stats.set_item("facing_away", counted.facing_away)?;

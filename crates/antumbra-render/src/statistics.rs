@@ -147,8 +147,14 @@ pub struct MemoryUse {
     /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values and
     /// lists, or all that a rival keeps.
     pub bytes_per_light: f64,
-    /// What the program expected to take at most, before it took it: scene, surfaces, picture,
-    /// grid and values.
+    /// What all that lights know has taken of the memory that it may take.
+    pub knowledge_bytes: u64,
+    /// How often some of it was dropped, since it had taken all of that.
+    pub evictions: u64,
+    /// Lights for which something was not made for want of room: rays answer in its place.
+    pub lights_without_room: usize,
+    /// What the program expected to take at its height, before it took it: scene, surfaces, picture, grid, tree,
+    /// values and what lights know.
     pub predicted_bytes: u64,
     /// The process at its largest; `null` where the system does not say.
     pub peak_bytes: Option<u64>,

@@ -16,8 +16,8 @@ mod stats;
 
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};
 pub use index::{
-    Answer, BuildError, Builder, Decided, GridResolution, Method, QueryError, QuickCheck,
-    QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
+    Answer, BuildError, Builder, Decided, GridResolution, Method, Prediction, QueryError,
+    QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
 pub use kept::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved, Volume};
 pub use own_rays::{AnyHit, WithRays};

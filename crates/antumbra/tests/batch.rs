@@ -760,14 +760,15 @@ fn an_index_without_a_tree_answers_the_same() {
         }
     }
     // Less memory is asked for.
-    let needed = ShadowIndex::predict_bytes(
+    let predicted = ShadowIndex::predict(
         &occluders,
         3,
         GridResolution::Automatic,
-        Method::Bvh,
-        RayMethod::Bvh,
+        (Method::Bvh, RayMethod::Bvh),
+        Refinement::default(),
+        None,
     );
-    let limit = needed.expect("fine settings") - 1;
+    let limit = predicted.expect("fine settings").needed() - 1;
     let limited = |builder: antumbra::Builder| builder.memory_limit(limit);
     assert!(
         limited(builder_of(&occluders, Method::Bvh))

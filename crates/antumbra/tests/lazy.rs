@@ -197,9 +197,9 @@ impl Questions {
         index_of(&self.occluders, Method::Voxel, refine, memory)
     }
 
-    /// What an index takes before anything is known.
+    /// What an index takes before anything is known: tables, columns and empty stores of all lights.
     fn bytes_at_first(&self) -> u64 {
-        self.index(Refine::Asked, None).occlusion_bytes()
+        self.index(Refine::Asked, None).knowledge_bytes()
     }
 
     /// Asks about a slice at once and checks the answers.
@@ -293,40 +293,48 @@ fn threads_that_refine_together_answer_as_rays_do() {
     }
 }
 
-/// A store of so many bytes more than what it takes at first; fewer leave no store at all.
+/// Room for so many bytes more than what is taken at first; very few leave no tables at all.
 #[test]
 fn memory_that_is_too_small_changes_no_answer() {
     let questions = Questions::new(2, 6_000);
     let at_first = questions.bytes_at_first();
     for (refine, more, rounds) in [
-        (Refine::Asked, 256, 60),
-        (Refine::Asked, 4_096, 120),
-        (Refine::Asked, 60_000, 250),
-        (Refine::Lazy, 256, 250),
-        (Refine::Lazy, 4_096, 250),
+        (Refine::Asked, 5_000, 60),
+        (Refine::Asked, 20_000, 120),
+        (Refine::Asked, 100_000, 250),
+        (Refine::Lazy, 5_000, 250),
+        (Refine::Lazy, 20_000, 250),
     ] {
         for threads in [1, 2, 7] {
             let memory = at_first + more;
             let index = questions.index(refine, Some(memory));
             questions.hammer(&index, threads, rounds);
             let label = format!("{refine:?}, {more} more, {threads} threads");
-            assert!(index.occlusion_bytes() <= memory, "{label}");
+            assert!(index.knowledge_bytes() <= memory, "{label}");
             if refine == Refine::Asked {
                 assert!(index.evictions() > 0, "{label}");
+                assert!(index.lights_without_room() > 0, "{label}");
             }
         }
     }
     // What comes into no store is left out, and nothing dropped.
-    let index = questions.index(Refine::Eager, Some(at_first + 60_000));
-    questions.hammer(&index, 2, 60);
-    assert_eq!(index.evictions(), 0);
-    assert!(index.occlusion_bytes() > at_first);
+    let all = questions.index(Refine::Eager, None);
+    assert_eq!(all.lights_without_room(), 0);
+    for share in 1..6 {
+        let memory = all.knowledge_bytes() * share / 4;
+        let index = questions.index(Refine::Eager, Some(memory));
+        questions.hammer(&index, 2, 60);
+        assert_eq!(index.evictions(), 0);
+        assert!(index.knowledge_bytes() <= memory);
+        assert!(index.lights_without_room() > 0 || share > 3, "{share}");
+        assert!(index.occlusion_bytes() > 0 || share < 3, "{share}");
+    }
     for refine in [Refine::Asked, Refine::Lazy, Refine::Eager] {
-        for memory in [0, 1, 100, at_first - 1] {
+        for memory in [0, 1, 100, 10_000] {
             let index = questions.index(refine, Some(memory));
             questions.hammer(&index, 2, 40);
             assert_eq!(index.occlusion_bytes(), 0, "{refine:?} {memory}");
-            assert_eq!(index.evictions(), 0);
+            assert_eq!((index.evictions(), index.knowledge_bytes()), (0, 0));
             assert_eq!(questions.ask_one(&index, 0, 0), Decided::Ray);
         }
     }
@@ -385,10 +393,10 @@ fn what_is_forgotten_is_made_again() {
             assert!(index.table_bytes() > at_first.1, "{refine:?}");
             index.forget_values();
             let now = (index.occlusion_bytes(), index.table_bytes());
-            assert_eq!(now.0, at_first.0, "{refine:?}");
+            assert_eq!(now, (0, 0), "{refine:?}");
             if refine == Refine::Lazy {
                 // As asked, tables are there at first.
-                assert_eq!(now.1, at_first.1);
+                assert_eq!(at_first, now);
             }
             questions.hammer(&index, 2, 20);
             index.forget_values();
@@ -458,4 +466,66 @@ fn the_order_of_questions_does_not_matter_in_the_end() {
     );
     let random = &mut Random(6);
     assert_eq!(settle(&mut |numbers, _| random.shuffle(numbers)), expected);
+}
+
+/// Asks one by one about points of a plane across an axis; returns the share that rays did not answer.
+fn share_known_on_a_plane(axis: usize, height: f64, place: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let mut builder = Occluders::builder();
+    let turned = |x: f64, y: f64, z: f64| {
+        let mut point = [0.0; 3];
+        (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) = (height + z, x, y);
+        DVec3::from_array(point)
+    };
+    let random = &mut Random(9);
+    let floor = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| turned(x, y, 0.0));
+    builder.add_face(&floor, Opacity::Opaque).expect("a face");
+    for _ in 0..300 {
+        let [x, y, z] = [(); 3].map(|()| random.real(0.0, 0.9));
+        let corners = [(0.0, 0.0), (0.06, 0.0), (0.0, 0.06)];
+        let corners = corners.map(|(u, v)| turned(x + u, y + v, 0.1 + z));
+        builder.add_face(&corners, Opacity::Opaque).expect("a face");
+    }
+    let light = LightShape::Direction(turned(0.1, 0.2, 1.0) - turned(0.0, 0.0, 0.0));
+    let index = ShadowIndex::builder(Arc::new(builder.build()), vec![light])
+        .refinement(Refinement {
+            resolution: 64,
+            space_resolution: 32,
+            ..Refinement::default()
+        })
+        .build()
+        .expect("an index");
+    const COUNT: usize = 60_000;
+    let mut counters = Counters::default();
+    for number in 0..COUNT {
+        let [x, y] = place(number);
+        let start = Start {
+            point: turned(x, y, 0.0),
+            surface: None,
+        };
+        index
+            .shadow(&start, 0, &mut counters)
+            .expect("a fine query");
+    }
+    1.0 - counters.shadow.rays as f64 / COUNT as f64
+}
+
+#[test]
+fn points_on_grids_and_planes_across_any_axis_are_learned_alike() {
+    let dyadic = |number: usize| [number % 512, number / 512 % 512].map(|n| n as f64 / 512.0);
+    let signed = |number: usize| match dyadic(number) {
+        [x, y] if x > 0.0 => [x, y],
+        // The other zero.
+        [_, y] => [-0.0, y],
+    };
+    let one = |_: usize| [0.4375, 0.3125];
+    let row = |number: usize| [(number % 512) as f64 / 512.0, 0.25];
+    let places: [&dyn Fn(usize) -> [f64; 2]; 4] = [&dyadic, &signed, &one, &row];
+    for height in [0.0, 0.5] {
+        for (kind, place) in places.iter().enumerate() {
+            let shares = [0, 1, 2].map(|axis| share_known_on_a_plane(axis, height, place));
+            for share in shares {
+                assert!(share > 0.8, "height {height}, places {kind}: {shares:?}");
+            }
+        }
+    }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Answer, BuildError, Counters, Decided, GridResolution, Method, QuickCheck, RayMethod, Shadow,
-    ShadowIndex,
+    Answer, BuildError, Counters, Decided, GridResolution, Method, Prediction, QuickCheck,
+    RayMethod, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
     Cone, DVec3, LightShape, Occluders, OccludersBuilder, Opacity, Ray, Sphere, Start, SurfaceId,
@@ -394,6 +394,11 @@ fn lights_without_a_place_or_direction_are_refused() {
     }
 }
 
+fn predicted_of(occluders: &Occluders, grid: GridResolution) -> Prediction {
+    let how = (Method::Voxel1990, RayMethod::Bvh);
+    ShadowIndex::predict(occluders, 1, grid, how, Refinement::default(), None).unwrap()
+}
+
 #[test]
 fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
     let occluders = Arc::new(floor().build());
@@ -407,10 +412,10 @@ fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
         .memory_limit(limit)
         .build()
         .expect_err("more than a gibibyte");
-    let needed =
-        ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990, RayMethod::Bvh).unwrap();
+    let predicted = predicted_of(&occluders, grid);
+    let needed = predicted.needed();
     assert!(needed > 2 * 1600 * 1600 * 1600 / 8 && needed > limit);
-    assert_eq!(refused, BuildError::Memory { needed, limit });
+    assert_eq!(refused, BuildError::Memory { predicted, limit });
     let text = refused.to_string();
     for figure in [needed, limit] {
         assert!(text.contains(&figure.to_string()), "{text}");
@@ -418,8 +423,7 @@ fn too_little_memory_is_refused_with_figures_before_any_is_taken() {
 
     // The limit is kept to the byte of the prediction.
     let grid = GridResolution::Fixed([30; 3]);
-    let needed =
-        ShadowIndex::predict_bytes(&occluders, 1, grid, Method::Voxel1990, RayMethod::Bvh).unwrap();
+    let needed = predicted_of(&occluders, grid).needed();
     let build = |limit| {
         ShadowIndex::builder(occluders.clone(), lights.clone())
             .method(Method::Voxel1990)

@@ -73,7 +73,8 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     let saved = kept::save(&index, path)?;
     if saved.pending_count > 0 {
         screen.warning(format!(
-            "{} voxels and lists are not made to the end, for --occlusion-memory is full",
+            "{} voxels and lists are not made to the end, for --occlusion-memory, or what --memory-limit \
+             leaves of it, is full",
             saved.pending_count
         ));
     }
@@ -128,8 +129,9 @@ pub(super) fn gathered(
         refinement: cost.refinement(Refine::Eager),
         ..PrepareOptions::default()
     };
-    need.index = gathered.predict_bytes(scene.lights.len(), &options)?;
+    let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+    need.set_index(gathered.memory_bytes(), predicted);
     need.check(limit)?;
-    options.memory_limit = limit - (need.total() - need.index);
+    options.memory_limit = need.left_for_index(limit);
     Ok((gathered, options))
 }

@@ -4,8 +4,9 @@
 
 use std::path::{Path, PathBuf};
 
-use antumbra::Volume;
+use antumbra::{Prediction, Volume};
 use antumbra_render::aov::light_names;
+use antumbra_render::prepare::scene_bytes;
 use antumbra_scene::model::Scene;
 use clap::Args;
 use serde::Serialize;
@@ -78,8 +79,17 @@ fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failu
         kept::tell(&index, &scene.lights, path, screen);
     }
     let nothing = || Failure::input("the scene has no surfaces, so there are no cells", "");
+    // Beside what was taken for the index.
+    let predicted = gathered.predict(scene.lights.len(), &options, None)?;
     let need = Need {
+        scene: scene_bytes(scene),
+        surfaces: gathered.memory_bytes(),
         arrays: index.volume_bytes(typed.cells).ok_or_else(nothing)?,
+        index: Prediction {
+            values: index.knowledge_bytes(),
+            knowledge: 0,
+            ..predicted
+        },
         ..Need::default()
     };
     need.check(memory::limit(typed.cost.memory_limit))?;

@@ -39,7 +39,8 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     row(screen, "memory, surfaces", format_bytes(surface_bytes));
     for shadows in Shadows::OURS {
         let options = options(shadows.method());
-        let bytes = gathered.predict_bytes(scene.lights.len(), &options)?;
+        let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+        let bytes = predicted.total();
         row(
             screen,
             &format!("memory, {}", shadows.name()),

@@ -53,7 +53,8 @@ fn work(
 ) -> Result<Outcome, Failure> {
     let shape = shape(files.points.count, chosen.columns.len(), typed.packed);
     let out_bytes = shape.iter().product::<u64>();
-    let index = index(typed, scene, chosen, files.bytes() + out_bytes, screen)?;
+    let sizes = (files.points.count, files.bytes() + out_bytes);
+    let index = index(typed, scene, chosen, sizes, screen)?;
     let (points, normals) = files.read()?;
     let normals = normals.as_deref();
     let batch = Batch {
@@ -208,7 +209,7 @@ fn index(
     typed: &Query,
     scene: &Scene,
     chosen: &Chosen,
-    array_bytes: u64,
+    (point_count, array_bytes): (u64, u64),
     screen: &Screen,
 ) -> Result<ShadowIndex, Failure> {
     let limit = memory::limit(typed.cost.memory_limit);
@@ -235,9 +236,11 @@ fn index(
         refinement: typed.cost.refinement(Refine::Lazy),
         ..PrepareOptions::default()
     };
-    need.index = gathered.predict_bytes(chosen.lights.len(), &options)?;
+    let predicted = gathered.predict(chosen.lights.len(), &options, Some(point_count))?;
+    need.set_index(gathered.memory_bytes(), predicted);
     need.check(limit)?;
-    options.memory_limit = limit - (need.total() - need.index);
+    options.memory_limit = need.left_for_index(limit);
+    screen.detail(format!("memory predicted: {need}"));
     let lights = chosen
         .lights
         .iter()

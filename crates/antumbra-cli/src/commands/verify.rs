@@ -135,7 +135,8 @@ impl Built<'_> {
     fn index(&mut self, method: Method) -> Result<ShadowIndex, Failure> {
         let options = options(self.typed, method, self.memory_left);
         let lights = &self.scene.lights;
-        let taken = self.gathered.predict_bytes(lights.len(), &options)?;
+        let predicted = self.gathered.predict(lights.len(), &options, None)?;
+        let taken = predicted.total().min(self.memory_left);
         let index = self.gathered.index(lights, &options)?;
         self.memory_left = self.memory_left.saturating_sub(taken);
         Ok(index)

@@ -245,8 +245,15 @@ fn memory_is_refused_before_it_is_taken_and_by_name() {
             "--aov",
         ),
         (
-            &["--grid", "1000", "--memory-limit", "500MiB"],
-            "grid and occlusion values",
+            &[
+                "--grid",
+                "1000",
+                "--shadows",
+                "voxel-1990",
+                "--memory-limit",
+                "500MiB",
+            ],
+            "grid 7.5 GiB",
             "--grid fewer voxels",
         ),
     ];

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use antumbra::ShadowIndex;
+use antumbra::{Prediction, ShadowIndex};
 use antumbra_geometry::{
     CoverageId, DVec3, ElementId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity,
     SurfaceId,
@@ -89,22 +89,24 @@ impl Gathered {
         self.occluders.memory_bytes() + (self.runs.capacity() * size_of::<Run>()) as u64
     }
 
-    /// Returns the bytes that grid, tree and values will take, before any is taken.
+    /// Returns the bytes that grid, tree and values will take at their height, before any is taken; with so many
+    /// queries of each light, or any number if that is not said.
     ///
     /// # Errors
     /// A setting is out of range.
-    pub fn predict_bytes(
+    pub fn predict(
         &self,
         light_count: usize,
         options: &PrepareOptions,
-    ) -> Result<u64, PrepareError> {
-        let Self { occluders, .. } = self;
-        Ok(ShadowIndex::predict_bytes(
-            occluders,
+        query_count: Option<u64>,
+    ) -> Result<Prediction, PrepareError> {
+        Ok(ShadowIndex::predict(
+            &self.occluders,
             light_count,
             options.grid,
-            options.method,
-            options.rays,
+            (options.method, options.rays),
+            options.refinement,
+            query_count,
         )?)
     }
 

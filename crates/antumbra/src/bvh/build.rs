@@ -5,7 +5,7 @@
 //! (Ylitie et al. 2017, section 3). One thread, no hashing, no clock: the tree is a function of the
 //! scene.
 
-use super::binary::{Binary, FrameBox};
+use super::binary::{Binary, BinaryNode, FrameBox};
 use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH};
 use super::ray::{FilterBounds, USUAL_ORIGIN_ERROR};
 use crate::frame::Frame;
@@ -36,6 +36,31 @@ impl Bvh {
             .surfaces()
             .map(|surface| FrameBox::new(&frame, &occluders.surface_bounds(surface)))
             .collect()
+    }
+
+    /// Returns about the bytes that building the tree takes at its height, and those of the tree. How full groups and
+    /// nodes are hardly depends on the scene (`crates/antumbra/tests/memory.rs`).
+    pub(crate) fn predict_bytes(occluders: &Occluders) -> [u64; 2] {
+        /// Shapes in a group, and groups below a node.
+        const FULL: [f64; 2] = [2.5, 5.0];
+        let surface_count = occluders.surface_count();
+        let (triangles, others) = (
+            occluders.triangle_count() as f64,
+            (surface_count - occluders.triangle_count()) as f64,
+        );
+        let [triangle_group, sphere_group, node] = [
+            size_of::<TriangleGroup>(),
+            size_of::<SphereGroup>(),
+            size_of::<Node>(),
+        ]
+        .map(|size| size as f64);
+        let groups = triangles * triangle_group + others * sphere_group;
+        let nodes = surface_count as f64 * node / FULL[1];
+        let taken = ((groups + nodes) / FULL[0]) as u64;
+        // The boxes, and for each node of the binary tree how it is cut, until all is written.
+        let binary = 2 * (size_of::<BinaryNode>() + Plan::NODE_BYTES);
+        let height = (size_of::<FrameBox>() + binary) * surface_count;
+        [taken + height as u64, taken]
     }
 
     /// Cuts a binary tree over all surfaces.
@@ -89,6 +114,13 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
+    /// Bytes of a node of the binary tree.
+    const NODE_BYTES: usize = size_of::<[f32; WIDTH]>()
+        + size_of::<[u8; WIDTH]>()
+        + size_of::<bool>()
+        + size_of::<u32>()
+        + size_of::<Content>();
+
     fn new(occluders: &Occluders, binary: &'a Binary) -> Self {
         let count = binary.nodes.len();
         let mut plan = Self {
@@ -214,7 +246,30 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    /// Takes room for all nodes and groups: vectors that grow would take twice as much.
+    fn take_room(&mut self) {
+        let mut node_count = 0;
+        let mut counts = [0; 4];
+        let mut pending = vec![0];
+        while let Some(node) = pending.pop() {
+            node_count += 1;
+            for child in self.plan.wide_children(node) {
+                if self.plan.is_group[child] {
+                    counts[self.plan.contents[child] as usize] += 1;
+                } else {
+                    pending.push(child);
+                }
+            }
+        }
+        let [triangle_count, sphere_count, other_count, mixed_count] = counts;
+        self.bvh.nodes.reserve_exact(node_count);
+        self.bvh.triangles.reserve_exact(triangle_count);
+        self.bvh.spheres.reserve_exact(sphere_count);
+        self.bvh.others.reserve_exact(other_count + mixed_count);
+    }
+
     fn write(&mut self) {
+        self.take_room();
         // Depth first, so that a node's first inner child is the next in memory.
         struct Pending {
             binary: usize,

@@ -136,14 +136,6 @@ impl Members {
     }
 }
 
-impl Bvh {
-    /// Returns the bytes of a tree of so many surfaces at the height of its building, guessed
-    /// generously: some 100 for the binary tree, 50 for the plan, 250 for the wide tree.
-    pub(crate) fn predict_bytes(surface_count: usize) -> u64 {
-        400 * surface_count as u64
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -58,8 +58,9 @@ impl Grid {
         &self.items[self.starts[voxel] as usize..self.starts[voxel + 1] as usize]
     }
 
-    /// Returns the bytes of the grid before it is built, guessing from the boxes of the surfaces.
-    pub(crate) fn predict_bytes(occluders: &Occluders, layout: &Layout) -> u64 {
+    /// Returns the bytes that building the grid takes at its height, and those of the grid, guessing from the boxes of
+    /// the surfaces.
+    pub(crate) fn predict_bytes(occluders: &Occluders, layout: &Layout) -> [u64; 2] {
         let entries: u64 = occluders
             .surfaces()
             .map(|surface| {
@@ -71,8 +72,9 @@ impl Grid {
                 (layer(0, 1) + layer(1, 2) + layer(2, 0)).min(block.voxel_count())
             })
             .sum();
-        // Entries live twice while they are sorted: as pairs and in place.
-        8 * (layout.voxel_count() as u64 + 1) + 12 * entries
+        // Entries live twice while they are sorted: as pairs and in place; and where they start, too.
+        let voxels = 4 * (layout.voxel_count() as u64 + 1);
+        [2 * voxels + 14 * entries, voxels + 4 * entries]
     }
 }
 

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use antumbra_geometry::{DVec3, LightShape, Occluders};
 
+use super::predict::{Asked, Prediction};
 use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
 use super::{LARGEST, ShadowIndex};
-use crate::bvh::{Bvh, Tree};
+use crate::bvh::Tree;
 use crate::grid::{Grid, Layout};
 use crate::kept::{Kept, LoadError};
-use crate::occlusion::{AdaptiveValues, DenseValues, mark, quick_check};
+use crate::occlusion::{AdaptiveValues, mark, quick_check};
 
 /// Why an index cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -29,13 +30,11 @@ pub enum BuildError {
          (about 1625 an axis)"
     )]
     BadResolution([u32; 3]),
-    /// The grid, the tree and the values would need more memory than allowed.
-    #[error(
-        "grid and occlusion values need about {needed} bytes, more than the limit of {limit}; lower the grid resolution"
-    )]
+    /// The grid, the tree and the values of the grid would need more memory than allowed.
+    #[error("{} bytes are needed, more than the limit of {limit}: {predicted}", predicted.needed())]
     Memory {
-        /// Predicted bytes.
-        needed: u64,
+        /// What is predicted, without what lights know of [`Method::Voxel`]: that takes what is left.
+        predicted: Prediction,
         /// Allowed bytes.
         limit: u64,
     },
@@ -119,7 +118,9 @@ impl Builder {
         self
     }
 
-    /// Limits the memory of grid, tree and values, in bytes; without it there is no limit.
+    /// Limits the memory of grid, tree and values, in bytes; without it there is no limit. What lights know of
+    /// [`Method::Voxel`] takes no more than the others leave, and [`Refinement::memory`] at most: so only the others
+    /// may be too much. The surfaces themselves, lights and answers are not counted.
     #[must_use]
     pub fn memory_limit(mut self, bytes: u64) -> Self {
         self.memory_limit = Some(bytes);
@@ -148,17 +149,22 @@ impl Builder {
         for (index, light) in self.lights.iter().enumerate() {
             check_light(index, light)?;
         }
+        let mut refinement = self.refinement;
         if let Some(limit) = self.memory_limit {
-            let needed = predict_bytes(
-                &self.occluders,
-                self.lights.len(),
-                self.resolution,
-                self.method,
-                self.has_tree && needs_bvh(self.method, self.rays),
-            )?;
-            if needed > limit {
-                return Err(BuildError::Memory { needed, limit });
+            let predicted = Asked {
+                occluders: &self.occluders,
+                light_count: self.lights.len(),
+                resolution: self.resolution,
+                has_grid: self.needs_grid(),
+                method: self.method,
+                has_tree: self.makes_tree(),
+                refinement,
+                query_count: None,
             }
+            .predict()?;
+            let left = limit.checked_sub(predicted.needed());
+            let left = left.ok_or(BuildError::Memory { predicted, limit })?;
+            refinement.memory = refinement.memory.min(left);
         }
         let layout = layout(&self.occluders, self.resolution)?;
         let grid = self
@@ -187,8 +193,8 @@ impl Builder {
             _ => Vec::new(),
         };
         let (occluders, lights) = (&*self.occluders, &self.lights);
-        let adaptive = (method == Method::Voxel).then(|| {
-            let mut making = self.refinement.making();
+        let mut adaptive = (method == Method::Voxel).then(|| {
+            let mut making = refinement.making();
             if !self.has_tree {
                 // While there is one.
                 making.refine = Refine::Eager;
@@ -200,7 +206,7 @@ impl Builder {
             (Some(path), Some(values)) => Some(Kept::open(path, values, occluders)?),
             (Some(path), None) => return Err(LoadError::no_values(path).into()),
         };
-        let tree = if needs_bvh(self.method, self.rays) {
+        let tree = if self.makes_tree() {
             let topology = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
             Some(match topology.flatten() {
                 // With all values there may never be a ray.
@@ -211,7 +217,7 @@ impl Builder {
             None
         };
         let mut kept_lights = Vec::new();
-        if let (Some(values), Some(tree)) = (&adaptive, &tree) {
+        if let (Some(values), Some(tree)) = (&mut adaptive, &tree) {
             if let Some(kept) = &kept {
                 kept_lights = kept.take(values, occluders, lights)?;
             }
@@ -240,12 +246,23 @@ impl Builder {
 impl Builder {
     /// Returns whether anything will walk the grid or look at it.
     fn needs_grid(&self) -> bool {
-        matches!(self.method, Method::Voxel1990 | Method::Grid)
-            || self.rays == RayMethod::Grid
-            || self.quick_check != QuickCheck::Off
-            || !self.has_tree
-            || !needs_bvh(self.method, self.rays)
+        needs_grid(self.method, self.rays) || self.quick_check != QuickCheck::Off || !self.has_tree
     }
+
+    /// Returns whether a tree is built: if it is not kept, to make values with.
+    fn makes_tree(&self) -> bool {
+        match self.has_tree {
+            true => needs_bvh(self.method, self.rays),
+            false => self.method == Method::Voxel,
+        }
+    }
+}
+
+/// Returns whether the settings ask for the grid.
+pub(super) fn needs_grid(method: Method, rays: RayMethod) -> bool {
+    matches!(method, Method::Voxel1990 | Method::Grid)
+        || rays == RayMethod::Grid
+        || !needs_bvh(method, rays)
 }
 
 fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
@@ -257,37 +274,6 @@ fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
     } else {
         Err(BuildError::BadLight { light: index })
     }
-}
-
-pub(super) fn predict_bytes(
-    occluders: &Occluders,
-    light_count: usize,
-    resolution: GridResolution,
-    method: Method,
-    has_tree: bool,
-) -> Result<u64, BuildError> {
-    let layout = layout(occluders, resolution)?;
-    let grid = Grid::predict_bytes(occluders, &layout);
-    let values = match method {
-        // While they are marked, values take a byte each, and umbrae some hundred.
-        Method::Voxel1990 => {
-            DenseValues::bytes_for(layout.voxel_count()) * light_count as u64
-                + layout.voxel_count() as u64
-                + 600 * occluders.elements().len() as u64
-        }
-        // The tables of every surface, and values, lists and the octrees that they are packed from: measured
-        // on meshes of all kinds, and doubled.
-        Method::Voxel => {
-            (occluders.surface_count() as u64 + 4096) * (300 + 3000 * light_count as u64)
-        }
-        Method::Grid | Method::Bvh | Method::Naive => 0,
-    };
-    let bvh = if has_tree {
-        Bvh::predict_bytes(occluders.surface_count())
-    } else {
-        0
-    };
-    Ok(grid + values + bvh)
 }
 
 /// Returns whether the settings ask for the tree.

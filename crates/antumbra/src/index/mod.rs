@@ -2,6 +2,7 @@
 
 mod answer;
 mod builder;
+mod predict;
 mod settings;
 
 use std::sync::Arc;
@@ -16,9 +17,11 @@ use crate::occlusion::{AdaptiveValues, DenseValues};
 use crate::own_rays::{AnyHit, WithRays};
 use crate::shadow::{self, ByVoxel, Rays};
 
-use self::builder::{layout, needs_bvh, predict_bytes};
+use self::builder::{layout, needs_bvh, needs_grid};
+use self::predict::Asked;
 pub use answer::{Answer, Decided, QueryError, Shadow};
 pub use builder::{BuildError, Builder};
+pub use predict::Prediction;
 pub use settings::{
     GridResolution, Method, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement,
 };
@@ -402,10 +405,24 @@ impl ShadowIndex {
         self.adaptive.as_ref()
     }
 
-    /// Returns how often the values of [`Method::Voxel`] were thrown away because they took all memory that they
-    /// may take.
+    /// Returns how often what a light knows of [`Method::Voxel`], or a part of it, was dropped because all that lights
+    /// know took all memory that it may take.
     pub fn evictions(&self) -> u64 {
         self.adaptive.as_ref().map_or(0, AdaptiveValues::evictions)
+    }
+
+    /// Returns of how many lights something that was wanted was not made, for want of room in [`Refinement::memory`]:
+    /// rays answer in its place.
+    pub fn lights_without_room(&self) -> usize {
+        self.adaptive
+            .as_ref()
+            .map_or(0, AdaptiveValues::refused_count)
+    }
+
+    /// Returns the bytes that all lights together have taken of [`Refinement::memory`]: values, lists, tables, and
+    /// room that is not used yet.
+    pub fn knowledge_bytes(&self) -> u64 {
+        self.adaptive.as_ref().map_or(0, AdaptiveValues::bytes)
     }
 
     /// Returns the bytes of all occlusion values: two bits per voxel and light.
@@ -431,19 +448,30 @@ impl ShadowIndex {
         self.adaptive.as_ref().map(AdaptiveValues::planes)
     }
 
-    /// Returns about how many bytes building the index takes at its height, before any is taken.
+    /// Returns about how many bytes an index takes at its height, before any is taken: while it is built, and with
+    /// what so many queries of each light make it know, or any number if that is not said.
     ///
     /// # Errors
     /// The resolution is out of range.
-    pub fn predict_bytes(
+    pub fn predict(
         occluders: &Occluders,
         light_count: usize,
         resolution: GridResolution,
-        method: Method,
-        rays: RayMethod,
-    ) -> Result<u64, BuildError> {
-        let has_tree = needs_bvh(method, rays);
-        predict_bytes(occluders, light_count, resolution, method, has_tree)
+        (method, rays): (Method, RayMethod),
+        refinement: Refinement,
+        query_count: Option<u64>,
+    ) -> Result<Prediction, BuildError> {
+        Asked {
+            occluders,
+            light_count,
+            resolution,
+            has_grid: needs_grid(method, rays),
+            method,
+            has_tree: needs_bvh(method, rays),
+            refinement,
+            query_count,
+        }
+        .predict()
     }
 
     /// Returns the resolution that a setting means for a scene.

@@ -55,9 +55,12 @@ pub struct Refinement {
     pub long_list: usize,
     /// When values are made.
     pub refine: Refine,
-    /// Bytes that values and lists may take, for all lights together, 4 GiB at most. Where that is too little,
-    /// values that are made while queries are answered are thrown away and made again; answers do not
-    /// change. Tables of the surfaces come beside: about 120 bytes each, and 200 for each light.
+    /// Bytes that may be taken for all that lights know, for all lights together: values, lists, tables of the
+    /// surfaces, and what is needed for a moment to make them. Values of one light take 4 GiB at most. Where that is
+    /// too little, values that are made while queries are answered are dropped and made again, or lights are answered
+    /// by rays; answers do not change. [`ShadowIndex::evictions`](crate::ShadowIndex::evictions) and
+    /// [`ShadowIndex::lights_without_room`](crate::ShadowIndex::lights_without_room) tell. Beside it come the surfaces,
+    /// the tree, the grid, and about 250 bytes for each light that was never asked.
     pub memory: u64,
 }
 

@@ -4,12 +4,14 @@
 //! bits a cell in two planes, then a [`Link`] for each cell that has no answer, in the order of the cells. A
 //! root table of links finds the coarsest bricks. All lies in one [`Arena`].
 
-use std::sync::atomic::AtomicU64;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use super::arena::Arena;
 use super::forms::EightForms;
 use super::lattice::{Cell, Code, Lattice};
 use super::links::{Link, read};
+use super::room::{Room, Share};
 use super::sync::{AtomicU32, Ordering};
 use super::value::{Audience, Occlusion, Values64};
 
@@ -44,15 +46,24 @@ const LIST_HEAD: usize = 3;
 /// In place of a number of forms.
 const NO_FORMS: u32 = u32::MAX;
 
-/// The values and lists of all lights, as far as they are made.
+/// The values and lists of a light, as far as they are made.
 #[derive(Debug)]
 pub(crate) struct Store {
     arena: Arena,
-    /// Where the root tables lie, for each light and audience.
-    roots: Vec<[u32; 3]>,
+    /// Where the root tables lie, for each audience.
+    roots: [u32; 3],
     /// The forms of lists that want them side by side.
     forms: boxcar::Vec<Box<[EightForms]>>,
-    list_words: AtomicU64,
+    /// What those take of the room.
+    forms_share: Share,
+    list_bytes: AtomicU64,
+    brick_count: AtomicU64,
+    /// Links of all bricks.
+    link_count: AtomicU64,
+    /// Bytes that were handed out for the root tables.
+    root_bytes: u64,
+    /// Whether something found no room.
+    is_full: AtomicBool,
 }
 
 /// A list at hand.
@@ -75,45 +86,59 @@ impl List<'_> {
 }
 
 impl Store {
-    /// Makes a store in which nothing is known, of at most so many bytes; `None` if these do not hold the
-    /// root tables. Refining a cell at the root has a price.
+    /// Makes a store in which nothing is known, of at most so many bytes; `None` if these, or what the room has left,
+    /// do not hold the root tables. Refining a cell at the root has a price.
     pub(crate) fn new(
+        room: &Arc<Room>,
         bytes: u64,
         lattices: &[Lattice; 3],
-        light_count: usize,
         price: u32,
     ) -> Option<Self> {
-        let arena = Arena::new(bytes);
-        let roots = (0..light_count)
-            .map(|_| {
-                let mut places = [0; 3];
-                for (place, lattice) in places.iter_mut().zip(lattices) {
-                    let count = lattice.root_places();
-                    *place = arena.take(count)?;
-                    // Some lie beside a flat scene.
-                    arena.write(*place, std::iter::repeat_n(Link::OUTSIDE.0, count));
-                    for brick in lattice.root_bricks() {
-                        let at = *place + Code::place_of(brick.at) as u32;
-                        arena.publish(at, Link::pending(price));
-                    }
-                }
-                Some(places)
-            })
-            .collect::<Option<_>>()?;
+        let places = lattices
+            .iter()
+            .map(|lattice| lattice.root_places().next_multiple_of(4));
+        let arena = Arena::new(room, bytes, places.sum())?;
+        let mut roots = [0; 3];
+        for (place, lattice) in roots.iter_mut().zip(lattices) {
+            let count = lattice.root_places();
+            *place = arena.take(count)?;
+            // Some lie beside a flat scene.
+            arena.write(*place, std::iter::repeat_n(Link::OUTSIDE.0, count));
+            for brick in lattice.root_bricks() {
+                let at = *place + Code::place_of(brick.at) as u32;
+                arena.publish(at, Link::pending(price));
+            }
+        }
         Some(Self {
+            root_bytes: arena.bytes(),
             arena,
             roots,
             forms: boxcar::Vec::new(),
-            list_words: AtomicU64::new(0),
+            forms_share: room.take(0)?,
+            list_bytes: AtomicU64::new(0),
+            brick_count: AtomicU64::new(0),
+            link_count: AtomicU64::new(0),
+            is_full: AtomicBool::new(false),
         })
+    }
+
+    /// Returns the bytes that a store takes in which nothing is known, of at most so many.
+    pub(crate) fn bare_bytes(lattices: &[Lattice; 3], most_bytes: u64) -> u64 {
+        let places: usize = lattices.iter().map(Lattice::root_places).sum();
+        Arena::bytes_for(places, most_bytes)
+    }
+
+    /// Returns whether nothing but the root tables was written.
+    pub(crate) fn is_bare(&self) -> bool {
+        self.arena.bytes() == self.root_bytes
     }
 
     /// Returns what finds links.
     #[inline(always)]
-    pub(crate) fn finder(&self, light: usize, audience: Audience, lattice: &Lattice) -> Finder<'_> {
+    pub(crate) fn finder(&self, audience: Audience, lattice: &Lattice) -> Finder<'_> {
         Finder {
-            words: self.arena.words(),
-            root: self.roots[light][audience as usize] as usize,
+            arena: &self.arena,
+            root: self.roots[audience as usize] as usize,
             root_places: lattice.root_places(),
             root_shift: lattice.root_shift(),
             brick_shift: lattice.coarsest_shift(),
@@ -121,8 +146,8 @@ impl Store {
     }
 
     /// Returns where a root table starts.
-    pub(crate) fn root(&self, light: usize, audience: Audience) -> u32 {
-        self.roots[light][audience as usize]
+    pub(crate) fn root(&self, audience: Audience) -> u32 {
+        self.roots[audience as usize]
     }
 
     /// Returns what is known at a link.
@@ -132,7 +157,7 @@ impl Store {
 
     /// Returns what is known of the 64 cells of a brick.
     pub(crate) fn cells(&self, brick: usize) -> [Link; 64] {
-        let words = &self.arena.words()[brick..];
+        let words = self.arena.words_from(brick);
         std::array::from_fn(|number| {
             let (value, before) = value_of(words, number as u32);
             match value.of_surface_point() {
@@ -143,13 +168,13 @@ impl Store {
     }
 
     pub(crate) fn word(&self, place: u32) -> &AtomicU32 {
-        &self.arena.words()[place as usize]
+        self.arena.word(place as usize)
     }
 
     /// Returns a list.
     #[inline(always)]
     pub(crate) fn list(&self, place: usize) -> List<'_> {
-        let words = &self.arena.words()[place..];
+        let words = self.arena.words_from(place);
         let word = |at: usize| words[at].load(Ordering::Relaxed);
         let length = word(0) as usize;
         List {
@@ -207,7 +232,7 @@ impl Store {
             values.set(place as u32, value);
             links.extend(link.map(|link| link.0));
         }
-        let place = self.arena.take(PLANES + links.len())?;
+        let place = self.take_brick(links.len())?;
         self.arena
             .write(place, values.words().into_iter().chain(links));
         Some(Link::to_brick(place))
@@ -253,22 +278,20 @@ impl Store {
         forms: Option<Box<[EightForms]>>,
     ) -> Option<u32> {
         let count = LIST_HEAD + entries.len();
-        let place = self.arena.take(count)?;
-        let mut taken = count.next_multiple_of(4);
+        let place = self.take(count)?;
+        let mut taken = 4 * count.next_multiple_of(4) as u64;
+        // A list without them is as good, and slower.
         let number = match forms {
-            Some(forms) => {
-                // They lie elsewhere, and count here.
-                let words = size_of_val(&*forms) / 4;
-                self.arena.take(words)?;
-                taken += words;
+            Some(forms) if self.forms_share.grow(form_bytes(&forms)) => {
+                taken += form_bytes(&forms);
                 self.forms.push(forms) as u32
             }
-            None => NO_FORMS,
+            _ => NO_FORMS,
         };
         let head = [entries.len() as u32, counter.0, number];
         self.arena
             .write(place, head.into_iter().chain(entries.iter().copied()));
-        self.list_words.fetch_add(taken as u64, Ordering::Relaxed);
+        self.list_bytes.fetch_add(taken, Ordering::Relaxed);
         Some(place)
     }
 
@@ -278,7 +301,37 @@ impl Store {
 
     /// Takes room for a brick of so many links; `None` if there is no more.
     pub(super) fn take_brick(&self, link_count: usize) -> Option<u32> {
-        self.arena.take(PLANES + link_count)
+        let place = self.take(PLANES + link_count)?;
+        self.brick_count.fetch_add(1, Ordering::Relaxed);
+        self.link_count
+            .fetch_add(link_count as u64, Ordering::Relaxed);
+        Some(place)
+    }
+
+    fn take(&self, word_count: usize) -> Option<u32> {
+        let place = self.arena.take(word_count);
+        if place.is_none() {
+            self.is_full.store(true, Ordering::Relaxed);
+        }
+        place
+    }
+
+    /// Returns whether something found no room.
+    pub(crate) fn is_full(&self) -> bool {
+        self.is_full.load(Ordering::Relaxed)
+    }
+
+    /// Returns how many bricks there are, how many links they have, and about the words of all lists.
+    pub(super) fn counts(&self) -> [usize; 3] {
+        let [bricks, links, bytes] = [&self.brick_count, &self.link_count, &self.list_bytes]
+            .map(|count| count.load(Ordering::Relaxed));
+        let words = bytes.saturating_sub(self.forms_share.bytes()) / 4;
+        [bricks, links, words].map(|count| count as usize)
+    }
+
+    /// Returns the bytes of the root tables.
+    pub(super) fn root_bytes(&self) -> u64 {
+        self.root_bytes
     }
 
     /// Writes a brick as it is, where room was taken and no link leads to yet.
@@ -289,7 +342,7 @@ impl Store {
 
     /// Returns a brick's planes and what its links say.
     pub(super) fn brick(&self, place: usize) -> ([u32; PLANES], impl Iterator<Item = Link>) {
-        let words = &self.arena.words()[place..];
+        let words = self.arena.words_from(place);
         let planes = std::array::from_fn(|word| words[word].load(Ordering::Relaxed));
         let links = &words[PLANES..PLANES + Values64::undecided(&planes)];
         (planes, links.iter().map(read))
@@ -299,7 +352,7 @@ impl Store {
     pub(crate) fn unfinished(&self, brick: usize) -> Vec<(u32, u32)> {
         let mut links = Vec::new();
         for number in 0..64 {
-            let (value, before) = value_of(&self.arena.words()[brick..], number);
+            let (value, before) = value_of(self.arena.words_from(brick), number);
             if value == Occlusion::Complicated {
                 links.push(((brick + PLANES + before) as u32, number));
             }
@@ -309,9 +362,15 @@ impl Store {
 
     /// Returns the bytes of values and links, and those of lists.
     pub(crate) fn bytes(&self) -> (u64, u64) {
-        let lists = 4 * self.list_words.load(Ordering::Relaxed);
-        (self.arena.bytes().saturating_sub(lists), lists)
+        let lists = self.list_bytes.load(Ordering::Relaxed);
+        let all = self.arena.bytes() + self.forms_share.bytes();
+        (all.saturating_sub(lists), lists)
     }
+}
+
+/// Returns what the forms of a list take, their place among others counted.
+fn form_bytes(forms: &[EightForms]) -> u64 {
+    (size_of_val(forms) + size_of::<Box<[EightForms]>>() + size_of::<usize>()) as u64
 }
 
 /// Returns the one link that does for all cells of a brick, if they agree.
@@ -334,7 +393,7 @@ fn agreed(cells: &Decisions) -> Option<Link> {
 /// A store's bricks for one light and audience, at hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Finder<'a> {
-    words: &'a [AtomicU32],
+    arena: &'a Arena,
     root: usize,
     root_places: usize,
     root_shift: u32,
@@ -373,16 +432,17 @@ impl Finder<'_> {
             return Leaf::OUTSIDE;
         }
         let mut place = self.root + place;
-        let mut link = read(&self.words[place]);
+        let mut link = read(self.arena.word(place));
         let mut shift = self.brick_shift;
         while let Some(brick) = link.brick() {
             let number = code.place_in_brick(shift);
-            let (value, before) = value_of(&self.words[brick..], number);
+            let words = self.arena.words_from(brick);
+            let (value, before) = value_of(words, number);
             if let Some(is_shadowed) = value.of_surface_point() {
                 return Leaf::of(is_shadowed);
             }
             place = brick + PLANES + before;
-            link = read(&self.words[place]);
+            link = read(&words[PLANES + before]);
             shift = shift.wrapping_sub(6);
         }
         Leaf {
@@ -400,16 +460,17 @@ impl Finder<'_> {
     pub(crate) fn level_of(&self, code: Code, lattice: &Lattice) -> u32 {
         let place = self.root + code.place_in_root(self.root_shift);
         let mut level = lattice.root_level;
-        let mut link = read(&self.words[place]);
+        let mut link = read(self.arena.word(place));
         let mut shift = self.brick_shift;
         while let Some(brick) = link.brick() {
             level += 2;
             let number = code.place_in_brick(shift);
-            let (value, before) = value_of(&self.words[brick..], number);
+            let words = self.arena.words_from(brick);
+            let (value, before) = value_of(words, number);
             if value.of_surface_point().is_some() {
                 break;
             }
-            link = read(&self.words[brick + PLANES + before]);
+            link = read(&words[PLANES + before]);
             shift = shift.wrapping_sub(6);
         }
         level

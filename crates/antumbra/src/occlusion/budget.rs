@@ -15,12 +15,12 @@ use crate::Counters;
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
 const HOPE: f64 = 1.0 / 16.0;
 /// The same for columns, which are bought once and whose gain is known better.
-const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
+pub(crate) const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
 /// So much of the gain may be spent on values.
 const REINVESTED: f64 = 0.7;
 
 /// So much of the time of rays may be spent at once that queries which are known to come would take.
-const FORESIGHT: f64 = 0.3;
+pub(crate) const FORESIGHT: f64 = 0.3;
 
 /// How much of what is new comes into the share of answers found lately.
 const RECENT: f32 = 0.2;

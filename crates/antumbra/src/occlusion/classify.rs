@@ -358,6 +358,7 @@ mod tests {
     use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere};
 
     use super::super::lattice::{Cell, Lattice};
+    use super::super::room::Room;
     use super::super::tables::{LightTables, SceneTables, Tables};
     use super::super::testing::Random;
     use super::*;
@@ -459,9 +460,10 @@ mod tests {
                 continue;
             }
             let lattice = Lattice::new(&bounds, &frame, 8);
-            let scene = SceneTables::new(&occluders);
+            let scene = SceneTables::new(&occluders, &frame);
             let of_light = LightTables::new(&occluders, &frame, &light);
-            of_light.make_whole(&scene, &occluders, &frame, &light);
+            let room = Room::new(u64::MAX);
+            assert!(of_light.make_edges(&scene, &occluders, (&frame, &light), &room));
             let tables = Tables::new(&occluders, &frame, &light, &scene, &of_light);
             let casters = Casters::new(tables);
             let bvh = Bvh::build(&occluders);

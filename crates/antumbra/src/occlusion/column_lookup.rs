@@ -6,7 +6,7 @@ use antumbra_geometry::{DVec3, Occluders, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, u32x8};
 
-use super::adaptive::AdaptiveValues;
+use super::adaptive::{AdaptiveValues, Lists};
 use super::columns::{Columns, Located, NO_COLUMN, Told as ToldOfColumn};
 use super::forms::Verdict;
 use super::lookup::{Found, Lookup, Source};
@@ -26,7 +26,7 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn find_many_in_columns(
         &self,
-        columns: &Columns,
+        (lists, columns): (&Lists, &Columns),
         occluders: &Occluders,
         starts: &[Start],
         light: usize,
@@ -34,7 +34,7 @@ impl AdaptiveValues {
         way: Way,
     ) -> Told {
         let asked = asked & first_bits(starts.len());
-        let Some(tables) = self.tables(occluders, light) else {
+        let Some(tables) = self.tables(occluders, light, lists) else {
             return Told {
                 unknown: asked,
                 ..Told::default()
@@ -42,7 +42,7 @@ impl AdaptiveValues {
         };
         dispatch!(self.level, simd => {
             let source = Source::Nothing;
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let lookup = Lookup { simd, values: self, number: light, tables, columns: None, source, occluders };
             lookup.find_many_in_columns(columns, starts, asked, way)
         })
     }
@@ -51,17 +51,17 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn find_one_in_columns(
         &self,
-        columns: &Columns,
+        (lists, columns): (&Lists, &Columns),
         occluders: &Occluders,
         start: &Start,
         light: usize,
     ) -> Found {
-        let Some(tables) = self.tables(occluders, light) else {
+        let Some(tables) = self.tables(occluders, light, lists) else {
             return Found::NOTHING;
         };
         dispatch!(self.level, simd => {
             let source = Source::Nothing;
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let lookup = Lookup { simd, values: self, number: light, tables, columns: None, source, occluders };
             lookup.find_one_in_columns(columns, start)
         })
     }

@@ -10,7 +10,7 @@ use antumbra_geometry::{LightShape, Occluders};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
-use super::gather::{Gathering, Seen};
+use super::gather::{self, Gathering, Seen};
 use super::tables::{NONE, Tables};
 use super::views::{Located as InTiles, Views, has_faces, whole};
 use crate::frame::Frame;
@@ -127,6 +127,10 @@ const FINENESS: f64 = 0.3;
 /// So often they are made wider, four times each.
 const TRIES: usize = 3;
 
+/// What a surface costs, with the tables of all triangles. Amid surfaces, columns hold many large ones: so much was
+/// measured on Lost Empire.
+const SURFACE_NS: [u64; 2] = [600, 1_300];
+
 /// How fine columns are to be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Wanted {
@@ -152,15 +156,21 @@ impl Wanted {
 }
 
 impl Columns {
-    /// Makes the lists; `None` where they would be too long, or no view suits the light.
-    pub(crate) fn new(occluders: &Occluders, tables: &Tables<'_>, wanted: Wanted) -> Option<Self> {
+    /// Makes the lists; `None` where they would be too long or take more than so many bytes, or no view suits the light.
+    pub(crate) fn new(
+        occluders: &Occluders,
+        tables: &Tables<'_>,
+        wanted: Wanted,
+        most_bytes: u64,
+    ) -> Option<Self> {
         let (frame, light) = (tables.frame, tables.light);
         let bounds = occluders.bounds();
         let count = wanted.tiles(occluders);
         let mut fineness = FINENESS;
         for _ in 0..TRIES {
             let views = Views::new(&bounds, frame, light, count)?;
-            if let Some(columns) = Self::with(views, fineness, occluders, tables) {
+            let made = Self::with(views, fineness, occluders, tables, most_bytes);
+            if let Some(columns) = made {
                 return Some(columns);
             }
             fineness /= 4.0;
@@ -175,20 +185,39 @@ impl Columns {
         light: &LightShape,
         wanted: Wanted,
     ) -> u64 {
-        // With the tables of all triangles. Amid surfaces, columns hold many large ones: so much was measured on
-        // Lost Empire.
-        const SURFACE_NS: [u64; 2] = [600, 1_300];
         let has_faces = has_faces(&occluders.bounds(), frame, light);
         const TILE_NS: f64 = 20.0;
         let count = occluders.surface_count() as u64;
         SURFACE_NS[usize::from(has_faces)] * count + (TILE_NS * wanted.tiles(occluders)) as u64
     }
 
-    /// Returns about how many bytes they will take.
-    pub(crate) fn predict_bytes(occluders: &Occluders) -> u64 {
-        const USUAL_ENTRIES: f64 = 5.0;
-        let lists = (USUAL_ENTRIES + FINENESS) * occluders.surface_count() as f64;
-        (8.0 * lists + 12.0 * TILE_COUNT[1]) as u64
+    /// Returns the least that making them may cost, in nanoseconds.
+    pub(crate) fn least_price(occluders: &Occluders) -> u64 {
+        SURFACE_NS[0] * occluders.surface_count() as u64
+    }
+
+    /// Returns the most bytes that [`Columns::new`] takes at its height.
+    pub(crate) fn most_bytes(occluders: &Occluders, wanted: Wanted) -> u64 {
+        let surface_count = occluders.surface_count();
+        let tile_count = 2 * wanted.tiles(occluders) as usize;
+        // As many again by rounding.
+        let column_count = tile_count + (2.0 * FINENESS * surface_count as f64) as usize;
+        let entries = gather::most_entries(surface_count, column_count);
+        gather::height_bytes(surface_count, tile_count, column_count)
+            + (entries * gather::ENTRY_BYTES) as u64
+    }
+
+    /// Returns about how many bytes they usually take, and at the height of their making.
+    pub(crate) fn usual_bytes(occluders: &Occluders, wanted: Wanted) -> [u64; 2] {
+        const USUAL_ENTRIES: usize = 5;
+        let surface_count = occluders.surface_count();
+        let tile_count = wanted.tiles(occluders) as usize;
+        let column_count = tile_count + (FINENESS * surface_count as f64) as usize;
+        let entries = USUAL_ENTRIES * surface_count;
+        let taken = 4 * tile_count + 8 * (column_count + entries);
+        let height = gather::height_bytes(surface_count, tile_count, column_count)
+            + (entries * gather::ENTRY_BYTES) as u64;
+        [taken as u64, height]
     }
 
     fn with(
@@ -196,10 +225,11 @@ impl Columns {
         fineness: f64,
         occluders: &Occluders,
         tables: &Tables<'_>,
+        most_bytes: u64,
     ) -> Option<Self> {
         let seen = Seen::new(&views, occluders, tables);
         let tiles = seen.tiles(fineness)?;
-        let mut gathering = Gathering::new(tables, &seen, &tiles);
+        let mut gathering = Gathering::new(tables, &seen, &tiles, most_bytes)?;
         gathering.add_all(&views)?;
         let (heads, entries) = gathering.in_order();
         Some(Self {
@@ -442,7 +472,7 @@ mod tests {
             }
             let frame = Frame::new(occluders.bounds());
             let light = light(&occluders, random);
-            let scene_tables = SceneTables::new(&occluders);
+            let scene_tables = SceneTables::new(&occluders, &frame);
             let light_tables = LightTables::new(&occluders, &frame, &light);
             let tables = Tables::new(&occluders, &frame, &light, &scene_tables, &light_tables);
             let count = random.pick(&[100.0, 2_000.0, 20_000.0]);
@@ -450,7 +480,8 @@ mod tests {
             let Some(views) = Views::new(&occluders.bounds(), &frame, &light, count) else {
                 continue;
             };
-            let Some(columns) = Columns::with(views, fineness, &occluders, &tables) else {
+            let Some(columns) = Columns::with(views, fineness, &occluders, &tables, u64::MAX)
+            else {
                 continue;
             };
             for _ in 0..150 {

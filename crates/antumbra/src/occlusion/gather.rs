@@ -14,6 +14,24 @@ use super::views::{View, Views};
 /// Entries for a surface and for a column at most: beyond that columns are made wider.
 const MOST_ENTRIES: [usize; 2] = [32, 12];
 
+/// Returns how many entries there are at most.
+pub(super) fn most_entries(surface_count: usize, column_count: usize) -> usize {
+    MOST_ENTRIES[0] * surface_count + MOST_ENTRIES[1] * column_count
+}
+
+/// Bytes of an entry at the height of making columns: with its column in a vector that grows, in order, and once more
+/// where it stays.
+pub(super) const ENTRY_BYTES: usize =
+    3 * size_of::<Placed>() + size_of::<Entry>() + 2 * size_of::<u32>();
+
+/// Returns the other bytes: of what a view shows of the surfaces, and of tiles and columns.
+pub(super) fn height_bytes(surface_count: usize, tile_count: usize, column_count: usize) -> u64 {
+    let parts = 2 * size_of::<SeenPart>() * surface_count;
+    let tiles = (2 * size_of::<f32>() + 2 * size_of::<Tile>()) * tile_count;
+    let columns = (2 * size_of::<f32>() + 2 * size_of::<Head>()) * column_count;
+    (parts + tiles + columns) as u64
+}
+
 /// Surfaces in so many columns of a tile are taken as a whole.
 const SMALL: usize = 4;
 /// Those in so many tiles may cover some.
@@ -149,20 +167,29 @@ pub(super) struct Gathering<'a> {
 }
 
 impl<'a> Gathering<'a> {
-    pub(super) fn new(tables: &'a Tables<'a>, seen: &'a Seen, tiles: &'a [Tile]) -> Self {
+    /// `None` if so many bytes hold no entry.
+    pub(super) fn new(
+        tables: &'a Tables<'a>,
+        seen: &'a Seen,
+        tiles: &'a [Tile],
+        most_bytes: u64,
+    ) -> Option<Self> {
         let mut full_from = Vec::new();
         for (tile, &tile_full_from) in tiles.iter().zip(&seen.full_from) {
             full_from.extend(std::iter::repeat_n(tile_full_from, tile.column_count()));
         }
         let (surface_count, column_count) = (tables.occluders.surface_count(), full_from.len());
-        Self {
+        let others = height_bytes(surface_count, tiles.len(), column_count);
+        let most_bytes = most_bytes.checked_sub(others)? as usize;
+        let most = most_entries(surface_count, column_count).min(most_bytes / ENTRY_BYTES);
+        Some(Self {
             tables,
             tiles,
             seen,
             full_from,
-            placed: Vec::with_capacity(3 * (surface_count + column_count) / 2),
-            most: MOST_ENTRIES[0] * surface_count + MOST_ENTRIES[1] * column_count,
-        }
+            placed: Vec::with_capacity((3 * (surface_count + column_count) / 2).min(most)),
+            most,
+        })
     }
 
     /// Puts all surfaces into their columns; `None` if there are too many entries.
@@ -179,7 +206,7 @@ impl<'a> Gathering<'a> {
         };
         let is_whole = self.tables.occluders.is_opaque_everywhere(surface);
         let nearest = (footprint.depths[0] - DEPTH_ROOM) as f32;
-        let mut plane = None;
+        let (mut plane, mut is_full) = (None, false);
         footprint.parts(&Window::tiles(view), |Part { at, is_covered: _ }| {
             let tile_number = view.first + at[1] * view.size[0] + at[0];
             if nearest > self.seen.full_from[tile_number] {
@@ -216,7 +243,9 @@ impl<'a> Gathering<'a> {
                         *full_from = full_from.min(far as f32);
                     }
                 }
-                if entry.nearest <= *full_from {
+                let has_room = self.placed.len() < self.most;
+                is_full |= !has_room;
+                if entry.nearest <= *full_from && has_room {
                     self.placed.push(Placed {
                         column: column as u32,
                         entry,
@@ -224,7 +253,7 @@ impl<'a> Gathering<'a> {
                 }
             });
         });
-        (self.placed.len() <= self.most).then_some(())
+        (!is_full).then_some(())
     }
 
     /// Sorts what is needed by column and depth (counting sort, then each list by itself).

@@ -6,7 +6,7 @@
 use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
-use super::adaptive::AdaptiveValues;
+use super::adaptive::{AdaptiveValues, Known, Lists, PackedLight};
 use super::bricks::{Finder, Leaf, Store};
 use super::columns::Columns;
 use super::forms::{EightForms, Verdict};
@@ -102,17 +102,18 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn find(
         &self,
-        store: &Store,
+        (lists, store): (&Lists, &Store),
         occluders: &Occluders,
         starts: &[Start],
         light: usize,
     ) -> Looked {
-        let Some(tables) = self.tables(occluders, light) else {
+        let Some(tables) = self.tables(occluders, light, lists) else {
             return Looked::NOTHING;
         };
         dispatch!(self.level, simd => {
             let source = Source::Growing(store);
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let columns = None;
+            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
             lookup.find(store, starts)
         })
     }
@@ -121,18 +122,18 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn find_many(
         &self,
-        packed: &Packed,
+        PackedLight { packed, lists, .. }: &PackedLight,
         occluders: &Occluders,
         starts: &[Start],
         light: usize,
         is_shadowed: &mut [bool],
     ) -> Told {
-        let Some(tables) = self.tables(occluders, light) else {
+        let Some(tables) = self.tables(occluders, light, lists) else {
             return Told::nothing(starts.len().min(MANY));
         };
         dispatch!(self.level, simd => {
-            let source = Source::Packed(packed);
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let (source, columns) = (Source::Packed(packed), lists.columns());
+            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
             lookup.find_many(packed, starts, is_shadowed)
         })
     }
@@ -141,17 +142,17 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn find_packed(
         &self,
-        packed: &Packed,
+        PackedLight { packed, lists, .. }: &PackedLight,
         occluders: &Occluders,
         start: &Start,
         light: usize,
     ) -> Found {
-        let Some(tables) = self.tables(occluders, light) else {
+        let Some(tables) = self.tables(occluders, light, lists) else {
             return Found::NOTHING;
         };
         dispatch!(self.level, simd => {
-            let source = Source::Packed(packed);
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let (source, columns) = (Source::Packed(packed), lists.columns());
+            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
             lookup.find_packed(packed, start)
         })
     }
@@ -161,17 +162,18 @@ impl AdaptiveValues {
     #[inline]
     pub(crate) fn find_one(
         &self,
-        store: &Store,
+        (lists, store): (&Lists, &Store),
         occluders: &Occluders,
         start: &Start,
         light: usize,
     ) -> (Found, u32) {
-        let Some(tables) = self.tables(occluders, light) else {
+        let Some(tables) = self.tables(occluders, light, lists) else {
             return (Found::NOTHING, 0);
         };
         dispatch!(self.level, simd => {
             let source = Source::Growing(store);
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let columns = None;
+            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
             lookup.find_one(store, start)
         })
     }
@@ -208,17 +210,17 @@ impl AdaptiveValues {
     /// Returns whose values speak of a start, and where it lies; none if it is not where its point is.
     pub(super) fn code_of_start(
         &self,
-        store: &Store,
+        known: &Known,
         occluders: &Occluders,
         light: usize,
         start: &Start,
     ) -> Option<(Audience, Code)> {
-        let tables = self.tables(occluders, light)?;
+        let tables = self.tables(occluders, light, &known.lists)?;
         let x = self.narrow(start.point);
         dispatch!(self.level, simd => {
             let code = self.lattices[0].code_of(simd, x);
-            let source = Source::Growing(store);
-            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
+            let (source, columns) = (Source::Nothing, None);
+            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
             match lookup.audience(start, x) {
                 Asks::In(audience) => Some((audience, code)),
                 Asks::OwnShadow | Asks::Doubt => None,
@@ -250,6 +252,8 @@ pub(super) struct Lookup<'a, S> {
     /// Of the light.
     pub(super) number: usize,
     pub(super) tables: Tables<'a>,
+    /// Lists for all directions from the light, if there are any and values are packed.
+    pub(super) columns: Option<&'a Columns>,
     pub(super) source: Source<'a>,
     pub(super) occluders: &'a Occluders,
 }
@@ -261,7 +265,7 @@ impl<S> Lookup<'_, S> {
     /// Returns lists for all directions from the light, if there are any.
     #[inline(always)]
     pub(super) fn columns(&self) -> Option<&Columns> {
-        self.values.lights[self.number].columns()
+        self.columns
     }
 
     /// Returns whether columns, if there are any, are asked instead of what a cell says.
@@ -407,7 +411,7 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
     fn finder<'s>(&self, store: &'s Store, audience: Audience) -> Finder<'s> {
         let lattice = &self.values.lattices[audience as usize];
-        store.finder(self.number, audience, lattice)
+        store.finder(audience, lattice)
     }
 
     /// Returns the light.

@@ -75,7 +75,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     #[inline(always)]
     pub(super) fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
-        let number = surface - self.tables.triangle_count();
+        let number = surface.wrapping_sub(self.tables.triangle_count());
         let Some(ball) = self.tables.scene.ball_starts.get(number) else {
             return Asks::Doubt;
         };

@@ -64,14 +64,13 @@ pub(super) struct KnownList {
 /// What a store knows of a light.
 pub(super) struct Stored<'a> {
     pub(super) store: &'a Store,
-    pub(super) light: usize,
     pub(super) lattices: &'a [Lattice; 3],
 }
 
 impl Known for Stored<'_> {
     fn roots(&self, audience: Audience) -> Vec<Link> {
         let lattice = &self.lattices[audience as usize];
-        let finder = self.store.finder(self.light, audience, lattice);
+        let finder = self.store.finder(audience, lattice);
         let bricks = lattice.root_bricks();
         bricks
             .map(|brick| read(self.store.word(finder.place_in_root(brick))))
@@ -112,28 +111,6 @@ impl Known for Told<'_> {
     fn list(&self, place: usize) -> KnownList {
         KnownList {
             surfaces: self.packed.list_of(place).to_vec(),
-            counter: Link::RAY,
-            has_forms: false,
-        }
-    }
-}
-
-/// Nothing, for want of room.
-pub(super) struct Nothing<'a>(pub(super) &'a [Lattice; 3]);
-
-impl Known for Nothing<'_> {
-    fn roots(&self, audience: Audience) -> Vec<Link> {
-        let bricks = self.0[audience as usize].root_bricks();
-        bricks.map(|_| Link::pending(0)).collect()
-    }
-
-    fn brick(&self, _: usize) -> ([u32; PLANES], Vec<Link>) {
-        ([0; PLANES], Vec::new())
-    }
-
-    fn list(&self, _: usize) -> KnownList {
-        KnownList {
-            surfaces: Vec::new(),
             counter: Link::RAY,
             has_forms: false,
         }
@@ -201,7 +178,6 @@ impl Section {
 pub(crate) fn take(
     words: &[u32],
     store: &Store,
-    light: usize,
     lattices: &[Lattice; 3],
     surface_count: usize,
     forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
@@ -217,7 +193,7 @@ pub(crate) fn take(
     let mut tables = Vec::with_capacity(Audience::ALL.len());
     for audience in Audience::ALL {
         let lattice = &lattices[audience as usize];
-        let finder = store.finder(light, audience, lattice);
+        let finder = store.finder(audience, lattice);
         let places: Vec<u32> = lattice
             .root_bricks()
             .map(|brick| finder.place_in_root(brick))

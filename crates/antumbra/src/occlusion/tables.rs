@@ -1,11 +1,10 @@
 //! What queries and refinement want to know of each surface.
 //!
-//! In: the surfaces, a light. Out: [`Tables`]. What concerns one triangle is made when it is first asked for;
-//! tables of all triangles, with the mesh and its contour edges, are made when that pays. Absent here:
-//! cells.
+//! In: the surfaces, a light. Out: [`Tables`], of all surfaces at once. The mesh and its contour edges are made when
+//! that pays, and dropped where nothing more is made. All is made where its bytes are taken from the room before.
+//! Absent here: cells.
 
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicI8, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use antumbra_geometry::{
     DVec3, ElementId, LightShape, Mesh, MeshEdge, Occluders, SurfaceId, Umbra,
@@ -14,49 +13,38 @@ use antumbra_geometry::{
 use super::balls::Ball;
 use super::forms::Forms;
 use super::planes::StartPlane;
+use super::room::{Room, Share};
 use crate::frame::Frame;
 
 /// What concerns the surfaces for all lights.
 #[derive(Debug)]
 pub(crate) struct SceneTables {
-    /// For each triangle whether a point is where a start on it is.
-    start_forms: Box<[OnceLock<Box<Forms>>]>,
+    /// For each triangle whether a point is where a start on it is. Empty where nothing more is made.
+    start_forms: Vec<Forms>,
     /// The same for the other surfaces.
     pub(super) ball_starts: Vec<Ball>,
     /// Those of them that are spheres.
     pub(super) balls: Vec<Ball>,
-    whole: OnceLock<WholeScene>,
+    mesh: OnceLock<(Mesh, Share)>,
     no_mesh: Mesh,
-}
-
-/// All triangles, and how they hang together.
-#[derive(Debug)]
-struct WholeScene {
-    start_forms: Vec<Forms>,
-    mesh: Mesh,
 }
 
 /// What concerns the surfaces for one light.
 #[derive(Debug)]
 pub(crate) struct LightTables {
-    /// For each triangle the side of its plane that the light is on, or [`NO_SIDE`].
-    sides: Box<[AtomicI8]>,
+    /// For each triangle the side of its plane that the light is on.
+    sides: Vec<i8>,
     /// For each triangle the forms of its umbra.
-    umbra_forms: Box<[OnceLock<Box<Forms>>]>,
+    umbra_forms: Vec<Forms>,
+    /// What tells of each triangle whether points are where starts on it are.
+    start_planes: Vec<StartPlane>,
     /// Elements that are no faces and block.
     curved: Vec<CurvedCaster>,
     /// For each surface that is no triangle its number among them.
     curved_numbers: Vec<u32>,
-    all: OnceLock<AllForLight>,
-    edges: OnceLock<EdgesForLight>,
-}
-
-/// What concerns all triangles, one after the other.
-#[derive(Debug)]
-struct AllForLight {
-    sides: Vec<i8>,
-    umbra_forms: Vec<Forms>,
-    start_planes: Vec<StartPlane>,
+    edges: OnceLock<(EdgesForLight, Share)>,
+    /// Of whoever makes those.
+    making: Mutex<()>,
 }
 
 /// The edges that may cast edges of shadows.
@@ -89,15 +77,8 @@ const SMALLEST_COVER: f64 = 1.0 / (1u64 << 20) as f64;
 /// In place of a number of what is not there.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// In place of a side that nobody has asked for.
-const NO_SIDE: i8 = i8::MAX;
-
-fn once<T>(count: usize) -> Box<[OnceLock<T>]> {
-    (0..count).map(|_| OnceLock::new()).collect()
-}
-
 impl SceneTables {
-    pub(crate) fn new(occluders: &Occluders) -> Self {
+    pub(crate) fn new(occluders: &Occluders, frame: &Frame) -> Self {
         let curved = || {
             let all = occluders.triangle_count()..occluders.surface_count();
             all.map(|surface| SurfaceId(surface as u32))
@@ -112,43 +93,58 @@ impl SceneTables {
             .map(|surface| occluders.sphere(surface).map_or(Ball::NONE, Ball::new))
             .collect();
         Self {
-            start_forms: once(occluders.triangle_count()),
+            start_forms: triangles(occluders)
+                .map(|triangle| start_forms(occluders, frame, triangle))
+                .collect(),
             ball_starts,
             balls,
-            whole: OnceLock::new(),
+            mesh: OnceLock::new(),
             no_mesh: Mesh::default(),
         }
     }
 
-    fn make_whole(&self, occluders: &Occluders, frame: &Frame) -> &WholeScene {
-        self.whole.get_or_init(|| WholeScene {
-            start_forms: triangles(occluders)
-                .map(|triangle| start_forms(occluders, frame, triangle))
-                .collect(),
-            mesh: Mesh::new(occluders),
-        })
+    /// Returns the bytes that [`SceneTables::new`] will take.
+    pub(crate) fn bytes_for(occluders: &Occluders) -> u64 {
+        let (triangle_count, surface_count) =
+            (occluders.triangle_count(), occluders.surface_count());
+        let bytes = triangle_count * size_of::<Forms>()
+            + (surface_count - triangle_count) * 2 * size_of::<Ball>();
+        bytes as u64
     }
 
-    /// Returns the bytes of all tables.
-    pub(crate) fn bytes(&self) -> u64 {
-        let Self {
-            start_forms,
-            ball_starts,
-            balls,
-            whole,
-            no_mesh: _,
-        } = self;
-        let whole = whole.get().map_or(0, |WholeScene { start_forms, mesh }| {
-            size_of_val(start_forms.as_slice()) as u64 + mesh.memory_bytes()
-        });
-        whole
-            + (size_of_val(&**start_forms)
-                + size_of_val(ball_starts.as_slice())
-                + size_of_val(balls.as_slice())) as u64
+    /// Returns the mesh; makes it where there is room. On one thread: one that waits for others may take up a query
+    /// that waits for these tables.
+    fn make_mesh(&self, occluders: &Occluders, room: &Arc<Room>) -> Option<&Mesh> {
+        if self.mesh.get().is_none() {
+            let most = Mesh::height_bytes(occluders.triangle_count());
+            let held = room.hold(most);
+            if held.bytes() < most {
+                return None;
+            }
+            let mesh = Mesh::new(occluders);
+            let share = held.keep(mesh.memory_bytes())?;
+            // Another thread may have been faster.
+            self.mesh.get_or_init(|| (mesh, share));
+        }
+        self.mesh.get().map(|(mesh, _)| mesh)
+    }
+
+    pub(crate) fn mesh_bytes(&self) -> u64 {
+        self.mesh.get().map_or(0, |(_, share)| share.bytes())
+    }
+
+    /// Drops what is needed only to make values. Returns the bytes of what stays, the mesh apart.
+    pub(crate) fn finish(&mut self) -> u64 {
+        self.start_forms = Vec::new();
+        if let Some((mut mesh, share)) = self.mesh.take() {
+            mesh.keep_planes();
+            share.shrink_to(mesh.memory_bytes());
+            self.mesh = OnceLock::from((mesh, share));
+        }
+        (size_of_val(self.balls.as_slice()) + size_of_val(self.ball_starts.as_slice())) as u64
     }
 }
 
-/// On one thread: one that waits for others may take up a query that waits for these tables.
 fn triangles(occluders: &Occluders) -> impl Iterator<Item = SurfaceId> {
     (0..occluders.triangle_count() as u32).map(SurfaceId)
 }
@@ -197,108 +193,90 @@ impl LightTables {
             });
         }
         let count = occluders.triangle_count();
-        Self {
-            sides: (0..count).map(|_| AtomicI8::new(NO_SIDE)).collect(),
-            umbra_forms: once(count),
+        let mut tables = Self {
+            sides: occluders.light_sides(light),
+            umbra_forms: Vec::with_capacity(count),
+            start_planes: Vec::with_capacity(count),
             curved,
             curved_numbers,
-            all: OnceLock::new(),
             edges: OnceLock::new(),
+            making: Mutex::new(()),
+        };
+        for triangle in triangles(occluders) {
+            let side = tables.sides[triangle.0 as usize];
+            let forms = umbra_forms(occluders, frame, light, triangle);
+            tables.umbra_forms.push(forms);
+            let plane = StartPlane::of_triangle(occluders, frame, triangle, side);
+            tables.start_planes.push(plane);
         }
+        tables
     }
 
-    /// Enters all triangles, one after the other.
-    pub(crate) fn make_all(&self, occluders: &Occluders, frame: &Frame, light: &LightShape) {
-        self.all.get_or_init(|| {
-            let count = occluders.triangle_count();
-            let mut all = AllForLight {
-                sides: occluders.light_sides(light),
-                umbra_forms: Vec::with_capacity(count),
-                start_planes: Vec::with_capacity(count),
-            };
-            for triangle in triangles(occluders) {
-                let side = all.sides[triangle.0 as usize];
-                let forms = umbra_forms(occluders, frame, light, triangle);
-                all.umbra_forms.push(forms);
-                let plane = StartPlane::of_triangle(occluders, frame, triangle, side);
-                all.start_planes.push(plane);
-            }
-            all
-        });
+    /// Returns the bytes that [`LightTables::new`] will take at most.
+    pub(crate) fn bytes_for(occluders: &Occluders) -> u64 {
+        let count = occluders.triangle_count();
+        let each = size_of::<i8>() + size_of::<Forms>() + size_of::<StartPlane>();
+        let curved = occluders.surface_count() - count;
+        let each_curved = size_of::<u32>() + size_of::<CurvedCaster>();
+        (count * each + curved * each_curved) as u64
     }
 
-    /// Makes all tables there are.
-    pub(crate) fn make_whole(
+    /// Makes the mesh and its contour edges, where there is room; returns whether they are there.
+    pub(crate) fn make_edges(
         &self,
         scene: &SceneTables,
         occluders: &Occluders,
-        frame: &Frame,
-        light: &LightShape,
-    ) {
-        self.make_all(occluders, frame, light);
-        let mesh = &scene.make_whole(occluders, frame).mesh;
-        let Some(AllForLight { sides, .. }) = self.all.get() else {
-            return;
+        (frame, light): (&Frame, &LightShape),
+        room: &Arc<Room>,
+    ) -> bool {
+        let making = self.making.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.edges.get().is_some() {
+            return true;
+        }
+        let Some(mesh) = scene.make_mesh(occluders, room) else {
+            return false;
         };
-        self.edges.get_or_init(|| {
-            let mut contours = Vec::new();
-            let number_of = |edge: &MeshEdge| {
-                if !mesh.is_contour(edge, sides) {
-                    return NONE;
-                }
-                let ends = occluders.edge_positions(edge);
-                contours.push(Contour {
-                    edge: *edge,
-                    ends,
-                    plane: Forms::through_light(frame, ends, light),
-                });
-                contours.len() as u32 - 1
-            };
-            let contour_numbers = mesh.edges().iter().map(number_of).collect();
-            EdgesForLight {
-                contours,
-                contour_numbers,
+        let is_contour = |edge: &&MeshEdge| mesh.is_contour(edge, &self.sides);
+        let count = mesh.edges().iter().filter(is_contour).count();
+        let bytes = count * size_of::<Contour>() + size_of::<u32>() * mesh.edges().len();
+        let Some(share) = room.take(bytes as u64) else {
+            return false;
+        };
+        let mut contours = Vec::with_capacity(count);
+        let number_of = |edge: &MeshEdge| {
+            if !mesh.is_contour(edge, &self.sides) {
+                return NONE;
             }
-        });
+            let ends = occluders.edge_positions(edge);
+            contours.push(Contour {
+                edge: *edge,
+                ends,
+                plane: Forms::through_light(frame, ends, light),
+            });
+            contours.len() as u32 - 1
+        };
+        let contour_numbers = mesh.edges().iter().map(number_of).collect();
+        let edges = EdgesForLight {
+            contours,
+            contour_numbers,
+        };
+        self.edges.get_or_init(|| (edges, share));
+        drop(making);
+        true
     }
 
-    pub(crate) fn is_whole(&self) -> bool {
+    pub(crate) fn has_edges(&self) -> bool {
         self.edges.get().is_some()
     }
 
-    /// Returns the bytes of all tables.
-    pub(crate) fn bytes(&self) -> u64 {
-        let Self {
-            sides,
-            umbra_forms,
-            curved,
-            curved_numbers,
-            all,
-            edges,
-        } = self;
-        let of_all = |all: &AllForLight| {
-            let AllForLight {
-                sides,
-                umbra_forms,
-                start_planes,
-            } = all;
-            size_of_val(sides.as_slice())
-                + size_of_val(umbra_forms.as_slice())
-                + size_of_val(start_planes.as_slice())
-        };
-        let of_edges = |edges: &EdgesForLight| {
-            let EdgesForLight {
-                contours,
-                contour_numbers,
-            } = edges;
-            size_of_val(contours.as_slice()) + size_of_val(contour_numbers.as_slice())
-        };
-        (size_of_val(&**sides)
-            + size_of_val(&**umbra_forms)
-            + size_of_val(curved.as_slice())
-            + size_of_val(curved_numbers.as_slice())
-            + all.get().map_or(0, of_all)
-            + edges.get().map_or(0, of_edges)) as u64
+    /// Returns the bytes of contour edges.
+    pub(crate) fn edge_bytes(&self) -> u64 {
+        self.edges.get().map_or(0, |(_, share)| share.bytes())
+    }
+
+    /// Drops what is needed only to make values.
+    pub(crate) fn finish(&mut self) {
+        self.edges.take();
     }
 }
 
@@ -310,16 +288,9 @@ pub(crate) struct Tables<'a> {
     pub(crate) light: &'a LightShape,
     pub(crate) scene: &'a SceneTables,
     of_light: &'a LightTables,
-    all: Option<&'a AllForLight>,
-    whole: Option<Whole<'a>>,
-}
-
-/// Tables that are made with the mesh.
-#[derive(Clone, Copy, Debug)]
-struct Whole<'a> {
-    start_forms: &'a [Forms],
-    mesh: &'a Mesh,
-    edges: &'a EdgesForLight,
+    mesh: Option<&'a Mesh>,
+    /// Made with the mesh.
+    edges: Option<&'a EdgesForLight>,
 }
 
 impl<'a> Tables<'a> {
@@ -331,19 +302,14 @@ impl<'a> Tables<'a> {
         scene: &'a SceneTables,
         of_light: &'a LightTables,
     ) -> Self {
-        let whole = scene.whole.get().zip(of_light.edges.get());
         Self {
             occluders,
             frame,
             light,
             scene,
             of_light,
-            all: of_light.all.get(),
-            whole: whole.map(|(scene, edges)| Whole {
-                start_forms: &scene.start_forms,
-                mesh: &scene.mesh,
-                edges,
-            }),
+            mesh: scene.mesh.get().map(|(mesh, _)| mesh),
+            edges: of_light.edges.get().map(|(edges, _)| edges),
         }
     }
 
@@ -355,99 +321,59 @@ impl<'a> Tables<'a> {
     /// Returns the forms of the starts on a triangle.
     #[inline(always)]
     pub(crate) fn start_forms(&self, triangle: usize) -> Option<&'a Forms> {
-        match self.whole {
-            Some(whole) => whole.start_forms.get(triangle),
-            None => {
-                let forms = self.scene.start_forms.get(triangle)?;
-                Some(forms.get_or_init(|| {
-                    let triangle = SurfaceId(triangle as u32);
-                    Box::new(start_forms(self.occluders, self.frame, triangle))
-                }))
-            }
-        }
+        self.scene.start_forms.get(triangle)
     }
 
     /// Returns the forms of a triangle's umbra.
     #[inline(always)]
     pub(crate) fn umbra_forms(&self, triangle: usize) -> Option<&'a Forms> {
-        match self.all {
-            Some(all) => all.umbra_forms.get(triangle),
-            None => {
-                let forms = self.of_light.umbra_forms.get(triangle)?;
-                Some(forms.get_or_init(|| {
-                    let triangle = SurfaceId(triangle as u32);
-                    Box::new(umbra_forms(
-                        self.occluders,
-                        self.frame,
-                        self.light,
-                        triangle,
-                    ))
-                }))
-            }
-        }
+        self.of_light.umbra_forms.get(triangle)
     }
 
-    /// Returns the forms of the umbrae of all triangles; none as long as not all are entered.
+    /// Returns the forms of the umbrae of all triangles.
     #[inline(always)]
     pub(crate) fn all_umbra_forms(&self) -> &'a [Forms] {
-        self.all.map_or(&[], |all| &all.umbra_forms)
+        &self.of_light.umbra_forms
     }
 
-    /// Returns what tells whether points are where starts on triangles are, of all triangles; none as long as
-    /// not all are entered.
+    /// Returns what tells whether points are where starts on triangles are, of all triangles.
     #[inline(always)]
     pub(super) fn start_planes(&self) -> &'a [StartPlane] {
-        self.all.map_or(&[], |all| &all.start_planes)
+        &self.of_light.start_planes
     }
 
     /// Returns the side of a triangle's plane that the light is on.
     #[inline(always)]
     pub(crate) fn side(&self, triangle: usize) -> Option<i8> {
-        match self.all {
-            Some(all) => all.sides.get(triangle).copied(),
-            None => {
-                let kept = self.of_light.sides.get(triangle)?;
-                let side = kept.load(Ordering::Relaxed);
-                Some(if side == NO_SIDE {
-                    self.ask_side(triangle, kept)
-                } else {
-                    side
-                })
-            }
-        }
-    }
-
-    #[cold]
-    fn ask_side(&self, triangle: usize, kept: &AtomicI8) -> i8 {
-        let triangle = SurfaceId(triangle as u32);
-        let side = self.occluders.light_side_of(triangle, self.light);
-        kept.store(side, Ordering::Relaxed);
-        side
+        self.of_light.sides.get(triangle).copied()
     }
 
     /// Returns whether two triangles are known to lie in one plane.
     #[inline(always)]
     pub(crate) fn are_in_one_plane(&self, own: SurfaceId, other: SurfaceId) -> bool {
         own == other
-            || self.whole.is_some_and(|Whole { mesh, .. }| {
+            || self.mesh.is_some_and(|mesh| {
                 (own.0 as usize) < self.triangle_count()
                     && mesh.flat_group(own) == mesh.flat_group(other)
             })
     }
 
-    /// Returns the mesh; without edges as long as there are no tables of all triangles.
+    /// Returns the mesh; without edges as long as those of the light are not made.
     pub(crate) fn mesh(&self) -> &'a Mesh {
-        self.whole.map_or(&self.scene.no_mesh, |whole| whole.mesh)
+        match (self.mesh, self.edges) {
+            (Some(mesh), Some(_)) => mesh,
+            _ => &self.scene.no_mesh,
+        }
     }
 
     pub(crate) fn contour(&self, number: u32) -> Option<&'a Contour> {
-        self.whole?.edges.contours.get(number as usize)
+        self.edges?.contours.get(number as usize)
     }
 
     /// Returns the number of a contour edge of the mesh's, [`NONE`] if it is none.
     pub(crate) fn contour_number(&self, edge: u32) -> u32 {
-        self.whole
-            .and_then(|whole| whole.edges.contour_numbers.get(edge as usize))
+        self.edges
+            .and_then(|edges| edges.contour_numbers.get(edge as usize))
             .copied()
             .unwrap_or(NONE)
     }

@@ -4,6 +4,7 @@
 //! the reference's bit (EXACTNESS.md).
 
 mod bvh;
+mod draw;
 mod grid;
 mod naive;
 mod order;

@@ -20,8 +20,8 @@ const PAIRS: usize = 64;
 const SMALLEST_STORE: u64 = 32 << 20;
 
 /// Returns whether so many neighbours in a batch lie apart that it is worth putting in order.
-pub(super) fn is_scattered(values: &AdaptiveValues, starts: &[Start]) -> bool {
-    let is_large = || values.value_bytes() + values.list_bytes() >= SMALLEST_STORE;
+pub(super) fn is_scattered(values: &AdaptiveValues, light: usize, starts: &[Start]) -> bool {
+    let is_large = || values.bytes_of(light) >= SMALLEST_STORE;
     // Tests want it at once.
     starts.len() >= FEWEST
         && (values.is_asked() || is_large())
@@ -200,15 +200,15 @@ mod tests {
         let random = &mut Random(3);
         for count in [FEWEST, FEWEST + 63, 20_000, 300_000] {
             let mut starts = rows(count);
-            assert!(!is_scattered(&values, &starts), "{count} in rows");
+            assert!(!is_scattered(&values, 0, &starts), "{count} in rows");
             shuffle(&mut starts, random);
-            assert!(is_scattered(&values, &starts), "{count} shuffled");
+            assert!(is_scattered(&values, 0, &starts), "{count} shuffled");
             let few = &starts[..FEWEST - 1];
-            assert!(!is_scattered(&values, few), "few are taken as they come");
+            assert!(!is_scattered(&values, 0, few), "few are taken as they come");
             let first = starts[0];
             starts.fill(first);
-            assert!(!is_scattered(&values, &starts), "{count} times the same");
+            assert!(!is_scattered(&values, 0, &starts), "{count} times the same");
         }
-        assert!(!is_scattered(&values, &[]));
+        assert!(!is_scattered(&values, 0, &[]));
     }
 }

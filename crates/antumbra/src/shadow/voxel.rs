@@ -2,12 +2,13 @@
 
 use antumbra_geometry::{Occluders, Start};
 
+use super::draw::{SAMPLED, TIMED, draw};
 use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Columns, Found, Looks, MANY, Packed, SCOUTS, Scene, Store, Way,
-    cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Columns, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS,
+    Scene, Store, Way, cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -43,11 +44,6 @@ pub(crate) struct ByVoxel<'a, R> {
 /// After so many queries of a batch what they cost is noted.
 const NOTED: usize = 64 * BLOCK;
 
-/// One query or block in so many says what using lists has cost, for all of them.
-const SAMPLED: u64 = 16;
-/// One of so many single queries that say so is timed.
-const TIMED: u64 = 16;
-
 impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
     /// not. `check` says what is no start.
@@ -59,7 +55,7 @@ impl<R: Rays> ByVoxel<'_, R> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
-        if !order::is_scattered(self.values, starts) {
+        if !order::is_scattered(self.values, self.light_number, starts) {
             return self.answer_in_order(starts, is_shadowed, counters, check);
         }
         let mut order = Order::new();
@@ -95,24 +91,21 @@ impl<R: Rays> ByVoxel<'_, R> {
             return self.answer_packed(packed, starts, is_shadowed, counters, check);
         }
         let is_refining = self.values.is_refining();
-        let store = self.values.store();
         let (mut left, mut left_answers) = (starts, is_shadowed);
         let mut is_first = true;
         while !left.is_empty() {
             let before = *counters;
             let begin = is_refining.then(Reading::now);
-            let (looks, known) = match &store {
-                Some(store) => {
-                    let columns = self.values.columns(self.light_number, is_refining);
-                    let known = Known { store, columns };
-                    let looks = self.values.looks(self.light_number, is_refining);
-                    (looks, Some(known))
-                }
-                None => (Looks::None, None),
-            };
+            let light = self.light_number;
+            let now = self.values.known(light);
+            let looks = self.values.looks(light, now.as_deref(), is_refining);
+            let known = now.as_deref().map(|known| At {
+                known,
+                columns: self.values.columns(light, known, is_refining),
+            });
             let has_columns = known.is_some_and(|known| known.columns.is_some());
             let way = match has_columns {
-                true => self.values.column_way(self.light_number),
+                true => self.values.column_way(light),
                 false => Way::default(),
             };
             // Rays are put in order together, once it is known what they cost.
@@ -129,8 +122,8 @@ impl<R: Rays> ByVoxel<'_, R> {
                     sum = self.answer_some(known, starts, is_shadowed, counters, weight, &check)?;
                 }
                 (Some(known), Looks::Scouts) => {
-                    // Blocks here and there, by the chunk's first point.
-                    let first = hash(&starts[0]) % SCOUTS;
+                    // Blocks here and there.
+                    let first = draw() % SCOUTS;
                     let blocks = starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK));
                     for ((starts, is_shadowed), number) in blocks.zip(first..) {
                         if number.is_multiple_of(SCOUTS) {
@@ -186,14 +179,14 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline]
     fn answer_by_columns(
         &self,
-        known: &Known<'_>,
+        known: &At<'_>,
         way: Way,
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
-        let Some(columns) = known.columns else {
+        let Some(columns) = known.lists_and_columns() else {
             return self.answer_by_rays(starts, is_shadowed, counters, check);
         };
         let mut unknown = Unknown::default();
@@ -239,7 +232,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline]
     fn answer_packed(
         &self,
-        packed: &Packed,
+        packed: &PackedLight,
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -289,42 +282,45 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline]
     fn answer_some(
         &self,
-        known: &Known<'_>,
+        known: &At<'_>,
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
         weight: u64,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<Sum, QueryError> {
-        let store = known.store;
+        let Some(values) = known.lists_and_store() else {
+            self.answer_by_columns(known, Way::default(), starts, is_shadowed, counters, check)?;
+            return Ok(Sum::default());
+        };
         let mut sum = Sum::default();
         let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
         for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
             let looked = self
                 .values
-                .find(store, self.occluders, starts, self.light_number);
+                .find(values, self.occluders, starts, self.light_number);
             let mut found = looked.found;
             // What is beyond the starts is as nothing found.
             let beyond = (BLOCK - starts.len()) as u64;
             let mut unknown_count = Found::count(&found, Found::is_nothing) - beyond;
             sum.found_count += starts.len() as u64 - unknown_count;
-            let is_sampled = self.values.is_asked() || hash(&starts[0]).is_multiple_of(SAMPLED);
+            let is_sampled = self.values.is_asked() || draw().is_multiple_of(SAMPLED);
             if is_sampled && Found::count(&found, Found::is_by_list) > 0 {
                 for (number, start) in starts.iter().enumerate() {
                     if found[number].is_by_list() {
                         let place = looked.places[number];
-                        sum.made += self.charge_list(store, start, place, weight);
+                        sum.made += self.charge_list(known, start, place, weight);
                     }
                 }
             }
-            if let (Some(columns), 1..) = (known.columns, unknown_count) {
+            if let (Some(columns), 1..) = (known.lists_and_columns(), unknown_count) {
                 let before = found;
                 self.fill_by_columns(columns, starts, &mut found);
                 if is_sampled {
                     for (number, start) in starts.iter().enumerate() {
                         if before[number].is_nothing() && found[number].is_by_list() {
                             let place = looked.places[number];
-                            sum.made += self.charge_column(store, start, place, weight);
+                            sum.made += self.charge_column(known, start, place, weight);
                         }
                     }
                 }
@@ -356,7 +352,7 @@ impl<R: Rays> ByVoxel<'_, R> {
             for (i, &number) in unknown[..count].iter().enumerate() {
                 is_shadowed[number] = blocked[i];
                 shadowed_count += u64::from(blocked[i]);
-                sum.made += self.charge_ray(store, &asked[i], looked.places[number], cost * weight);
+                sum.made += self.charge_ray(known, &asked[i], looked.places[number], cost * weight);
             }
             ray_count += count as u64;
         }
@@ -380,33 +376,35 @@ impl<R: Rays> ByVoxel<'_, R> {
             };
         }
         let is_refining = self.values.is_refining();
-        let store = self.values.store();
-        let looks = self.values.looks(self.light_number, is_refining);
-        let hash = hash(start);
-        let is_sampled = is_refining && hash.is_multiple_of(SAMPLED);
+        let light = self.light_number;
+        let now = self.values.known(light);
+        let looks = self.values.looks(light, now.as_deref(), is_refining);
+        let drawn = draw();
+        let is_sampled = is_refining && drawn.is_multiple_of(SAMPLED);
         let weight = looks.weight();
         let is_looked_up = match looks {
             Looks::None | Looks::Rays => false,
             // Other ones than those that are sampled.
-            Looks::Scouts => (hash / SAMPLED).is_multiple_of(SCOUTS),
+            Looks::Scouts => (drawn / SAMPLED).is_multiple_of(SCOUTS),
             Looks::Try(_) | Looks::All => true,
         };
-        let is_timed = is_sampled && (hash / SAMPLED).is_multiple_of(TIMED);
+        let is_timed = is_sampled && (drawn / SAMPLED).is_multiple_of(TIMED);
         // What reading the clock takes comes beside.
         let begin = is_timed.then(|| (Reading::now(), Reading::now()));
         let mut made = 0;
         let before = *counters;
-        let columns = self.values.columns(self.light_number, is_refining);
-        let known = store.as_deref().map(|store| Known { store, columns });
+        let known = now.as_deref().map(|known| At {
+            known,
+            columns: self.values.columns(light, known, is_refining),
+        });
         let mut is_found = false;
-        let answer = match known {
-            Some(known) if is_looked_up => {
-                let (found, place) =
-                    self.values
-                        .find_one(known.store, self.occluders, start, self.light_number);
+        let values = known.and_then(|known| Some((known, known.lists_and_store()?)));
+        let answer = match values {
+            Some((known, values)) if is_looked_up => {
+                let (found, place) = self.values.find_one(values, self.occluders, start, light);
                 is_found = !found.is_nothing();
                 if found.is_by_list() && (is_sampled || self.values.is_asked()) {
-                    made += self.charge_list(known.store, start, place, weight);
+                    made += self.charge_list(&known, start, place, weight);
                 }
                 let found = if is_found {
                     found
@@ -416,12 +414,12 @@ impl<R: Rays> ByVoxel<'_, R> {
                 if !found.is_nothing() {
                     let is_new = !is_found && found.is_by_list();
                     if is_new && (is_sampled || self.values.is_asked()) {
-                        made += self.charge_column(known.store, start, place, weight);
+                        made += self.charge_column(&known, start, place, weight);
                     }
                     Answer::new(found.is_shadowed(), found.decided())
                 } else {
                     let (is_blocked, took) =
-                        self.is_blocked_at(known.store, start, place, weight, counters);
+                        self.is_blocked_at(&known, start, place, weight, counters);
                     made += took;
                     Answer::new(is_blocked, Decided::Ray)
                 }
@@ -445,7 +443,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                 rays_ns: SAMPLED * cost_of_rays(&before, counters, is_ray),
                 looked_count: SAMPLED * u64::from(is_looked_up),
                 found_count: SAMPLED * u64::from(is_found),
-                has_columns: columns.is_some(),
+                has_columns: known.is_some_and(|known| known.columns.is_some()),
                 way: Way::default(),
                 took: begin.map(|(first, second)| {
                     let reading = second.since_ns(first);
@@ -458,8 +456,8 @@ impl<R: Rays> ByVoxel<'_, R> {
         answer
     }
 
-    fn find_one_in_columns(&self, known: &Known<'_>, start: &Start) -> Found {
-        known.columns.map_or(Found::NOTHING, |columns| {
+    fn find_one_in_columns(&self, known: &At<'_>, start: &Start) -> Found {
+        known.lists_and_columns().map_or(Found::NOTHING, |columns| {
             let (occluders, light) = (self.occluders, self.light_number);
             self.values
                 .find_one_in_columns(columns, occluders, start, light)
@@ -467,7 +465,12 @@ impl<R: Rays> ByVoxel<'_, R> {
     }
 
     /// Asks columns about those of a block that nothing was found of.
-    fn fill_by_columns(&self, columns: &Columns, starts: &[Start], found: &mut [Found; BLOCK]) {
+    fn fill_by_columns(
+        &self,
+        columns: (&Lists, &Columns),
+        starts: &[Start],
+        found: &mut [Found; BLOCK],
+    ) {
         let mut asked = 0;
         for (number, found) in found[..starts.len()].iter().enumerate() {
             asked |= u64::from(found.is_nothing()) << number;
@@ -492,7 +495,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     /// of values took, in nanoseconds.
     fn is_blocked_at(
         &self,
-        store: &Store,
+        known: &At<'_>,
         start: &Start,
         place: u32,
         weight: u64,
@@ -501,58 +504,79 @@ impl<R: Rays> ByVoxel<'_, R> {
         let before = *counters;
         let is_blocked = self.rays.is_blocked(start, counters);
         let cost = cost_of_rays(&before, counters, 1);
-        let made = self.charge_ray(store, start, place, cost * weight);
+        let made = self.charge_ray(known, start, place, cost * weight);
         (is_blocked, made)
     }
 
     /// Lets a cell pay for a ray, and returns what the making of values took, in nanoseconds.
-    fn charge_ray(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) -> u64 {
+    fn charge_ray(&self, known: &At<'_>, start: &Start, place: u32, cost_ns: u64) -> u64 {
         if place == 0 || !self.values.is_refining() {
             return 0;
         }
-        self.charge(store, start, place, cost_ns)
+        self.charge(known, start, place, cost_ns)
     }
 
     #[cold]
     #[inline(never)]
-    fn charge_list(&self, store: &Store, start: &Start, place: u32, weight: u64) -> u64 {
+    fn charge_list(&self, known: &At<'_>, start: &Start, place: u32, weight: u64) -> u64 {
         if place == 0 || !self.values.is_refining() {
             return 0;
         }
-        let cost = self.values.cost_of_list(store, place);
-        self.charge(store, start, place, cost * SAMPLED * weight)
+        let store = known.known.store.as_ref();
+        let cost = store.map_or(0, |store| self.values.cost_of_list(store, place));
+        self.charge(known, start, place, cost * SAMPLED * weight)
     }
 
     /// The same for a cell that nothing is known of, where columns have answered.
     #[cold]
     #[inline(never)]
-    fn charge_column(&self, store: &Store, start: &Start, place: u32, weight: u64) -> u64 {
+    fn charge_column(&self, known: &At<'_>, start: &Start, place: u32, weight: u64) -> u64 {
         if place == 0 || !self.values.is_refining() {
             return 0;
         }
         let cost = self.values.cost_of_column(self.light_number);
-        self.charge(store, start, place, cost * SAMPLED * weight)
+        self.charge(known, start, place, cost * SAMPLED * weight)
     }
 
     /// Returns what the making of values took, in nanoseconds.
-    fn charge(&self, store: &Store, start: &Start, place: u32, cost_ns: u64) -> u64 {
-        let Some(bvh) = self.bvh else {
+    fn charge(&self, known: &At<'_>, start: &Start, place: u32, cost_ns: u64) -> u64 {
+        let known = known.known;
+        let (Some(bvh), Some(store)) = (self.bvh, &known.store) else {
             return 0;
         };
         let scene = Scene {
             occluders: self.occluders,
             bvh,
         };
-        self.values
-            .charge(store, &scene, self.light_number, start, place, cost_ns)
+        self.values.charge(
+            (known, store),
+            &scene,
+            self.light_number,
+            start,
+            place,
+            cost_ns,
+        )
     }
 }
 
 /// What answers queries without rays.
 #[derive(Clone, Copy)]
-struct Known<'a> {
-    store: &'a Store,
+struct At<'a> {
+    known: &'a Known,
+    /// Those of it, if they are worth asking.
     columns: Option<&'a Columns>,
+}
+
+impl<'a> At<'a> {
+    #[inline(always)]
+    fn lists_and_store(self) -> Option<(&'a Lists, &'a Store)> {
+        Some((&self.known.lists, self.known.store.as_ref()?))
+    }
+
+    #[inline(always)]
+    fn lists_and_columns(self) -> Option<(&'a Lists, &'a Columns)> {
+        Some((&self.known.lists, self.columns?))
+    }
 }
 
 /// Starts of a chunk that nothing is known of.
@@ -591,11 +615,4 @@ impl Sum {
         self.found_count += other.found_count;
         self.made += other.made;
     }
-}
-
-/// A number from all bits of a start's point (Knuth's multiplicative hash).
-fn hash(start: &Start) -> u64 {
-    const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
-    let bits = start.point.x.to_bits() ^ start.point.y.to_bits().rotate_left(32);
-    bits.wrapping_mul(FACTOR) >> 40
 }

@@ -107,7 +107,7 @@ pub(super) fn build(
             memory_limit: memory_left,
             ..PrepareOptions::default()
         };
-        let predicted_bytes = gathered.predict_bytes(lights.len(), &options)?;
+        let predicted_bytes = gathered.predict(lights.len(), &options, None)?.total();
         let (method, preparation) = stopwatch.time(|| -> Result<_, PrepareError> {
             let index = gathered.index(lights, &options)?;
             Ok(match options.rival(&index)? {

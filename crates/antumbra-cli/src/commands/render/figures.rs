@@ -56,6 +56,9 @@ impl Run {
             memory: MemoryUse {
                 occlusion_bytes: prepared.index().occlusion_bytes(),
                 bytes_per_light: prepared.bytes_per_light(),
+                knowledge_bytes: prepared.index().knowledge_bytes(),
+                evictions: prepared.index().evictions(),
+                lights_without_room: prepared.index().lights_without_room(),
                 predicted_bytes: self.predicted_bytes,
                 peak_bytes: machine::peak_bytes(),
             },
@@ -168,6 +171,15 @@ fn table(statistics: &Statistics) -> String {
         (
             "kept for each light",
             format!("{:>14}", format_bytes(memory.bytes_per_light as u64)),
+        ),
+        (
+            "known, all lights",
+            format!("{:>14}", format_bytes(memory.knowledge_bytes)),
+        ),
+        ("dropped for room", count(memory.evictions)),
+        (
+            "lights without room",
+            count(memory.lights_without_room as u64),
         ),
         (
             "memory predicted",

@@ -148,11 +148,12 @@ fn prepared(
     };
     need.check(meant.memory_limit)?;
     let gathered = Gathered::of(&scene)?;
-    need.index = gathered.predict_bytes(scene.lights.len(), &meant.prepare)?;
+    let predicted = gathered.predict(scene.lights.len(), &meant.prepare, None)?;
+    need.set_index(gathered.memory_bytes(), predicted);
     need.check(meant.memory_limit)?;
     screen.detail(format!("memory predicted: {need}"));
     let options = PrepareOptions {
-        memory_limit: meant.memory_limit - (need.total() - need.index),
+        memory_limit: need.left_for_index(meant.memory_limit),
         ..meant.prepare
     };
     let file = typed.kept.occlusion.as_deref();
@@ -160,7 +161,7 @@ fn prepared(
     if let Some(path) = file {
         kept::tell(prepared.index(), &prepared.scene().lights, path, screen);
     }
-    Ok((prepared, need.total()))
+    Ok((prepared, need.total(meant.memory_limit)))
 }
 
 fn say_prepared(prepared: &Prepared, time: Duration, screen: &Screen) {

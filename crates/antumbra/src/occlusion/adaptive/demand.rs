@@ -1,5 +1,6 @@
 //! What queries cost, and what is made when they have paid for it (Paper 9.2).
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use antumbra_geometry::{Occluders, Start};
@@ -9,9 +10,8 @@ use super::super::budget::Account;
 use super::super::columns::{Columns, Wanted};
 use super::super::links::{Link, charge, claim, publish, read};
 use super::super::refine::Care;
-use super::super::tables::LightTables;
-use super::AdaptiveValues;
 use super::making::Scene;
+use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
 use crate::clock::Reading;
 
@@ -22,8 +22,12 @@ pub(super) const UNIT: u32 = 4;
 /// cells bounds what is spent in vain.
 pub(super) const HASTE: u64 = 4;
 
-/// What tables cost: for each triangle that none is entered for, for each that is, and for each other surface.
-const TABLE_NS: u64 = 15;
+/// Turns, for each light that knows something, after which one that was not asked meanwhile may lose it.
+const LONG_AGO: u32 = 4;
+
+/// What tables cost: for each triangle those of the scene, and for each the mesh and its edges, and for each other
+/// surface.
+pub(super) const TABLE_NS: u64 = 40;
 const WHOLE_NS: u64 = 700;
 const CURVED_NS: u64 = 500;
 
@@ -33,7 +37,12 @@ impl AdaptiveValues {
     pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account, ahead: u64) {
         let values = &self.lights[light];
         values.budget.note(account);
-        if values.columns.get().is_some() || !values.is_ordinary || values.is_complete() {
+        self.take_turn(light);
+        if !values.is_ordinary || values.is_complete() || self.packed(light).is_some() {
+            return;
+        }
+        let has_all = |known: &Known| known.lists.columns.get().is_some() && known.store.is_some();
+        if values.known.load().as_deref().is_some_and(has_all) {
             return;
         }
         let wanted = match self.refine {
@@ -47,10 +56,44 @@ impl AdaptiveValues {
         let can_make = self.refine == Refine::Asked || values.budget.allows_columns(price, ahead);
         if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
             let begin = Reading::now();
-            self.make_tables(occluders, light);
-            self.make_columns(occluders, light, wanted);
+            match self.make_known(occluders, light, false) {
+                Some(known) => self.make_columns(occluders, light, &known.lists, wanted),
+                None => {
+                    self.make_room(light);
+                }
+            }
             values.budget.spend(begin.elapsed_ns());
             values.is_busy.store(false, Ordering::Release);
+        }
+    }
+
+    /// Notes that a light is asked, and when it was before others were.
+    fn take_turn(&self, light: usize) {
+        if self.asked_last.load(Ordering::Relaxed) != light {
+            self.asked_last.store(light, Ordering::Relaxed);
+            let turn = self.turns.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
+            let [last, before] = &self.lights[light].turns;
+            before.store(last.swap(turn, Ordering::Relaxed), Ordering::Relaxed);
+        }
+    }
+
+    /// Drops what is known of the light that was asked longest ago, if that was long before the turn before this one
+    /// of a light: where lights take turns, those that know something go on. Returns whether it did.
+    fn make_room(&self, light: usize) -> bool {
+        let before = self.lights[light].turns[1].load(Ordering::Relaxed);
+        let last = |light: usize| self.lights[light].turns[0].load(Ordering::Relaxed);
+        let (holder_count, oldest) = {
+            let holders = self.holders();
+            let all = holders.iter().map(|&holder| (last(holder), holder));
+            (holders.len() as u32, all.min())
+        };
+        match oldest {
+            Some((turn, holder)) if turn + LONG_AGO * holder_count < before && holder != light => {
+                self.drop_known(holder);
+                self.evictions.fetch_add(1, Ordering::Relaxed);
+                true
+            }
+            _ => false,
         }
     }
 
@@ -76,7 +119,7 @@ impl AdaptiveValues {
     /// is paid. Returns what that took, in nanoseconds.
     pub(crate) fn charge(
         &self,
-        store: &Store,
+        (known, store): (&Known, &Store),
         scene: &Scene<'_>,
         light: usize,
         start: &Start,
@@ -96,7 +139,7 @@ impl AdaptiveValues {
         if self.refine != Refine::Asked && !budget.allows(HASTE << (price + UNIT)) {
             return 0;
         }
-        let took = self.refine(store, scene, light, start, counter);
+        let took = self.refine((known, store), scene, light, start, counter);
         budget.spend(took);
         took
     }
@@ -106,13 +149,14 @@ impl AdaptiveValues {
     #[inline(never)]
     fn refine(
         &self,
-        store: &Store,
+        (known, store): (&Known, &Store),
         scene: &Scene<'_>,
         light: usize,
         start: &Start,
         counter: u32,
     ) -> u64 {
-        let Some((audience, code)) = self.code_of_start(store, scene.occluders, light, start)
+        let lists = &*known.lists;
+        let Some((audience, code)) = self.code_of_start(known, scene.occluders, light, start)
         else {
             return 0;
         };
@@ -120,7 +164,7 @@ impl AdaptiveValues {
             return 0;
         };
         let lattice = &self.lattices[audience as usize];
-        let finder = store.finder(light, audience, lattice);
+        let finder = store.finder(audience, lattice);
         let leaf = finder.find(code);
         let is_its = leaf.place == counter
             || leaf
@@ -140,11 +184,11 @@ impl AdaptiveValues {
             && self.depth.early_list > 0;
         let begin = Reading::now();
         let made = if is_first_look {
-            self.look(store, scene, target)
+            self.look((store, lists), scene, target)
         } else if self.care(level, audience) == Care::Quick
-            || self.has_whole_tables(scene.occluders, light)
+            || self.has_edges(scene.occluders, light, lists)
         {
-            self.brick(store, scene, target)
+            self.brick((store, lists), scene, target)
         } else {
             publish(store.word(counter), Link::pending(claimed.price()));
             return 0;
@@ -158,41 +202,53 @@ impl AdaptiveValues {
             publish(store.word(counter), Link::pending(claimed.price()));
         }
         if made.is_none() {
-            self.evict(store);
+            self.evict(light, known);
         }
         took
     }
 
-    /// Returns whether there are tables of all triangles; makes them when they pay.
-    fn has_whole_tables(&self, occluders: &Occluders, light: usize) -> bool {
+    /// Returns whether there are the mesh and its edges; makes them when they pay.
+    fn has_edges(&self, occluders: &Occluders, light: usize, lists: &Lists) -> bool {
         let values = &self.lights[light];
-        if values.tables.get().is_some_and(LightTables::is_whole) {
+        if lists.tables.has_edges() {
             return true;
         }
         let price = WHOLE_NS * occluders.triangle_count() as u64;
         let can_make = self.refine == Refine::Asked || values.budget.allows(price);
         if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
-            self.make_whole_tables(occluders, light);
+            let is_made = self.make_edges(occluders, light, lists);
             values.is_busy.store(false, Ordering::Release);
-            return true;
+            return is_made;
         }
         false
     }
 
-    /// Drops a store that is full for an empty one, unless that was done.
-    fn evict(&self, full: &Store) {
-        let current = self.store.load();
-        if !current
-            .as_ref()
-            .is_some_and(|now| std::ptr::eq(&raw const **now, full))
-        {
+    /// Makes room where there is none: another light that is not asked any more loses what it knows, or this one its
+    /// store, in whose place the next query makes an empty one. Nothing where that is empty, or bytes will be free
+    /// in a moment.
+    fn evict(&self, light: usize, full: &Known) {
+        let values = &self.lights[light];
+        values.is_refused.store(true, Ordering::Relaxed);
+        let is_bare = full.store.as_ref().is_none_or(Store::is_bare);
+        if self.room.is_held() || self.make_room(light) || is_bare {
             return;
         }
-        let before = self.store.compare_and_swap(&current, self.empty_store());
-        if before
-            .as_ref()
-            .is_some_and(|before| std::ptr::eq(&raw const **before, full))
-        {
+        let is_full = |known: &Option<Arc<Known>>| {
+            let known = known.as_deref();
+            known.is_some_and(|known| std::ptr::eq(known, full))
+        };
+        let current = values.known.load_full();
+        if !is_full(&current) {
+            return;
+        }
+        let without = Known {
+            lists: Arc::clone(&full.lists),
+            store: None,
+        };
+        let before = values
+            .known
+            .compare_and_swap(&current, Some(Arc::new(without)));
+        if is_full(&before) {
             self.evictions.fetch_add(1, Ordering::Relaxed);
         }
     }

@@ -11,10 +11,10 @@ use super::super::forms::{BOUND, START_ROOM};
 use super::super::lattice::Lattice;
 use super::super::packed::{Packed, Runs};
 use super::super::refine::Depth;
-use super::super::stream::{self, Misfit, Nothing, Section, Stored, Told};
+use super::super::stream::{self, Misfit, Section, Stored, Told};
 use super::super::value::Audience;
 use super::super::volume::Cells;
-use super::AdaptiveValues;
+use super::{AdaptiveValues, PackedLight};
 
 /// What is known of one light, to be kept.
 pub(crate) struct KeptValues<'a> {
@@ -38,26 +38,37 @@ impl AdaptiveValues {
 
     /// Returns what is known of a light, to be kept.
     pub(crate) fn keep(&self, light: usize) -> KeptValues<'_> {
-        let packed = self.packed(light);
+        let packed = self.packed(light).map(|light| &light.packed);
         if let Some(runs) = packed.and_then(Packed::runs) {
             return KeptValues {
                 runs,
                 pending_count: 0,
             };
         }
+        let known = self.known(light);
+        let store = known.as_ref().and_then(|known| known.store.as_ref());
         let Section {
             words,
             pending_count,
-        } = match (packed, self.store()) {
+        } = match (packed, store) {
             (Some(packed), _) => stream::write(&self.told(packed)),
-            (None, Some(store)) => stream::write(&self.stored(&store, light)),
-            (None, None) => stream::write(&Nothing(&self.lattices)),
+            (None, Some(store)) => stream::write(&self.stored(store)),
+            (None, None) => self.nothing(),
         };
         let mut runs = Runs::default();
         runs[0] = Cow::Owned(words);
         KeptValues {
             runs,
             pending_count,
+        }
+    }
+
+    /// Returns no words; all coarsest bricks are pending.
+    fn nothing(&self) -> Section {
+        let brick_count = |lattice: &Lattice| lattice.root_bricks().count() as u64;
+        Section {
+            words: Vec::new(),
+            pending_count: self.lattices.iter().map(brick_count).sum(),
         }
     }
 
@@ -68,10 +79,9 @@ impl AdaptiveValues {
         }
     }
 
-    fn stored<'a>(&'a self, store: &'a Store, light: usize) -> Stored<'a> {
+    fn stored<'a>(&'a self, store: &'a Store) -> Stored<'a> {
         Stored {
             store,
-            light,
             lattices: &self.lattices,
         }
     }
@@ -90,6 +100,8 @@ impl AdaptiveValues {
         match runs {
             [words, bricks, leaves, entries] if bricks.is_empty() => {
                 match [leaves, entries].iter().all(|run| run.is_empty()) {
+                    // Nothing was known.
+                    true if words.is_empty() => Ok(()),
                     true => self.take_stream(occluders, light, &words),
                     false => Err(Misfit::At(words.len(), "lists of nothing")),
                 }
@@ -106,20 +118,14 @@ impl AdaptiveValues {
         runs: Runs<'_>,
     ) -> Result<(), Misfit> {
         let bytes: usize = runs.iter().map(|run| size_of_val(&**run)).sum();
-        if bytes as u64 > self.store_bytes {
-            return Err(Misfit::NoRoom);
-        }
+        let share = self.room.take(bytes as u64).ok_or(Misfit::NoRoom)?;
         let packed = Packed::of_runs(runs, &self.lattices, occluders.surface_count())?;
-        self.make_tables(occluders, light);
-        let values = &self.lights[light];
-        if let Some(of_light) = values.tables.get() {
-            of_light.make_all(occluders, &self.frame, &values.light);
-        }
-        values.packed.get_or_init(|| packed);
-        values.is_complete.store(true, Ordering::Relaxed);
-        if self.is_all_packed() {
-            self.store.store(None);
-        }
+        self.make_scene_tables(occluders).ok_or(Misfit::NoRoom)?;
+        let lists = self.new_lists(occluders, light).ok_or(Misfit::NoRoom)?;
+        self.put_packed(light, packed, lists, share);
+        self.lights[light]
+            .is_complete
+            .store(true, Ordering::Relaxed);
         Ok(())
     }
 
@@ -130,19 +136,20 @@ impl AdaptiveValues {
         words: &[u32],
     ) -> Result<(), Misfit> {
         let values = &self.lights[light];
-        let store = self.store().ok_or(Misfit::NoRoom)?;
-        // Even if nothing is pending lists want forms, and queries sides.
-        self.make_tables(occluders, light);
-        let tables = self.tables(occluders, light).ok_or(Misfit::NoRoom)?;
-        let casters = Casters::new(tables);
+        let known = self.make_known(occluders, light, false);
+        let known = known.ok_or(Misfit::NoRoom)?;
+        let store = known.store.as_ref().ok_or(Misfit::NoRoom)?;
+        let tables = self.tables(occluders, light, &known.lists);
+        let casters = Casters::new(tables.ok_or(Misfit::NoRoom)?);
         let pending_count = stream::take(
             words,
-            &store,
-            light,
+            store,
             &self.lattices,
             occluders.surface_count(),
             |list| casters.side_by_side(list),
-        )?;
+        );
+        // What was read is in the way of what will be made.
+        let pending_count = pending_count.inspect_err(|_| self.drop_known(light))?;
         values
             .is_complete
             .store(pending_count == 0, Ordering::Relaxed);
@@ -158,10 +165,12 @@ impl AdaptiveValues {
     /// Says of all cells what is known about a light, every `step`th value from the first on.
     pub(crate) fn fill_cells(&self, light: usize, cells: &Cells, values: &mut [u8], step: usize) {
         let lattice = &self.lattices[Audience::Free as usize];
-        match (self.packed(light), self.store()) {
-            (Some(packed), _) => cells.fill(&self.told(packed), lattice, values, step),
-            (None, Some(store)) => cells.fill(&self.stored(&store, light), lattice, values, step),
-            (None, None) => {}
+        if let Some(PackedLight { packed, .. }) = self.packed(light) {
+            cells.fill(&self.told(packed), lattice, values, step);
+        } else if let Some(known) = self.known(light)
+            && let Some(store) = &known.store
+        {
+            cells.fill(&self.stored(store), lattice, values, step);
         }
     }
 }

@@ -1,5 +1,8 @@
 //! What is made: tables, columns, bricks; all of them before the first query, or one by one.
 
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, MutexGuard, OnceLock, PoisonError};
+
 use antumbra_geometry::Occluders;
 use rayon::prelude::*;
 
@@ -10,10 +13,11 @@ use super::super::lattice::Cell;
 use super::super::links::{Link, read};
 use super::super::packed::Packed;
 use super::super::refine::{Care, Refiner};
+use super::super::room::Share;
 use super::super::tables::{LightTables, SceneTables, Tables};
 use super::super::value::Audience;
-use super::AdaptiveValues;
 use super::demand::{HASTE, UNIT};
+use super::{AdaptiveValues, Known, Lists, PackedLight};
 use crate::Refine;
 use crate::bvh::Bvh;
 
@@ -39,74 +43,135 @@ fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
 }
 
 impl AdaptiveValues {
-    /// Makes all values of all lights, as far as there is room.
-    pub(super) fn make_all(&self, occluders: &Occluders, bvh: &Bvh) {
-        let Some(store) = self.store() else {
-            return;
-        };
+    /// Makes what is wanted before the first query, on all threads.
+    pub(crate) fn make_first(&mut self, occluders: &Occluders, bvh: &Bvh) {
+        match self.refine {
+            Refine::Eager => self.make_all(occluders, bvh),
+            Refine::Lazy => {}
+            Refine::Asked => (0..self.lights.len()).for_each(|light| {
+                if let Some(known) = self.make_known(occluders, light, false) {
+                    self.make_columns(occluders, light, &known.lists, Wanted::Few);
+                }
+            }),
+        }
+    }
+
+    /// Makes all values of all lights, light by light, as far as there is room.
+    fn make_all(&mut self, occluders: &Occluders, bvh: &Bvh) {
         let scene = Scene { occluders, bvh };
         for light in 0..self.lights.len() {
             if !self.lights[light].is_ordinary || self.packed(light).is_some() {
                 continue;
             }
-            self.make_whole_tables(occluders, light);
-            if self.lights[light].is_complete() {
+            let is_complete = self.lights[light].is_complete();
+            // Where these find no room, rays answer; another light may need less.
+            let Some(known) = self.make_known(occluders, light, !is_complete) else {
                 continue;
+            };
+            let Some(store) = &known.store else {
+                drop(known);
+                self.drop_known(light);
+                continue;
+            };
+            if !is_complete && self.make_edges(occluders, light, &known.lists) {
+                self.make_rest_of_light(&scene, light, &known.lists, store);
             }
-            for audience in Audience::ALL {
-                let lattice = &self.lattices[audience as usize];
-                let finder = store.finder(light, audience, lattice);
-                let cells: Vec<Cell> = lattice.root_bricks().collect();
-                cells.into_par_iter().for_each(|cell| {
-                    let place = finder.place_in_root(cell);
-                    self.make_rest(&store, &scene, light, audience, cell, place);
-                });
-            }
+            drop(known);
+            self.pack(occluders, light);
         }
-        self.pack(occluders, &store);
+        self.finish();
     }
 
-    /// Packs the values of all lights for reading and drops the store, if all of it can be told so.
-    pub(super) fn pack(&self, occluders: &Occluders, store: &Store) {
-        let packed: Option<Vec<_>> = (0..self.lights.len())
-            .filter(|&light| self.lights[light].is_ordinary && self.packed(light).is_none())
-            .map(|light| {
-                // Of a light that was kept there may be none yet.
-                self.make_whole_tables(occluders, light);
-                Some((light, Packed::new(store, light, &self.lattices)?))
+    fn make_rest_of_light(&self, scene: &Scene<'_>, light: usize, lists: &Lists, store: &Store) {
+        for audience in Audience::ALL {
+            let lattice = &self.lattices[audience as usize];
+            let finder = store.finder(audience, lattice);
+            let cells: Vec<Cell> = lattice.root_bricks().collect();
+            cells.into_par_iter().for_each(|cell| {
+                let place = finder.place_in_root(cell);
+                self.make_rest((store, lists), scene, light, audience, cell, place);
+            });
+        }
+    }
+
+    /// Packs the values of a light for reading and drops its store, if all of it can be told so and there is room.
+    /// Nobody asks meanwhile.
+    fn pack(&self, occluders: &Occluders, light: usize) {
+        let values = &self.lights[light];
+        let Some(Ok(Known { lists, store })) = values.known.swap(None).map(Arc::try_unwrap) else {
+            return;
+        };
+        let put_back = |lists, store| {
+            let known = Known { lists, store };
+            values.known.store(Some(Arc::new(known)));
+        };
+        let (mut lists, store) = match (Arc::try_unwrap(lists), store) {
+            (Ok(lists), Some(store)) => (lists, store),
+            (Ok(lists), store) => return put_back(Arc::new(lists), store),
+            (Err(lists), store) => return put_back(lists, store),
+        };
+        lists.tables.finish();
+        let most = Packed::height_bytes(&store);
+        let held = self.room.hold(most);
+        let packed = (held.bytes() == most)
+            .then(|| Packed::new(&store, &self.lattices))
+            .flatten();
+        let share = packed.as_ref().and_then(|packed| held.keep(packed.bytes()));
+        let (Some(packed), Some(share)) = (packed, share) else {
+            return put_back(Arc::new(lists), Some(store));
+        };
+        drop(store);
+        self.holders().retain(|&holder| holder != light);
+        // What was kept is to be there at once.
+        if !values.is_complete() {
+            self.make_columns(occluders, light, &lists, Wanted::For(u64::MAX));
+        }
+        self.put_packed(light, packed, lists, share);
+    }
+
+    pub(super) fn put_packed(&self, light: usize, packed: Packed, lists: Lists, share: Share) {
+        self.lights[light].packed.get_or_init(|| {
+            Box::new(PackedLight {
+                packed,
+                lists,
+                _share: share,
             })
-            .collect();
-        for (light, packed) in packed.into_iter().flatten() {
-            // What was kept is to be there at once.
-            if !self.lights[light].is_complete() {
-                self.make_columns(occluders, light, Wanted::For(u64::MAX));
-            }
-            self.lights[light].packed.get_or_init(|| packed);
-            self.store.store(None);
+        });
+    }
+
+    /// Drops what was needed only to make values, where none will be made.
+    fn finish(&mut self) {
+        let is_any_open = self.lights.iter().any(|light| light.known.load().is_some());
+        if let (false, Some((tables, share))) = (is_any_open, self.tables.get_mut()) {
+            share.shrink_to(tables.finish());
         }
     }
 
     /// Makes the values that are missing of a cell whose link this is, and of all finer ones.
     fn make_rest(
         &self,
-        store: &Store,
+        (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
         light: usize,
         audience: Audience,
         cell: Cell,
         place: u32,
     ) {
+        // What is too much for what is left is not worth finding out.
+        if store.is_full() {
+            return;
+        }
         let link = read(store.word(place));
         let is_pending = match link.list() {
             Some(list) => read(store.word(Store::list_counter(list))).is_pending(),
             None => link.is_pending(),
         };
         if is_pending {
-            self.make_below(store, scene, light, audience, cell, place);
+            self.make_below((store, lists), scene, light, audience, cell, place);
         } else if let Some(brick_at) = link.brick() {
             for (place, number) in store.unfinished(brick_at) {
                 let finer = cell_in_brick(cell, number);
-                self.make_rest(store, scene, light, audience, finer, place);
+                self.make_rest((store, lists), scene, light, audience, finer, place);
             }
         }
     }
@@ -114,53 +179,158 @@ impl AdaptiveValues {
     /// Makes the values of a cell whose link this is, and of all finer ones.
     fn make_below(
         &self,
-        store: &Store,
+        (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
         light: usize,
         audience: Audience,
         cell: Cell,
         place: u32,
     ) {
-        let Some(made) = self.brick(store, scene, (light, audience, cell)) else {
+        let Some(made) = self.brick((store, lists), scene, (light, audience, cell)) else {
+            self.lights[light].is_refused.store(true, Ordering::Relaxed);
             return;
         };
         store.publish(place, made);
         if made.brick().is_some() {
-            self.make_rest(store, scene, light, audience, cell, place);
+            self.make_rest((store, lists), scene, light, audience, cell, place);
         }
     }
 
-    /// Makes tables of the scene and a light, in which triangles are entered when they are asked for.
-    pub(super) fn make_tables(&self, occluders: &Occluders, light: usize) {
-        self.tables.get_or_init(|| SceneTables::new(occluders));
-        let values = &self.lights[light];
-        values
-            .tables
-            .get_or_init(|| LightTables::new(occluders, &self.frame, &values.light));
+    /// Makes tables of the scene, where there is room.
+    pub(super) fn make_scene_tables(&self, occluders: &Occluders) -> Option<()> {
+        if self.tables.get().is_none() {
+            let share = self.room.take(SceneTables::bytes_for(occluders))?;
+            // Another thread may be faster.
+            let tables = SceneTables::new(occluders, &self.frame);
+            self.tables.get_or_init(|| (tables, share));
+        }
+        Some(())
     }
 
-    /// Makes tables of all triangles.
-    pub(super) fn make_whole_tables(&self, occluders: &Occluders, light: usize) {
-        self.make_tables(occluders, light);
+    /// Returns what is known of a light, to which more may be added: where nothing is yet, tables and a store in which
+    /// nothing is known, if there is room; before the store the edges, if they are wanted. One thread at a time.
+    pub(super) fn make_known(
+        &self,
+        occluders: &Occluders,
+        light: usize,
+        has_edges: bool,
+    ) -> Option<Arc<Known>> {
         let values = &self.lights[light];
-        if let (Some(scene), Some(of_light)) = (self.tables.get(), values.tables.get()) {
-            of_light.make_whole(scene, occluders, &self.frame, &values.light);
+        if !values.is_ordinary {
+            return None;
         }
+        let before = values.known.load_full();
+        if before.as_ref().is_some_and(|known| known.store.is_some()) {
+            return before;
+        }
+        let made = self
+            .make_lists(occluders, light, before.as_deref())
+            .filter(|lists| !has_edges || self.make_edges(occluders, light, lists));
+        let Some(lists) = made else {
+            values.is_refused.store(true, Ordering::Relaxed);
+            return None;
+        };
+        let price = self.look_price();
+        let store = Store::new(&self.room, self.store_bytes(&lists), &self.lattices, price);
+        if store.is_none() {
+            values.is_refused.store(true, Ordering::Relaxed);
+            if before.is_some() {
+                return before;
+            }
+        }
+        let known = Arc::new(Known { lists, store });
+        let mut holders = self.holders();
+        values.known.store(Some(Arc::clone(&known)));
+        if !holders.contains(&light) {
+            holders.push(light);
+        }
+        Some(known)
+    }
+
+    fn make_lists(
+        &self,
+        occluders: &Occluders,
+        light: usize,
+        known: Option<&Known>,
+    ) -> Option<Arc<Lists>> {
+        if let Some(known) = known {
+            return Some(Arc::clone(&known.lists));
+        }
+        self.make_scene_tables(occluders)?;
+        self.new_lists(occluders, light).map(Arc::new)
+    }
+
+    /// Makes tables of a light, where there is room. Those of the scene are there.
+    pub(super) fn new_lists(&self, occluders: &Occluders, light: usize) -> Option<Lists> {
+        let share = self.room.take(LightTables::bytes_for(occluders))?;
+        let light = &self.lights[light].light;
+        Some(Lists {
+            tables: LightTables::new(occluders, &self.frame, light),
+            columns: OnceLock::new(),
+            share,
+        })
+    }
+
+    /// Returns the bytes that a store may take: before the first query so many that its values can be packed beside it,
+    /// once the edges are dropped.
+    fn store_bytes(&self, lists: &Lists) -> u64 {
+        match self.refine {
+            Refine::Eager => (self.room.left() + lists.tables.edge_bytes()) / 5 * 2,
+            Refine::Lazy | Refine::Asked => self.room.most(),
+        }
+    }
+
+    pub(super) fn holders(&self) -> MutexGuard<'_, Vec<usize>> {
+        self.holders.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Drops what is known of a light.
+    pub(super) fn drop_known(&self, light: usize) {
+        let mut holders = self.holders();
+        holders.retain(|&holder| holder != light);
+        self.lights[light].known.store(None);
+    }
+
+    /// Makes the mesh and a light's contour edges, where there is room; returns whether they are there.
+    pub(super) fn make_edges(&self, occluders: &Occluders, light: usize, lists: &Lists) -> bool {
+        let values = &self.lights[light];
+        let is_made = self.tables.get().is_some_and(|(scene, _)| {
+            let of_light = (&self.frame, &values.light);
+            let tables = &lists.tables;
+            tables.make_edges(scene, occluders, of_light, &self.room)
+        });
+        if !is_made {
+            values.is_refused.store(true, Ordering::Relaxed);
+        }
+        is_made
     }
 
     /// Makes the lists of all directions from a light, where there is room.
-    pub(super) fn make_columns(&self, occluders: &Occluders, light: usize, wanted: Wanted) {
-        let has_room = self.store_bytes >= Columns::predict_bytes(occluders);
-        let may_list = self.depth.long_list > 0;
-        self.lights[light].columns.get_or_init(|| {
-            if !has_room || !may_list {
+    pub(super) fn make_columns(
+        &self,
+        occluders: &Occluders,
+        light: usize,
+        lists: &Lists,
+        wanted: Wanted,
+    ) {
+        lists.columns.get_or_init(|| {
+            if self.depth.long_list == 0 {
                 return None;
             }
-            let values = &self.lights[light];
-            let of_light = values.tables.get()?;
-            of_light.make_all(occluders, &self.frame, &values.light);
-            let tables = self.tables(occluders, light)?;
-            Columns::new(occluders, &tables, wanted)
+            let tables = self.tables(occluders, light, lists)?;
+            let most = Columns::most_bytes(occluders, wanted);
+            let held = self.room.hold(most);
+            let is_short = held.bytes() < most;
+            let columns = Columns::new(occluders, &tables, wanted, held.bytes());
+            let columns = columns.and_then(|columns| {
+                let share = held.keep(columns.bytes())?;
+                Some((columns, share))
+            });
+            if is_short && columns.is_none() {
+                let values = &self.lights[light];
+                values.is_refused.store(true, Ordering::Relaxed);
+            }
+            columns
         });
     }
 
@@ -193,11 +363,11 @@ impl AdaptiveValues {
     /// Takes a first look at a cell at the root.
     pub(super) fn look(
         &self,
-        store: &Store,
+        (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
         (light, audience, cell): (usize, Audience, Cell),
     ) -> Option<Link> {
-        let tables = self.tables(scene.occluders, light)?;
+        let tables = self.tables(scene.occluders, light, lists)?;
         let refiner = self.refiner(tables, audience, Care::Quick);
         let bounds = self.lattices[audience as usize].inflated(cell);
         let gathered = refiner.casters.gather(scene.bvh, &bounds, false);
@@ -216,11 +386,11 @@ impl AdaptiveValues {
     /// Makes a brick in place of a cell; `None` if there is no room.
     pub(super) fn brick(
         &self,
-        store: &Store,
+        (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
         (light, audience, cell): (usize, Audience, Cell),
     ) -> Option<Link> {
-        let tables = self.tables(scene.occluders, light)?;
+        let tables = self.tables(scene.occluders, light, lists)?;
         let lattice = &self.lattices[audience as usize];
         let care = self.care(cell.level, audience);
         let refiner = self.refiner(tables, audience, care);

@@ -1,32 +1,35 @@
 //! The values of all lights, made when they pay.
 //!
-//! In: the surfaces, the lights, the tree. Out: a store and tables, which `lookup` reads. Invariants: what a store
-//! says is a function of the scene, the light and the cell; how much it says depends on what was asked.
-//! A store that is full is dropped for an empty one. Absent here: rays.
+//! In: the surfaces, the lights, the tree. Out: for a light that was asked often enough tables, columns and a store,
+//! which `lookup` reads. Invariants: what a store says is a function of the scene, the light and the cell; how much
+//! it says depends on what was asked. All that lights know is taken from one room: where that is full, a store is
+//! dropped for an empty one, a light that is not asked any more loses what it knows, or nothing more is made. A
+//! light that was never asked takes what [`LightValues`] takes. Absent here: rays.
 
 mod demand;
 mod keeping;
 mod making;
+mod predict;
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
 
-use antumbra_geometry::{DVec3, LightShape, Occluders};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders};
 use arc_swap::ArcSwapOption;
 use fearless_simd::Level;
 
 use super::bricks::Store;
 use super::budget::{Budget, Looks};
 use super::column_lookup::Way;
-use super::columns::{Columns, Wanted};
+use super::columns::Columns;
 use super::forms::START_ROOM;
 use super::lattice::Lattice;
 use super::packed::Packed;
 use super::refine::Depth;
+use super::room::{Room, Share};
 use super::tables::{LightTables, SceneTables, Tables};
 use super::value::Audience;
 use crate::Refine;
-use crate::bvh::Bvh;
 use crate::frame::Frame;
 
 pub(crate) use self::keeping::KeptValues;
@@ -42,13 +45,17 @@ pub(crate) struct AdaptiveValues {
     /// For each [`Audience`].
     pub(super) lattices: [Lattice; 3],
     depth: Depth,
-    tables: OnceLock<SceneTables>,
+    room: Arc<Room>,
+    tables: OnceLock<(SceneTables, Share)>,
     pub(super) lights: Vec<LightValues>,
-    store: ArcSwapOption<Store>,
-    store_bytes: u64,
+    /// Lights that know something that may be dropped. Whoever adds or drops something holds it.
+    holders: Mutex<Vec<usize>>,
     refine: Refine,
     is_refining: AtomicBool,
     evictions: AtomicU64,
+    /// The light that was asked last, and how often that changed.
+    asked_last: AtomicUsize,
+    turns: AtomicU32,
     pub(super) level: Level,
 }
 
@@ -58,16 +65,58 @@ pub(super) struct LightValues {
     pub(super) light: LightShape,
     /// Whether values can be made.
     is_ordinary: bool,
-    tables: OnceLock<LightTables>,
     /// All values, if they were made before.
-    packed: OnceLock<Packed>,
-    /// Lists for all directions from the light, if there can be any.
-    columns: OnceLock<Option<Columns>>,
+    packed: OnceLock<Box<PackedLight>>,
+    /// What is known so far.
+    known: ArcSwapOption<Known>,
     /// Whether a thread makes tables.
     is_busy: AtomicBool,
     /// Whether values were taken in which nothing is pending.
     is_complete: AtomicBool,
+    /// Whether something was not made for want of room.
+    is_refused: AtomicBool,
+    /// The turn in which it was asked last, and the one in which it was before.
+    turns: [AtomicU32; 2],
     budget: Budget,
+}
+
+/// What is known of a light while more is made.
+#[derive(Debug)]
+pub(crate) struct Known {
+    pub(crate) lists: Arc<Lists>,
+    /// `None` where it found no room.
+    pub(crate) store: Option<Store>,
+}
+
+/// What is known of a light whose values are all made.
+#[derive(Debug)]
+pub(crate) struct PackedLight {
+    pub(super) packed: Packed,
+    pub(super) lists: Lists,
+    /// Of the values.
+    _share: Share,
+}
+
+/// What is made at once for a light.
+#[derive(Debug)]
+pub(crate) struct Lists {
+    pub(super) tables: LightTables,
+    /// Lists for all directions from the light, if there can be any.
+    columns: OnceLock<Option<(Columns, Share)>>,
+    /// Of the tables.
+    share: Share,
+}
+
+impl Lists {
+    /// Returns lists for all directions from the light, if there are any.
+    #[inline(always)]
+    pub(crate) fn columns(&self) -> Option<&Columns> {
+        self.columns.get()?.as_ref().map(|(columns, _)| columns)
+    }
+
+    fn columns_bytes(&self) -> u64 {
+        self.columns().map_or(0, Columns::bytes)
+    }
 }
 
 /// How values are made.
@@ -76,9 +125,12 @@ pub(crate) struct Making {
     pub(crate) depth: Depth,
     /// When values are made.
     pub(crate) refine: Refine,
-    /// Bytes of values and lists at most.
+    /// Bytes at most of all that lights know, and of what is needed to make it.
     pub(crate) most_bytes: u64,
 }
+
+/// In place of a light.
+const NO_LIGHT: usize = usize::MAX;
 
 impl AdaptiveValues {
     /// Prepares values for all lights. Nothing is known yet.
@@ -86,13 +138,7 @@ impl AdaptiveValues {
         let bounds = occluders.bounds();
         let frame = Frame::new(bounds);
         let depth = making.depth;
-        let lattices = Audience::ALL.map(|audience| {
-            let finest = match audience {
-                Audience::Front | Audience::Back => depth.surfaces,
-                Audience::Free => depth.space,
-            };
-            Lattice::new(&bounds, &frame, finest)
-        });
+        let lattices = lattices(&bounds, &frame, depth);
         let lights: Vec<_> = lights
             .iter()
             .map(|&light| {
@@ -101,35 +147,21 @@ impl AdaptiveValues {
                 LightValues::new(light, is_ordinary(occluders, &frame, &light))
             })
             .collect();
-        let values = Self {
+        Self {
             frame,
             start_room: START_ROOM / frame.scale,
             lattices,
             depth,
+            room: Room::new(making.most_bytes),
             tables: OnceLock::new(),
             lights,
-            store: ArcSwapOption::empty(),
-            store_bytes: making.most_bytes,
+            holders: Mutex::new(Vec::new()),
             refine: making.refine,
             is_refining: AtomicBool::new(true),
             evictions: AtomicU64::new(0),
+            asked_last: AtomicUsize::new(NO_LIGHT),
+            turns: AtomicU32::new(0),
             level: Level::new(),
-        };
-        values.store.store(values.empty_store());
-        values
-    }
-
-    /// Makes what is wanted before the first query, on all threads.
-    pub(crate) fn make_first(&self, occluders: &Occluders, bvh: &Bvh) {
-        match self.refine {
-            Refine::Eager => self.make_all(occluders, bvh),
-            Refine::Lazy => {}
-            Refine::Asked => (0..self.lights.len()).for_each(|light| {
-                if self.lights[light].is_ordinary {
-                    self.make_tables(occluders, light);
-                    self.make_columns(occluders, light, Wanted::Few);
-                }
-            }),
         }
     }
 
@@ -153,17 +185,12 @@ impl AdaptiveValues {
         if self.refine == Refine::Eager {
             return;
         }
-        self.tables = OnceLock::new();
         for light in &mut self.lights {
             *light = LightValues::new(light.light, light.is_ordinary);
         }
-        self.store.store(self.empty_store());
+        self.tables = OnceLock::new();
+        self.holders = Mutex::default();
         self.evictions = AtomicU64::new(0);
-    }
-
-    fn empty_store(&self) -> Option<Arc<Store>> {
-        let price = self.look_price();
-        Store::new(self.store_bytes, &self.lattices, self.lights.len(), price).map(Arc::new)
     }
 
     /// Returns the price of a first look at a cell at the root.
@@ -174,36 +201,42 @@ impl AdaptiveValues {
         }
     }
 
-    /// Returns the store for some queries.
-    pub(crate) fn store(&self) -> Option<Arc<Store>> {
-        self.store.load_full()
+    /// Returns what is known of a light for some queries, if it is not packed.
+    #[inline]
+    pub(crate) fn known(&self, light: usize) -> Option<Arc<Known>> {
+        self.lights[light].known.load_full()
     }
 
-    /// Returns what is known of the surfaces for a light, if there are tables yet.
+    /// Returns what is known of the surfaces for a light.
     #[inline(always)]
     pub(super) fn tables<'a>(
         &'a self,
         occluders: &'a Occluders,
         light: usize,
+        lists: &'a Lists,
     ) -> Option<Tables<'a>> {
-        let scene = self.tables.get()?;
-        let values = &self.lights[light];
-        let of_light = values.tables.get()?;
+        let (scene, _) = self.tables.get()?;
+        let light = &self.lights[light].light;
         Some(Tables::new(
             occluders,
             &self.frame,
-            &values.light,
+            light,
             scene,
-            of_light,
+            &lists.tables,
         ))
     }
 
     /// Returns lists for all directions from a light, if there are any and they are worth asking.
     #[inline(always)]
-    pub(crate) fn columns(&self, light: usize, is_refining: bool) -> Option<&Columns> {
-        let light = &self.lights[light];
-        let columns = light.columns.get()?.as_ref()?;
-        (!is_refining || self.refine == Refine::Asked || light.budget.are_columns_worth_it())
+    pub(crate) fn columns<'a>(
+        &self,
+        light: usize,
+        known: &'a Known,
+        is_refining: bool,
+    ) -> Option<&'a Columns> {
+        let columns = known.lists.columns()?;
+        let budget = &self.lights[light].budget;
+        (!is_refining || self.refine == Refine::Asked || budget.are_columns_worth_it())
             .then_some(columns)
     }
 
@@ -213,15 +246,16 @@ impl AdaptiveValues {
         self.lights[light].budget.column_way()
     }
 
-    /// Returns which queries to look up: none as long as there are no tables, and while values are made those
+    /// Returns which queries to look up: none as long as there is no store, and while values are made those
     /// that pay.
     #[inline(always)]
-    pub(crate) fn looks(&self, light: usize, is_refining: bool) -> Looks {
+    pub(crate) fn looks(&self, light: usize, known: Option<&Known>, is_refining: bool) -> Looks {
         let light = &self.lights[light];
-        let has_columns = self.refine == Refine::Lazy && light.columns().is_some();
-        if light.tables.get().is_none() {
-            Looks::None
-        } else if has_columns {
+        let Some(known) = known.filter(|known| known.store.is_some()) else {
+            return Looks::None;
+        };
+        let has_columns = self.refine == Refine::Lazy && known.lists.columns().is_some();
+        if has_columns {
             match light.budget.looks_beside_columns() {
                 Looks::Scouts | Looks::Try(_) if !is_refining => Looks::All,
                 looks => looks,
@@ -232,6 +266,17 @@ impl AdaptiveValues {
             light.budget.looks()
         }
     }
+}
+
+/// Returns the cells of each audience.
+fn lattices(bounds: &Bounds, frame: &Frame, depth: Depth) -> [Lattice; 3] {
+    Audience::ALL.map(|audience| {
+        let finest = match audience {
+            Audience::Front | Audience::Back => depth.surfaces,
+            Audience::Free => depth.space,
+        };
+        Lattice::new(bounds, frame, finest)
+    })
 }
 
 /// Whether numbers stay so far from the ends of their range that products of lengths are safe, and
@@ -255,19 +300,14 @@ impl LightValues {
         Self {
             light,
             is_ordinary,
-            tables: OnceLock::new(),
             packed: OnceLock::new(),
-            columns: OnceLock::new(),
+            known: ArcSwapOption::empty(),
             is_busy: AtomicBool::new(false),
             is_complete: AtomicBool::new(false),
+            is_refused: AtomicBool::new(false),
+            turns: [AtomicU32::new(0), AtomicU32::new(0)],
             budget: Budget::default(),
         }
-    }
-
-    /// Returns lists for all directions from the light, if there are any.
-    #[inline(always)]
-    pub(super) fn columns(&self) -> Option<&Columns> {
-        self.columns.get()?.as_ref()
     }
 
     fn is_complete(&self) -> bool {
@@ -278,8 +318,8 @@ impl LightValues {
 impl AdaptiveValues {
     /// Returns all values of a light, if they were made before.
     #[inline]
-    pub(crate) fn packed(&self, light: usize) -> Option<&Packed> {
-        self.lights[light].packed.get()
+    pub(crate) fn packed(&self, light: usize) -> Option<&PackedLight> {
+        self.lights[light].packed.get().map(|packed| &**packed)
     }
 
     /// Returns whether all values of all lights are there.
@@ -287,37 +327,70 @@ impl AdaptiveValues {
         (0..self.lights.len()).all(|light| self.packed(light).is_some())
     }
 
+    /// Returns the bytes of all that is known, and of what is needed to make more.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.room.taken()
+    }
+
+    /// Returns the bytes of a light's values, links and lists.
+    pub(crate) fn bytes_of(&self, light: usize) -> u64 {
+        match (self.packed(light), self.known(light)) {
+            (Some(light), _) => light.packed.bytes(),
+            (None, Some(known)) => known.store.as_ref().map_or(0, |store| {
+                let (values, lists) = store.bytes();
+                values + lists
+            }),
+            (None, None) => 0,
+        }
+    }
+
     /// Returns the bytes of values and links.
     pub(crate) fn value_bytes(&self) -> u64 {
-        self.store().map_or(0, |store| store.bytes().0) + self.sum(Packed::value_bytes)
+        self.sum(Packed::value_bytes, |store| store.bytes().0)
     }
 
     /// Returns the bytes of lists.
-    pub(crate) fn list_bytes(&self) -> u64 {
-        self.store().map_or(0, |store| store.bytes().1) + self.sum(Packed::list_bytes)
+    fn list_bytes(&self) -> u64 {
+        self.sum(Packed::list_bytes, |store| store.bytes().1)
     }
 
-    fn sum(&self, bytes_of: impl Fn(&Packed) -> u64) -> u64 {
-        let packed = self.lights.iter().filter_map(|light| light.packed.get());
-        packed.map(bytes_of).sum()
+    fn sum(&self, of_packed: impl Fn(&Packed) -> u64, of_store: impl Fn(&Store) -> u64) -> u64 {
+        let lights = 0..self.lights.len();
+        lights
+            .map(|light| match (self.packed(light), self.known(light)) {
+                (Some(light), _) => of_packed(&light.packed),
+                (None, Some(known)) => known.store.as_ref().map_or(0, &of_store),
+                (None, None) => 0,
+            })
+            .sum()
     }
 
     /// Returns the bytes of lists and tables.
     pub(crate) fn table_bytes(&self) -> u64 {
-        let of_lights = self.lights.iter().filter_map(|light| light.tables.get());
-        let columns = self
-            .lights
-            .iter()
-            .filter_map(|light| light.columns.get()?.as_ref());
-        self.list_bytes()
-            + columns.map(Columns::bytes).sum::<u64>()
-            + of_lights.map(LightTables::bytes).sum::<u64>()
-            + self.tables.get().map_or(0, SceneTables::bytes)
+        let lights = 0..self.lights.len();
+        let of_lights = lights.map(|light| {
+            let of_lists = |lists: &Lists| {
+                lists.share.bytes() + lists.tables.edge_bytes() + lists.columns_bytes()
+            };
+            match (self.packed(light), self.known(light)) {
+                (Some(light), _) => of_lists(&light.lists),
+                (None, Some(known)) => of_lists(&known.lists),
+                (None, None) => 0,
+            }
+        });
+        let of_scene = |(tables, share): &(SceneTables, Share)| share.bytes() + tables.mesh_bytes();
+        self.list_bytes() + of_lights.sum::<u64>() + self.tables.get().map_or(0, of_scene)
     }
 
-    /// Returns how often a full store was dropped.
+    /// Returns how often something that was known was dropped for want of room.
     pub(crate) fn evictions(&self) -> u64 {
         self.evictions.load(Ordering::Relaxed)
+    }
+
+    /// Returns of how many lights something was not made for want of room.
+    pub(crate) fn refused_count(&self) -> usize {
+        let is_refused = |light: &&LightValues| light.is_refused.load(Ordering::Relaxed);
+        self.lights.iter().filter(is_refused).count()
     }
 
     /// Returns the planes between the finest cells.

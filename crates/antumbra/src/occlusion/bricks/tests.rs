@@ -135,13 +135,15 @@ fn what_is_written_is_found() {
         let frame = Frame::new(scene);
         let finest: [u32; 3] = std::array::from_fn(|_| 2 + random.below(11) as u32);
         let lattices = finest.map(|finest| Lattice::new(&scene, &frame, finest));
-        let store = Store::new(ROOM, &lattices, 2, ROOT_PRICE).expect("room");
-        // Light and audience by light and audience, all in one arena.
+        let room = Room::new(u64::MAX);
+        let stores =
+            [(); 2].map(|()| Store::new(&room, ROOM, &lattices, ROOT_PRICE).expect("room"));
+        // Light and audience by light and audience.
         let mut all = Vec::new();
-        for light in 0..2 {
+        for store in &stores {
             for audience in Audience::ALL {
                 let lattice = &lattices[audience as usize];
-                let finder = store.finder(light, audience, lattice);
+                let finder = store.finder(audience, lattice);
                 let mut written = Written::new();
                 let roots: Vec<Cell> = lattice.root_bricks().collect();
                 for _ in 0..random.below(6) {
@@ -149,15 +151,15 @@ fn what_is_written_is_found() {
                     let target = (cell, finder.place_in_root(cell));
                     if !written.contains_key(&(cell.level, cell.at)) {
                         let finest = finest[audience as usize];
-                        write_below(&store, random, finest, target, &mut written);
+                        write_below(store, random, finest, target, &mut written);
                     }
                 }
-                all.push((light, audience, roots, written));
+                all.push((store, audience, roots, written));
             }
         }
-        for (light, audience, roots, written) in &all {
+        for (store, audience, roots, written) in &all {
             let lattice = &lattices[*audience as usize];
-            let finder = store.finder(*light, *audience, lattice);
+            let finder = store.finder(*audience, lattice);
             let mut near: Vec<Cell> = written
                 .keys()
                 .map(|&(level, at)| Cell { level, at })
@@ -182,7 +184,7 @@ fn what_is_written_is_found() {
                 let (decision, level) = expected(written, lattice, code);
                 let is_root = level == lattice.root_level;
                 let price = if is_root { ROOT_PRICE } else { PRICE };
-                assert_found(&store, leaf, &decision, price);
+                assert_found(store, leaf, &decision, price);
                 assert_eq!(finder.level_of(code, lattice), level);
                 found_count += 1;
                 deepest = deepest.max(level);
@@ -226,11 +228,12 @@ fn cells_of_a_brick_are_those_of_codes() {
 fn small_store(room_beside_roots: u64) -> (Store, Lattice) {
     let scene = Random(3).scene();
     let lattices = [2; 3].map(|finest| Lattice::new(&scene, &Frame::new(scene), finest));
-    let all = Store::new(ROOM, &lattices, 1, ROOT_PRICE).expect("room");
+    let room = Room::new(u64::MAX);
+    let all = Store::new(&room, ROOM, &lattices, ROOT_PRICE).expect("room");
     // The first words of an arena are no one's.
     let roots = all.bytes().0 + 64;
-    assert!(Store::new(roots - 1, &lattices, 1, ROOT_PRICE).is_none());
-    let store = Store::new(roots + room_beside_roots, &lattices, 1, ROOT_PRICE);
+    assert!(Store::new(&room, roots - 1, &lattices, ROOT_PRICE).is_none());
+    let store = Store::new(&room, roots + room_beside_roots, &lattices, ROOT_PRICE);
     (store.expect("room"), lattices[0])
 }
 
@@ -306,7 +309,7 @@ fn cells_that_agree_need_no_brick() {
 fn a_full_store_keeps_what_it_has() {
     let random = &mut Random(4);
     let (store, lattice) = small_store(40_000);
-    let finder = store.finder(0, Audience::Front, &lattice);
+    let finder = store.finder(Audience::Front, &lattice);
     let roots: Vec<Cell> = lattice.root_bricks().collect();
     let place = finder.place_in_root(roots[0]);
     let pending: Box<Decisions> = Box::new(std::array::from_fn(|number| match number {
@@ -344,7 +347,7 @@ fn a_full_store_keeps_what_it_has() {
         store.publish(place, link);
         for (number, decision) in decisions.iter().enumerate() {
             let number = number as u32;
-            let (value, before) = value_of(&store.arena.words()[brick..], number);
+            let (value, before) = value_of(store.arena.words_from(brick), number);
             let leaf = match value.of_surface_point() {
                 Some(is_shadowed) => Leaf::of(is_shadowed),
                 None => {

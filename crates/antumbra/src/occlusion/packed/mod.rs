@@ -230,6 +230,11 @@ impl Packed {
         (size_of_val(&*self.roots) + size_of_val(&*self.bricks) + size_of_val(&*self.leaves)) as u64
     }
 
+    /// Returns the bytes of all.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.value_bytes() + self.list_bytes()
+    }
+
     /// Returns the bytes of lists.
     pub(crate) fn list_bytes(&self) -> u64 {
         size_of_val(&*self.entries) as u64

@@ -4,6 +4,9 @@
 
 use std::collections::HashMap;
 
+use hashbrown::HashTable;
+use twox_hash::XxHash3_64;
+
 use super::super::bricks::Store;
 use super::super::lattice::Lattice;
 use super::super::links::Link;
@@ -12,17 +15,14 @@ use super::{Brick, COUNT_BITS, LONGEST, Leaf, Packed, STRIDE, Whole};
 
 impl Packed {
     /// Packs what a store knows of a light; `None` if it has longer or more lists than can be told.
-    pub(in super::super) fn new(
-        store: &Store,
-        light: usize,
-        lattices: &[Lattice; 3],
-    ) -> Option<Self> {
-        let mut packer = Packer::new();
+    pub(in super::super) fn new(store: &Store, lattices: &[Lattice; 3]) -> Option<Self> {
+        let mut packer = Packer::new(store);
         let (areas, _) = Self::areas(lattices);
         let mut roots = Vec::new();
         for audience in Audience::ALL {
             let place_count = lattices[audience as usize].root_places();
-            let first = store.root(light, audience);
+            roots.reserve_exact(place_count + 1);
+            let first = store.root(audience);
             packer.add_table(store, first, place_count, &mut roots);
         }
         roots.extend(Self::BEYOND.map(|whole| whole as u32));
@@ -37,11 +37,24 @@ impl Packed {
     }
 }
 
+impl Packed {
+    /// Returns about the most bytes that [`Packed::new`] takes at its height: the tables, all lists as if none were
+    /// there twice, and a table of hashes that is no larger.
+    pub(in super::super) fn height_bytes(store: &Store) -> u64 {
+        let [brick_count, link_count, list_words] = store.counts();
+        let bricks = (brick_count + SPARE) * size_of::<Brick>();
+        let leaves = (link_count + 64 * SPARE) * size_of::<Leaf>();
+        let lists = 2 * size_of::<u32>() * (list_words + STRIDE);
+        (bricks + leaves + lists) as u64 + store.root_bytes()
+    }
+}
+
+/// What is packed so far. Equal lists are found by their hashes, whose table is made again as it grows.
 struct Packer {
     bricks: Vec<Brick>,
     leaves: Vec<Leaf>,
     entries: Vec<u32>,
-    lists: HashMap<Box<[u32]>, Leaf>,
+    lists: HashTable<Leaf>,
     /// The bricks of roots that found no room.
     pending: HashMap<Leaf, u32>,
     /// A list is too long to be told, or empty.
@@ -49,12 +62,13 @@ struct Packer {
 }
 
 impl Packer {
-    fn new() -> Self {
+    fn new(store: &Store) -> Self {
+        let [brick_count, link_count, list_words] = store.counts();
         let mut packer = Self {
-            bricks: Vec::new(),
-            leaves: Vec::new(),
-            entries: Vec::new(),
-            lists: HashMap::new(),
+            bricks: Vec::with_capacity(brick_count + SPARE),
+            leaves: Vec::with_capacity(link_count + 64 * SPARE),
+            entries: Vec::with_capacity(list_words + STRIDE),
+            lists: HashTable::new(),
             pending: HashMap::new(),
             is_odd: false,
         };
@@ -181,11 +195,26 @@ impl Packer {
         let surfaces = store.list(list).surfaces();
         let count = surfaces.len() as u32;
         self.is_odd |= !(1..=LONGEST).contains(&count);
-        let entries = &mut self.entries;
-        *self.lists.entry(surfaces).or_insert_with_key(|surfaces| {
-            let first = entries.len() as u32;
-            entries.extend_from_slice(surfaces);
-            Leaf(first << COUNT_BITS | count.min(LONGEST))
-        })
+        let Self { lists, entries, .. } = self;
+        let hash = |list: &[u32]| XxHash3_64::oneshot(bytemuck::cast_slice(list));
+        let list_of = |leaf: Leaf, entries: &[u32]| {
+            let first = leaf.first();
+            hash(&entries[first..first + leaf.count()])
+        };
+        let is_same = |leaf: &Leaf| entries[leaf.first()..].starts_with(&surfaces);
+        let known = lists.find(hash(&surfaces), |leaf| {
+            leaf.count() == surfaces.len() && is_same(leaf)
+        });
+        if let Some(&leaf) = known {
+            return leaf;
+        }
+        let first = entries.len() as u32;
+        entries.extend_from_slice(&surfaces);
+        let leaf = Leaf(first << COUNT_BITS | count.min(LONGEST));
+        lists.insert_unique(hash(&surfaces), leaf, |&leaf| list_of(leaf, entries));
+        leaf
     }
 }
+
+/// Bricks that stand for all of their kind, and some more.
+const SPARE: usize = 64;

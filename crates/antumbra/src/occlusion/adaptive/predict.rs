@@ -1,0 +1,89 @@
+//! What lights will know, in bytes, before anything is made.
+//!
+//! In: counts and settings. Out: a guess that the room bounds. Tables are told from the sizes of what they hold; how
+//! much values and lists take depends on how shadows lie, and is a share for each surface, as measured on scenes of
+//! many kinds (`crates/antumbra/tests/memory.rs`).
+
+use antumbra_geometry::{Mesh, Occluders};
+
+use super::super::bricks::Store;
+use super::super::columns::{Columns, Wanted};
+use super::super::lattice::Lattice;
+use super::super::tables::{LightTables, SceneTables};
+use super::demand::TABLE_NS;
+use super::{AdaptiveValues, Making};
+use crate::Refine;
+use crate::frame::Frame;
+use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_COLUMNS};
+
+/// Bytes of packed values and lists for a surface and light; fewer where cells are so coarse that shadows cross few of
+/// them, by the square of the finest along an axis.
+const PACKED_EACH: u64 = 160;
+const PACKED_SQUARE: u64 = 16;
+/// Bytes of the store for one of what is packed from it.
+const STORE_SHARE: u64 = 2;
+/// Bytes of the store that queries fill, for a surface.
+const FILLED_EACH: u64 = 40;
+/// Bytes of contour edges for a triangle.
+const EDGES_EACH: u64 = 120;
+/// Nanoseconds that a ray takes, as queries account for it, on scenes of many kinds.
+const RAY_NS: f64 = 250.0;
+/// So many queries at most are known to come when tables are weighed: a batch is cut into parts.
+const AHEAD: f64 = 65_536.0;
+
+impl AdaptiveValues {
+    /// Returns about how many bytes lights will take of their room at the height; at most as many as that has. With so
+    /// many queries of each light to come, or any number.
+    pub(crate) fn predict_bytes(
+        occluders: &Occluders,
+        light_count: usize,
+        making: &Making,
+        query_count: Option<u64>,
+    ) -> u64 {
+        if occluders.surface_count() == 0 || light_count == 0 {
+            return 0;
+        }
+        let (light_count, surface_count) = (light_count as u64, occluders.surface_count() as u64);
+        let triangle_count = occluders.triangle_count() as u64;
+        let wanted = Wanted::For(query_count.unwrap_or(u64::MAX));
+        let has_columns = making.depth.long_list > 0;
+        let [columns, columns_height] = match has_columns {
+            true => Columns::usual_bytes(occluders, wanted),
+            false => [0; 2],
+        };
+        let scene = SceneTables::bytes_for(occluders);
+        let of_light = LightTables::bytes_for(occluders);
+        let roots = Store::bare_bytes(&lattices(occluders, making), making.most_bytes);
+        let all = match making.refine {
+            Refine::Eager => {
+                let square = 1 << (2 * making.depth.surfaces);
+                let packed = (PACKED_EACH * surface_count).min(PACKED_SQUARE * square);
+                let store = STORE_SHARE * packed + roots;
+                let stays = of_light + columns + packed + roots;
+                let mesh = Mesh::height_bytes(occluders.triangle_count()) / 2;
+                let beside = mesh + EDGES_EACH * triangle_count;
+                let making = store + beside;
+                let packing = (columns_height - columns).max(store);
+                scene + light_count * stays + making.max(packing)
+            }
+            Refine::Asked | Refine::Lazy => {
+                let price = TABLE_NS * triangle_count + Columns::least_price(occluders);
+                let queries = query_count.unwrap_or(u64::MAX) as f64;
+                let spendable =
+                    RAY_NS * (HOPE_FOR_COLUMNS * queries + FORESIGHT * queries.min(AHEAD));
+                if making.refine == Refine::Lazy && spendable < price as f64 {
+                    return 0;
+                }
+                let stays = of_light + columns + FILLED_EACH * surface_count + roots;
+                scene + light_count * stays + (columns_height - columns)
+            }
+        };
+        all.min(making.most_bytes)
+    }
+}
+
+fn lattices(occluders: &Occluders, making: &Making) -> [Lattice; 3] {
+    let bounds = occluders.bounds();
+    let frame = Frame::new(bounds);
+    super::lattices(&bounds, &frame, making.depth)
+}
