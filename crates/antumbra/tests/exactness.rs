@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, BatchKind, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow, ShadowIndex,
-    Towards,
+    Batch, BatchKind, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow,
+    ShadowIndex, Towards,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,

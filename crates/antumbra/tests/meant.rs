@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, BatchError, BatchKind, Coordinates, Counters, GridResolution, Method, Nearness, OffSurface,
-    RayMethod, Refine, Refinement, Shadow, ShadowIndex, Towards,
+    Batch, BatchError, BatchKind, Coordinates, Counters, GridResolution, Method, Nearness,
+    OffSurface, RayMethod, Refine, Refinement, Shadow, ShadowIndex, Towards,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Precision, Sphere, Start, SurfaceId,
@@ -61,19 +61,26 @@ fn on_nearest<P: Coordinates>(
     point: P,
     normal: Option<P>,
 ) -> Result<bool, BatchError> {
-    let normals = normal.map(|normal| [normal]);
-    let batch = Batch {
-        points: &[point],
-        ..Batch::on_nearest(&[point], normals.as_ref().map(|normals| &normals[..]))
-    };
-    ask(index, &batch).map(|answers| answers[0])
+    let (points, normals) = ([point], normal.map(|normal| [normal]));
+    let normals = normals.as_ref().map(|normals| &normals[..]);
+    ask(index, &Batch::on_nearest(&points, normals)).map(|answers| answers[0])
 }
 
 /// A floor, and a slanted slab one unit over it, both moved: surfaces 0, 1 and 2, 3.
 fn floor_and_slab(offset: [f64; 3]) -> Arc<Occluders> {
     let at = |corners: [[f64; 3]; 4]| corners.map(|x| plus(x, offset));
-    let floor = at([[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [5.0, 5.0, 0.0], [-5.0, 5.0, 0.0]]);
-    let slab = at([[-1.0, -1.0, 1.1], [1.0, -1.0, 0.9], [1.0, 1.0, 0.9], [-1.0, 1.0, 1.1]]);
+    let floor = at([
+        [-5.0, -5.0, 0.0],
+        [5.0, -5.0, 0.0],
+        [5.0, 5.0, 0.0],
+        [-5.0, 5.0, 0.0],
+    ]);
+    let slab = at([
+        [-1.0, -1.0, 1.1],
+        [1.0, -1.0, 0.9],
+        [1.0, 1.0, 0.9],
+        [-1.0, 1.0, 1.1],
+    ]);
     let halves = |q: [[f64; 3]; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]];
     let ([a, b], [c, d]) = (halves(floor), halves(slab));
     scene(&[&a, &b, &c, &d])
@@ -82,15 +89,29 @@ fn floor_and_slab(offset: [f64; 3]) -> Arc<Occluders> {
 #[test]
 fn a_point_of_a_floor_in_map_coordinates_is_not_put_on_the_slab_over_it() {
     let normal = [0.1, 0.0, 1.0];
-    for offset in [[0.0; 3], MUNICH, MUNICH.map(|x| -x), [5e6, 0.0, 0.0], [1e9, -1e9, 1e9]] {
+    for offset in [
+        [0.0; 3],
+        MUNICH,
+        MUNICH.map(|x| -x),
+        [5e6, 0.0, 0.0],
+        [1e9, -1e9, 1e9],
+    ] {
         let occluders = floor_and_slab(offset);
         let point = plus([0.2, 0.1, 0.0], offset);
         for method in METHODS {
             let index = index_of(&occluders, &[UP], method);
             let named = ask(&index, &Batch::on_surfaces(&[point], &[0])).expect("on the floor");
             assert_eq!(named, [true]);
-            assert_eq!(on_nearest(&index, point, Some(normal)), Ok(true), "{method:?} {offset:?}");
-            assert_eq!(on_nearest(&index, point, None), Ok(true), "{method:?} {offset:?}");
+            assert_eq!(
+                on_nearest(&index, point, Some(normal)),
+                Ok(true),
+                "{method:?} {offset:?}"
+            );
+            assert_eq!(
+                on_nearest(&index, point, None),
+                Ok(true),
+                "{method:?} {offset:?}"
+            );
             // Widening the reach does not let the normal take the slab.
             for tolerance in [2.0, 1e4, f64::INFINITY] {
                 let nearness = Nearness {
@@ -98,9 +119,16 @@ fn a_point_of_a_floor_in_map_coordinates_is_not_put_on_the_slab_over_it() {
                     tolerance: Some(tolerance),
                 };
                 let start = index
-                    .start_near(DVec3::from_array(point), Some(DVec3::from_array(normal)), nearness)
+                    .start_near(
+                        DVec3::from_array(point),
+                        Some(DVec3::from_array(normal)),
+                        nearness,
+                    )
                     .expect("within the tolerance");
-                assert!(start.surface < Some(SurfaceId(2)), "{method:?} {offset:?} {tolerance}");
+                assert!(
+                    start.surface < Some(SurfaceId(2)),
+                    "{method:?} {offset:?} {tolerance}"
+                );
             }
         }
     }
@@ -108,7 +136,11 @@ fn a_point_of_a_floor_in_map_coordinates_is_not_put_on_the_slab_over_it() {
     for offset in [[0.0; 3], MUNICH] {
         let index = index_of(&floor_and_slab(offset), &[UP], Method::Bvh);
         let point = narrow(plus([0.2, 0.1, 0.0], offset));
-        assert_eq!(on_nearest(&index, point, Some(narrow(normal))), Ok(true), "{offset:?}");
+        assert_eq!(
+            on_nearest(&index, point, Some(narrow(normal))),
+            Ok(true),
+            "{offset:?}"
+        );
     }
 }
 
@@ -130,9 +162,15 @@ fn a_point_one_metre_off_every_surface_is_refused_wherever_the_scene_lies() {
         assert_eq!((number, surface), (0, SurfaceId(0)));
         assert!((distance - 1.0).abs() < 1e-6 && allowed < 1e-2, "{error}");
         let text = error.to_string();
-        assert!(text.contains("nearest surface, 0, is 1e0 away") || offset != [0.0; 3], "{text}");
+        assert!(
+            text.contains("nearest surface, 0, is 1e0 away") || offset != [0.0; 3],
+            "{text}"
+        );
         let single = on_nearest(&index, narrow(point), None);
-        assert!(single.is_err() || offset == [1e9; 3], "{offset:?}: {single:?}");
+        assert!(
+            single.is_err() || offset == [1e9; 3],
+            "{offset:?}: {single:?}"
+        );
     }
 }
 
@@ -143,7 +181,11 @@ fn a_huge_surface_far_off_grants_nothing_to_the_small_one_nearby() {
     let ground = |x: f64, y: f64| [x, y, 1e-3 * x];
     let slab = [[-1.0, -1.0, 0.5], [1.0, -1.0, 0.5], [0.0, 1.0, 0.5]];
     let corners = [ground(-big, -big), ground(big, -big), ground(0.0, big)];
-    let far = [[1e8, 1e8, 1e8], [1e8 + 1.0, 1e8, 1e8], [1e8, 1e8 + 1.0, 1e8]];
+    let far = [
+        [1e8, 1e8, 1e8],
+        [1e8 + 1.0, 1e8, 1e8],
+        [1e8, 1e8 + 1.0, 1e8],
+    ];
     let index = index_of(&scene(&[&corners, &slab, &far]), &[UP], Method::Bvh);
     let nearest = |point: [f64; 3], precision| {
         let nearness = Nearness {
@@ -159,7 +201,10 @@ fn a_huge_surface_far_off_grants_nothing_to_the_small_one_nearby() {
         assert_eq!(nearest([0.1, 0.1, 0.5], precision), Some(SurfaceId(1)));
     }
     // A point between: the ground reaches far enough for rounding to f32 to explain it, not for that to f64.
-    assert_eq!(nearest([0.1, 0.1, 0.25], Precision::Single), Some(SurfaceId(0)));
+    assert_eq!(
+        nearest([0.1, 0.1, 0.25], Precision::Single),
+        Some(SurfaceId(0))
+    );
     assert_eq!(nearest([0.1, 0.1, 0.25], Precision::Double), None);
     // Level ground whose height is exact is no nearer for being large.
     let level = corners.map(|[x, y, _]| [x, y, 0.0]);
@@ -176,13 +221,27 @@ fn a_slab_thinner_than_rounding_is_told_by_its_normal_alone() {
     bottom.swap(1, 2);
     let index = index_of(&scene(&[&bottom, &top]), &[UP], Method::Bvh);
     for z in [0.0, 5e-16, 1e-15] {
-        assert_eq!(on_nearest(&index, [0.1, 0.1, z], Some([0.0, 0.0, 1.0])), Ok(false), "{z}");
-        assert_eq!(on_nearest(&index, [0.1, 0.1, z], Some([0.0, 0.0, -1.0])), Ok(true), "{z}");
+        assert_eq!(
+            on_nearest(&index, [0.1, 0.1, z], Some([0.0, 0.0, 1.0])),
+            Ok(false),
+            "{z}"
+        );
+        assert_eq!(
+            on_nearest(&index, [0.1, 0.1, z], Some([0.0, 0.0, -1.0])),
+            Ok(true),
+            "{z}"
+        );
     }
     // One that f64 resolves is told by distance.
     let index = index_of(&scene(&[&bottom, &side(1e-6)]), &[UP], Method::Bvh);
-    assert_eq!(on_nearest(&index, [0.1, 0.1, 0.0], Some([0.0, 0.0, 1.0])), Ok(true));
-    assert_eq!(on_nearest(&index, [0.1, 0.1, 1e-6], Some([0.0, 0.0, -1.0])), Ok(false));
+    assert_eq!(
+        on_nearest(&index, [0.1, 0.1, 0.0], Some([0.0, 0.0, 1.0])),
+        Ok(true)
+    );
+    assert_eq!(
+        on_nearest(&index, [0.1, 0.1, 1e-6], Some([0.0, 0.0, -1.0])),
+        Ok(false)
+    );
 }
 
 #[test]
@@ -204,12 +263,17 @@ fn points_that_are_rounded_lie_on_their_surfaces_at_every_scale_and_place() {
                 let [u, v] = [0, 1].map(|i: usize| (weights[i] / sum) as f32);
                 let w = 1.0 - u - v;
                 let [a, b, c] = corners.map(|x| narrow(x.to_array()));
-                let single: [f32; 3] =
-                    std::array::from_fn(|i| a[i] * u + b[i] * v + c[i] * w);
+                let single: [f32; 3] = std::array::from_fn(|i| a[i] * u + b[i] * v + c[i] * w);
                 let label = format!("{scale} {place} {double}");
-                assert!(on_nearest(&index, double.to_array(), None).is_ok(), "{label}");
+                assert!(
+                    on_nearest(&index, double.to_array(), None).is_ok(),
+                    "{label}"
+                );
                 assert!(on_nearest(&index, single, None).is_ok(), "{label}");
-                assert!(ask(&index, &Batch::on_surfaces(&[single], &[0])).is_ok(), "{label}");
+                assert!(
+                    ask(&index, &Batch::on_surfaces(&[single], &[0])).is_ok(),
+                    "{label}"
+                );
             }
         }
     }
@@ -219,7 +283,12 @@ fn points_that_are_rounded_lie_on_their_surfaces_at_every_scale_and_place() {
 fn points_named_to_be_on_faces_far_from_them_are_refused() {
     let occluders = floor_and_slab(MUNICH);
     let point = |x, z| plus([x, 0.0, z], MUNICH);
-    let points = [point(0.2, 0.0), point(0.3, 0.0), point(0.4, 0.0), point(0.5, 0.0)];
+    let points = [
+        point(0.2, 0.0),
+        point(0.3, 0.0),
+        point(0.4, 0.0),
+        point(0.5, 0.0),
+    ];
     let surfaces = [0, 2, 3, 0];
     for method in METHODS {
         let index = index_of(&occluders, &[UP], method);
@@ -229,7 +298,10 @@ fn points_named_to_be_on_faces_far_from_them_are_refused() {
             panic!("{error}");
         };
         assert_eq!((first.index, first.surface), (1, 2));
-        assert!((0.9..1.0).contains(&first.distance) && first.allowed < 0.5, "{error}");
+        assert!(
+            (0.9..1.0).contains(&first.distance) && first.allowed < 0.5,
+            "{error}"
+        );
         let off = index.off_surfaces(&batch).expect("two are far off");
         assert_eq!((off.count, off.first), (2, first));
         assert!(off.worst.distance >= first.distance, "{off:?}");
@@ -244,17 +316,31 @@ fn points_named_to_be_on_faces_far_from_them_are_refused() {
                 kind,
             }
         };
-        assert!(matches!(ask(&index, &within(0.5)), Err(BatchError::OffSurface { .. })));
+        assert!(matches!(
+            ask(&index, &within(0.5)),
+            Err(BatchError::OffSurface { .. })
+        ));
         for tolerance in [1.5, f64::INFINITY] {
-            assert_eq!(ask(&index, &within(tolerance)), Ok(vec![true, false, false, true]));
+            assert_eq!(
+                ask(&index, &within(tolerance)),
+                Ok(vec![true, false, false, true])
+            );
             assert_eq!(index.off_surfaces(&within(tolerance)), None);
         }
-        assert_eq!(ask(&index, &within(-1.0)), Err(BatchError::BadTolerance(-1.0)));
+        assert_eq!(
+            ask(&index, &within(-1.0)),
+            Err(BatchError::BadTolerance(-1.0))
+        );
         // Segments name surfaces, too.
         let ends = points.map(|x| plus(x, [0.0, 0.0, 9.0]));
         let mut out = [0; 4];
         let found = index.occluded_towards(&batch, Towards::Points(&ends), &mut out);
-        assert!(matches!(found, Err(BatchError::OffSurface { first: OffSurface { index: 1, .. } })));
+        assert!(matches!(
+            found,
+            Err(BatchError::OffSurface {
+                first: OffSurface { index: 1, .. }
+            })
+        ));
     }
 }
 
@@ -307,10 +393,13 @@ impl Random {
 /// All methods, that of the paper and the one of today with several sizes of voxels.
 fn all_indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(String, ShadowIndex)> {
     let mut indices = Vec::new();
-    let builder = |method| ShadowIndex::builder(Arc::clone(occluders), lights.to_vec()).method(method);
+    let builder =
+        |method| ShadowIndex::builder(Arc::clone(occluders), lights.to_vec()).method(method);
     for method in [Method::Voxel1990, Method::Grid, Method::Bvh] {
         for resolution in [1, 8, 23] {
-            let index = builder(method).grid(GridResolution::Fixed([resolution; 3])).build();
+            let index = builder(method)
+                .grid(GridResolution::Fixed([resolution; 3]))
+                .build();
             indices.push((format!("{method:?} {resolution}"), index.expect("an index")));
         }
     }
@@ -323,7 +412,10 @@ fn all_indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(String
                 ..Refinement::default()
             };
             let index = builder(Method::Voxel).refinement(refinement).build();
-            indices.push((format!("Voxel {refine:?} {resolution}"), index.expect("an index")));
+            indices.push((
+                format!("Voxel {refine:?} {resolution}"),
+                index.expect("an index"),
+            ));
         }
     }
     indices
@@ -363,11 +455,20 @@ fn agree(occluders: &Arc<Occluders>, lights: &[LightShape], starts: &[Start], la
 fn curved_shapes(place: DVec3) -> Arc<Occluders> {
     let v = |x, y, z| place + DVec3::new(x, y, z);
     let mut builder = Occluders::builder();
-    let floor = [v(-4.0, -4.0, -1.5), v(9.0, -4.0, -1.5), v(9.0, 9.0, -1.5), v(-4.0, 9.0, -1.5)];
+    let floor = [
+        v(-4.0, -4.0, -1.5),
+        v(9.0, -4.0, -1.5),
+        v(9.0, 9.0, -1.5),
+        v(-4.0, 9.0, -1.5),
+    ];
     builder.add_face(&floor, Opacity::Opaque).expect("a face");
     let sphere = |center, radius| Sphere { center, radius };
-    builder.add_sphere(sphere(v(0.0, 0.0, 0.0), 1.0), Opacity::Opaque).expect("a sphere");
-    builder.add_sphere(sphere(v(0.5, 0.5, 3.0), 0.5), Opacity::Opaque).expect("a sphere");
+    builder
+        .add_sphere(sphere(v(0.0, 0.0, 0.0), 1.0), Opacity::Opaque)
+        .expect("a sphere");
+    builder
+        .add_sphere(sphere(v(0.5, 0.5, 3.0), 0.5), Opacity::Opaque)
+        .expect("a sphere");
     let cone = |base, base_radius, apex, apex_radius, is_closed| Cone {
         base,
         base_radius,
@@ -450,7 +551,9 @@ fn a_start_inside_its_own_sphere_is_not_shadowed_by_what_covers_the_voxel() {
         center: DVec3::ZERO,
         radius: 1.0,
     };
-    builder.add_sphere(sphere, Opacity::Opaque).expect("a sphere");
+    builder
+        .add_sphere(sphere, Opacity::Opaque)
+        .expect("a sphere");
     let occluders = Arc::new(builder.build());
     let lights = [LightShape::Point(DVec3::X), LightShape::Direction(DVec3::X)];
     let start = Start {
@@ -461,7 +564,11 @@ fn a_start_inside_its_own_sphere_is_not_shadowed_by_what_covers_the_voxel() {
         let index = index_of(&occluders, &lights, method);
         for light in 0..2 {
             let answer = index.shadow(&start, light, &mut Counters::default());
-            assert_eq!(answer.map(|answer| answer.shadow), Ok(Shadow::Lit), "{method:?}");
+            assert_eq!(
+                answer.map(|answer| answer.shadow),
+                Ok(Shadow::Lit),
+                "{method:?}"
+            );
         }
     }
     agree(&occluders, &lights, &[start], "smallest");
@@ -520,7 +627,11 @@ fn surfaces_of_points_are_those_of_the_page() {
     let (mut asked, mut named, mut chosen) = (0, 0, 0);
     for seed in 0..120 {
         let scene = nasty::scene(seed);
-        let largest = scene.queries.iter().flat_map(|query| query.point).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let largest = scene
+            .queries
+            .iter()
+            .flat_map(|query| query.point)
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
         // The oracle squares plain numbers.
         if !(1e-60..1e60).contains(&largest) {
             continue;
@@ -538,7 +649,16 @@ fn surfaces_of_points_are_those_of_the_page() {
             .expect("an index");
         let random = &mut Random(seed);
         for query in &scene.queries {
-            let normals = [None, Some([0.0, 0.0, 1.0]), Some(random.in_cube().to_array())];
+            // Whether what is hardly a number becomes zero is not the page's matter.
+            let is_tiny = |x: f64| x != 0.0 && x.abs() < 1e-150;
+            if query.point.into_iter().any(is_tiny) {
+                continue;
+            }
+            let normals = [
+                None,
+                Some([0.0, 0.0, 1.0]),
+                Some(random.in_cube().to_array()),
+            ];
             for normal in normals {
                 for (is_single, tolerance) in [
                     (false, None),
@@ -582,5 +702,8 @@ fn surfaces_of_points_are_those_of_the_page() {
             }
         }
     }
-    assert!(asked > 10_000 && named > asked / 3 && chosen > 5_000, "{asked} {named} {chosen}");
+    assert!(
+        asked > 10_000 && named > asked / 3 && chosen > 5_000,
+        "{asked} {named} {chosen}"
+    );
 }

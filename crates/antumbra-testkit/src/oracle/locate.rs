@@ -179,8 +179,7 @@ impl Oracle {
                 let reach = dot([z, off - base_radius, 0.0], along).clamp(0.0, length(wall));
                 let nearest = [along[0] * reach, base_radius + along[1] * reach];
                 let way = [nearest[0] - z, nearest[1] - off];
-                // On the axis any direction off it will do, as the way is one of many.
-                let out = unit(across).unwrap_or([0.0; 3]);
+                let out = unit(across).unwrap_or_else(|| off_axis(axis));
                 Way {
                     distance: length([way[0], way[1], 0.0]),
                     direction: unit(plus(scaled(axis, way[0]), scaled(out, way[1])))
@@ -218,7 +217,10 @@ impl Oracle {
                 let axis = unit(a).unwrap_or([0.0; 3]);
                 let q = minus(p, base);
                 let out = unit(minus(q, scaled(axis, dot(q, axis)))).unwrap_or([0.0; 3]);
-                plus(scaled(out, length(a)), scaled(axis, base_radius - apex_radius))
+                plus(
+                    scaled(out, length(a)),
+                    scaled(axis, base_radius - apex_radius),
+                )
             }
         };
         unit(front).unwrap_or([0.0; 3])
@@ -258,6 +260,13 @@ fn to_triangle([a, b, c]: [Vector; 3]) -> Vector {
     scaled(n, dot(n, a) / dot(n, n))
 }
 
+/// A direction across an axis, for points on it.
+fn off_axis([x, y, z]: Vector) -> Vector {
+    let sign = 1.0_f64.copysign(z);
+    let a = -1.0 / (sign + z);
+    [x * y * a, sign + y * y * a, -y]
+}
+
 fn to_disk(normal: Vector, radius: f64, u: Vector) -> Way {
     let axis = unit(normal).unwrap_or([0.0; 3]);
     let height = dot(u, axis);
@@ -294,16 +303,29 @@ fn cross(a: Vector, b: Vector) -> Vector {
     ]
 }
 
-/// Squares of the scenes here neither vanish nor overflow, so no power of two is taken out.
-fn length(a: Vector) -> f64 {
-    dot(a, a).sqrt()
+/// A power of two that keeps squares of numbers up to `largest` in the range of `f64`.
+fn shift(largest: f64) -> f64 {
+    match largest {
+        x if x < 1e-250 => 2.0_f64.powi(900),
+        x if x < 1e-140 => 2.0_f64.powi(500),
+        x if x > 1e140 => 2.0_f64.powi(-500),
+        _ => 1.0,
+    }
 }
 
+fn largest_of(a: Vector) -> f64 {
+    a.into_iter().map(f64::abs).fold(0.0, f64::max)
+}
+
+fn length(a: Vector) -> f64 {
+    let shift = shift(largest_of(a));
+    let a = scaled(a, shift);
+    dot(a, a).sqrt() / shift
+}
+
+/// `None` for zero.
 fn unit(a: Vector) -> Option<Vector> {
-    let largest = a.into_iter().map(f64::abs).fold(0.0, f64::max);
-    if largest == 0.0 {
-        return None;
-    }
-    let share = 1.0 / length(a);
-    Some(scaled(a, share))
+    let largest = largest_of(a);
+    let a = scaled(a, shift(largest));
+    (largest > 0.0).then(|| scaled(a, 1.0 / dot(a, a).sqrt()))
 }
