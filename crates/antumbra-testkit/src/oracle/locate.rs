@@ -46,7 +46,10 @@ impl Oracle {
             a.1.distance.total_cmp(&b.1.distance).then(a.0.cmp(&b.0))
         };
         let &(nearest, first) = near.iter().min_by(by_distance)?;
-        let unit_normal = asked.normal.and_then(unit);
+        let unit_normal = asked.normal.and_then(|normal| {
+            let largest = largest_of(normal);
+            unit(normal.map(|x| x / largest))
+        });
         let Some(normal) = unit_normal else {
             return Some(nearest);
         };
@@ -214,13 +217,10 @@ impl Oracle {
                 apex_radius,
             } => {
                 let a = minus(apex, base);
-                let axis = unit(a).unwrap_or([0.0; 3]);
                 let q = minus(p, base);
-                let out = unit(minus(q, scaled(axis, dot(q, axis)))).unwrap_or([0.0; 3]);
-                plus(
-                    scaled(out, length(a)),
-                    scaled(axis, base_radius - apex_radius),
-                )
+                let across = minus(q, scaled(a, dot(q, a) / dot(a, a)));
+                let slope = (base_radius - apex_radius) / dot(a, a);
+                plus(unit(across).unwrap_or([0.0; 3]), scaled(a, slope))
             }
         };
         unit(front).unwrap_or([0.0; 3])
