@@ -142,13 +142,13 @@ pub struct Times {
 /// Memory in bytes.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct MemoryUse {
-    /// Occlusion values.
+    /// Occlusion values, without lists and tables.
     pub occlusion_bytes: u64,
-    /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values and
-    /// lists, or all that a rival keeps.
+    /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values, lists
+    /// and tables, or all that a rival keeps.
     pub bytes_per_light: f64,
     /// What the program expected to take at most, before it took it: scene, surfaces, picture,
-    /// grid and values.
+    /// and the index: grid, tree, values, lists and tables.
     pub predicted_bytes: u64,
     /// The process at its largest; `null` where the system does not say.
     pub peak_bytes: Option<u64>,

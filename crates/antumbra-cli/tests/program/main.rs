@@ -1,6 +1,8 @@
 //! Drives the real `antumbra` program.
 
 mod attack;
+mod help;
+mod interrupts;
 mod kept;
 mod lazy;
 mod outputs;

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicI8, Ordering};
 use antumbra_geometry::{
     DVec3, ElementId, LightShape, Mesh, MeshEdge, Occluders, SurfaceId, Umbra,
 };
+use antumbra_task::checked;
 
 use super::balls::Ball;
 use super::forms::Forms;
@@ -122,7 +123,7 @@ impl SceneTables {
 
     fn make_whole(&self, occluders: &Occluders, frame: &Frame) -> &WholeScene {
         self.whole.get_or_init(|| WholeScene {
-            start_forms: triangles(occluders)
+            start_forms: checked(triangles(occluders))
                 .map(|triangle| start_forms(occluders, frame, triangle))
                 .collect(),
             mesh: Mesh::new(occluders),
@@ -180,7 +181,7 @@ impl LightTables {
         let mut curved_numbers = vec![NONE; occluders.surface_count() - occluders.triangle_count()];
         let mut curved = Vec::new();
         let elements = (0..occluders.elements().len() as u32).map(ElementId);
-        for element in elements.filter(|&element| !occluders.is_face(element)) {
+        for element in checked(elements.filter(|&element| !occluders.is_face(element))) {
             let umbra = occluders.umbra(element, light);
             if umbra.is_nothing() {
                 continue;
@@ -216,7 +217,7 @@ impl LightTables {
                 umbra_forms: Vec::with_capacity(count),
                 start_planes: Vec::with_capacity(count),
             };
-            for triangle in triangles(occluders) {
+            for triangle in checked(triangles(occluders)) {
                 let side = all.sides[triangle.0 as usize];
                 let forms = umbra_forms(occluders, frame, light, triangle);
                 all.umbra_forms.push(forms);
@@ -254,7 +255,7 @@ impl LightTables {
                 });
                 contours.len() as u32 - 1
             };
-            let contour_numbers = mesh.edges().iter().map(number_of).collect();
+            let contour_numbers = checked(mesh.edges()).map(number_of).collect();
             EdgesForLight {
                 contours,
                 contour_numbers,

@@ -1,6 +1,6 @@
 //! What queries cost, and what is made when they have paid for it (Paper 9.2).
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use antumbra_geometry::{Occluders, Start};
 
@@ -21,6 +21,38 @@ pub(super) const UNIT: u32 = 4;
 /// A cell is worth so many times what it has cost: more queries will come, and the account of all
 /// cells bounds what is spent in vain.
 pub(super) const HASTE: u64 = 4;
+
+/// Says of a light that a thread makes its tables, until it has, or is stopped.
+struct Busy<'a>(&'a AtomicBool);
+
+impl<'a> Busy<'a> {
+    fn begin(is_busy: &'a AtomicBool) -> Option<Self> {
+        (!is_busy.swap(true, Ordering::Acquire)).then_some(Self(is_busy))
+    }
+}
+
+impl Drop for Busy<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Release);
+    }
+}
+
+/// Gives a claimed counter back with its price, also when the work is stopped.
+struct Unclaim<'a>(&'a Store, u32, u32);
+
+impl Unclaim<'_> {
+    /// What was made stands there now.
+    fn settle(self) {
+        std::mem::forget(self);
+    }
+}
+
+impl Drop for Unclaim<'_> {
+    fn drop(&mut self) {
+        let Self(store, counter, price) = *self;
+        publish(store.word(counter), Link::pending(price));
+    }
+}
 
 /// What tables cost: for each triangle that none is entered for, for each that is, and for each other surface.
 const TABLE_NS: u64 = 15;
@@ -45,12 +77,11 @@ impl AdaptiveValues {
             + CURVED_NS * curved_count as u64
             + Columns::price(occluders, &self.frame, &values.light, wanted);
         let can_make = self.refine == Refine::Asked || values.budget.allows_columns(price, ahead);
-        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
+        if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             let begin = Reading::now();
             self.make_tables(occluders, light);
             self.make_columns(occluders, light, wanted);
             values.budget.spend(begin.elapsed_ns());
-            values.is_busy.store(false, Ordering::Release);
         }
     }
 
@@ -119,6 +150,7 @@ impl AdaptiveValues {
         let Some(claimed) = claim(store.word(counter)) else {
             return 0;
         };
+        let unclaim = Unclaim(store, counter, claimed.price());
         let lattice = &self.lattices[audience as usize];
         let finder = store.finder(light, audience, lattice);
         let leaf = finder.find(code);
@@ -129,7 +161,6 @@ impl AdaptiveValues {
                 .is_some_and(|list| Store::list_counter(list) == counter);
         if !is_its {
             // Another thread was faster, or the list is another cell's, too.
-            publish(store.word(counter), Link::pending(claimed.price()));
             return 0;
         }
         let level = finder.level_of(code, lattice);
@@ -146,7 +177,6 @@ impl AdaptiveValues {
         {
             self.brick(store, scene, target)
         } else {
-            publish(store.word(counter), Link::pending(claimed.price()));
             return 0;
         };
         let took = begin.elapsed_ns();
@@ -155,7 +185,9 @@ impl AdaptiveValues {
             store.publish(leaf.place, made);
         }
         if counter != leaf.place || made.is_none() {
-            publish(store.word(counter), Link::pending(claimed.price()));
+            drop(unclaim);
+        } else {
+            unclaim.settle();
         }
         if made.is_none() {
             self.evict(store);
@@ -171,9 +203,8 @@ impl AdaptiveValues {
         }
         let price = WHOLE_NS * occluders.triangle_count() as u64;
         let can_make = self.refine == Refine::Asked || values.budget.allows(price);
-        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
+        if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             self.make_whole_tables(occluders, light);
-            values.is_busy.store(false, Ordering::Release);
             return true;
         }
         false

@@ -1,6 +1,7 @@
 //! What is made: tables, columns, bricks; all of them before the first query, or one by one.
 
 use antumbra_geometry::Occluders;
+use antumbra_task::{Steps, check};
 use rayon::prelude::*;
 
 use super::super::bricks::{Decision, Store, cell_in_brick};
@@ -45,6 +46,11 @@ impl AdaptiveValues {
             return;
         };
         let scene = Scene { occluders, bvh };
+        let brick_count: u64 = Audience::ALL
+            .iter()
+            .map(|&audience| self.lattices[audience as usize].root_bricks().count() as u64)
+            .sum();
+        let steps = Steps::new("baking", self.lights.len() as u64 * brick_count);
         for light in 0..self.lights.len() {
             if !self.lights[light].is_ordinary || self.packed(light).is_some() {
                 continue;
@@ -59,7 +65,7 @@ impl AdaptiveValues {
                 let cells: Vec<Cell> = lattice.root_bricks().collect();
                 cells.into_par_iter().for_each(|cell| {
                     let place = finder.place_in_root(cell);
-                    self.make_rest(&store, &scene, light, audience, cell, place);
+                    steps.step(|| self.make_rest(&store, &scene, light, audience, cell, place));
                 });
             }
         }
@@ -121,6 +127,7 @@ impl AdaptiveValues {
         cell: Cell,
         place: u32,
     ) {
+        check();
         let Some(made) = self.brick(store, scene, (light, audience, cell)) else {
             return;
         };
