@@ -190,8 +190,9 @@ fn bench_paper_tells_and_writes_what_it_has_measured() {
         text(&json),
         "--html",
         text(&html),
+        "--verbose",
     ];
-    let output = interrupted(&bench, Duration::from_secs(12));
+    let output = interrupted(&bench, When::Said("graph: measured"));
     let figures: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     assert_eq!(figures["is_complete"], false);
     assert!(
