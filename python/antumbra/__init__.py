@@ -12,10 +12,15 @@ assert index.occluded([[0, 0, 0], [9, 0, 0]]).tolist() == [True, False]
 
 Answers are exact: `EXACTNESS.md` in the repository defines each of them for the given numbers, taken as real
 numbers. They depend neither on the method nor on the number of threads.
+
+What may not be what you meant is told as `AntumbraWarning`. `antumbra.ray` has an intersector for `trimesh`; it is
+imported when it is asked for, and needs that package.
 """
 
+from types import ModuleType
+
 from ._antumbra import version as _version
-from ._warnings import AntumbraWarning
+from ._warning import AntumbraWarning
 from .index import ShadowIndex, Volume
 from .lights import DirectionalLight, Light, PointLight, SpotLight
 from .picture import Camera, Picture, render
@@ -37,3 +42,12 @@ __all__ = [
     "__version__",
     "render",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Imports `antumbra.ray`, which needs a package that not everybody has, at its first use."""
+    if name == "ray":
+        import importlib
+
+        return importlib.import_module(f"{__name__}.ray")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

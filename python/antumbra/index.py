@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, TypedDict
@@ -12,8 +13,8 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import numbers, places, rows, rows_like, thread_count, whole
-from ._warnings import warn_of_surfaces
-from .lights import Light, light_of, tuples_of
+from ._warning import warn_of_surfaces
+from .lights import Light, LightTuple, light_of, tuples_of
 from .scene import Scene
 
 MOST_VALUE_BYTES = 4 << 30
@@ -127,8 +128,8 @@ class ShadowIndex:
         method: How queries are answered. `"voxel"`, the default, keeps values in voxels, and lists of the few
             surfaces that may block; `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
             the method of the paper; `"naive"` tests every surface: the reference. All give the same answers.
-        refine: When `"voxel"` makes its values: `"lazy"`, while queries are answered, where it pays; `"eager"`,
-            all of them now; `"asked"`, at the first query of each voxel.
+        refine: When `"voxel"` computes its values: `"lazy"`, while queries are answered, where it is predicted to
+            save time; `"eager"`, all of them now; `"asked"`, at the first query of each voxel.
         resolution: Finest voxels of `"voxel"` along the longest axis, 4 to 4096, a power of two or rounded up
             to one; half of it for points of space.
         memory: Bytes at most for all that lights know of `"voxel"`, with what is needed to make it, up to 4 GiB.
@@ -146,11 +147,15 @@ class ShadowIndex:
         OSError: The file cannot be read.
         ValueError: A setting is out of range, or the file is refused: it is damaged, or of other surfaces.
 
-    An index may be asked by several Python threads at once.
+    An index may be asked by several Python threads at once. Its answers never change, so its copies are the index
+    itself; a pickle holds the scene, the lights, the settings and the values that are known.
+
+    Ctrl-C ends building and every long call; an index can be asked again after that.
     """
 
     _native: _antumbra.ShadowIndex
     _scene: Scene
+    _settings: Settings
 
     def __init__(
         self,
@@ -181,6 +186,7 @@ class ShadowIndex:
         path = None if occlusion is None else os.fspath(occlusion)
         self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path)
         self._scene = scene
+        self._settings = made
 
     @classmethod
     def load(
@@ -283,8 +289,7 @@ class ShadowIndex:
             IndexError: A light or a surface does not exist.
 
         Arrays are not copied where they are in C order and of a dtype named above. The interpreter's lock is
-        released. Ctrl-C is looked for every two million points. Whoever changes the arrays meanwhile gets answers
-        to either.
+        released, and Ctrl-C ends the call. Do not change the arrays meanwhile: answers would be to either.
         """
         places_of_points = rows("points", points)
         was_single = places_of_points.dtype == np.float32
@@ -390,6 +395,40 @@ class ShadowIndex:
         """
         return self._native.stats()
 
+    def __copy__(self) -> ShadowIndex:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> ShadowIndex:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _index_of_parts, (self._scene, self._native.lights, self._settings, self._known())
+
+    def _known(self) -> bytes | None:
+        """Returns what `save` writes; `None` for methods that keep no values."""
+        if self._settings["method"] != "voxel":
+            return None
+        with tempfile.TemporaryDirectory(prefix="antumbra-") as folder:
+            path = os.path.join(folder, "known.antumbra")
+            self._native.save(path)
+            with open(path, "rb") as file:
+                return file.read()
+
     def __repr__(self) -> str:
         stats = self.stats()
         return f"<antumbra.ShadowIndex: {stats['surfaces']} surfaces, {stats['lights']} lights, {stats['method']}>"
+
+
+def _index_of_parts(scene: Scene, lights: list[LightTuple], made: Settings, known: bytes | None) -> ShadowIndex:
+    """Makes an index from what its pickle holds."""
+    index = ShadowIndex.__new__(ShadowIndex)
+    index._scene, index._settings = scene, made
+    if known is None:
+        index._native = _antumbra.ShadowIndex(scene._native, lights, made, None)
+        return index
+    with tempfile.TemporaryDirectory(prefix="antumbra-") as folder:
+        path = os.path.join(folder, "known.antumbra")
+        with open(path, "wb") as file:
+            file.write(known)
+        index._native = _antumbra.ShadowIndex(scene._native, lights, made, path)
+    return index

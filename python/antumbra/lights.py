@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
+from . import _antumbra
 from ._arrays import vector
+from ._warning import warn
 
 Vector: TypeAlias = Sequence[float] | Any
 """Three numbers: a sequence or an array of shape (3,)."""
@@ -61,12 +63,11 @@ class PointLight:
 
 @dataclass(frozen=True)
 class DirectionalLight:
-    """Parallel light, as of the sun.
+    """Parallel light, as of the sun. `DirectionalLight.sun` makes one from azimuth and elevation.
 
     Args:
         direction: From the scene **towards the light**, world space, any length but zero: `(0, 0, 1)` is a sun
-            in the zenith of a scene with z up. The light itself travels the other way; a vector that says where
-            light goes is to be negated.
+            in the zenith of a scene with z up. If you have the vector along which light travels, negate it.
         colour: Linear RGB, not negative; plays no part in shadow answers.
         name: For layers of pictures.
     """
@@ -78,6 +79,40 @@ class DirectionalLight:
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", _direction("direction", self.direction))
         object.__setattr__(self, "colour", _colour(self.colour))
+
+    @classmethod
+    def sun(
+        cls,
+        azimuth_degrees: float,
+        elevation_degrees: float,
+        *,
+        up: Literal["z", "y"] = "z",
+        colour: Vector = _White,
+        name: str = "sun",
+    ) -> DirectionalLight:
+        """Makes the light of a sun at a place of the sky, as the program's `--sun` does.
+
+        **With z up, north is +y and east is +x. With y up, north is -z and east is +x.**
+
+        Args:
+            azimuth_degrees: Clockwise from north, seen from above: 90 is east, 180 is south. -3600 to 3600.
+            elevation_degrees: Above the horizon, -90 to 90; below zero the sun shines from below, which is told as
+                `AntumbraWarning`.
+            up: The axis that points up in the scene.
+            colour: As of the class.
+            name: As of the class.
+        """
+        axes = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
+        if up not in axes:
+            raise ValueError(f'up is {up!r}: expected "z" or "y"')
+        azimuth, elevation = float(azimuth_degrees), float(elevation_degrees)
+        if not abs(azimuth) <= 3600.0:
+            raise ValueError(f"azimuth_degrees is {azimuth}: expected -3600 to 3600")
+        if not abs(elevation) <= 90.0:
+            raise ValueError(f"elevation_degrees is {elevation}: expected -90 to 90")
+        if elevation < 0.0:
+            warn(f"the sun is {-elevation} degrees below the horizon: it shines from below")
+        return cls(_antumbra.towards_sun(azimuth, elevation, axes[up]), colour, name)
 
     def _tuple(self) -> LightTuple:
         zero = (0.0, 0.0, 0.0)

@@ -15,8 +15,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from trimesh import caching, grouping
-from trimesh.ray.ray_util import contains_points
+
+try:
+    from trimesh import caching, grouping
+    from trimesh.ray.ray_util import contains_points
+except ImportError as error:
+    raise ImportError('antumbra.ray needs the package trimesh: pip install "antumbra[trimesh]"') from error
 
 from . import _antumbra
 from ._arrays import Reals, numbers, rows, rows_like, thread_count

@@ -10,13 +10,15 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import numbers, rows, vector, whole
+from ._warning import warn
 from .lights import Light, light_of
 
 
 class Scene:
     """A static scene: surfaces with numbers, perhaps lights and a camera.
 
-    Made by `Scene.load`, `Scene.from_arrays` or `Scene.from_trimesh`.
+    Made by `Scene.load`, `Scene.from_arrays` or `Scene.from_trimesh`. A scene never changes, so its copies are the
+    scene itself; a pickle holds all of it, exactly.
     """
 
     _native: _antumbra.Scene
@@ -44,13 +46,19 @@ class Scene:
                 read. What does not fit is refused before it is taken. By default three quarters of the
                 machine's memory.
 
+        What the reader ignores, repairs or guesses is told as `AntumbraWarning`, and again in `warnings`. Ctrl-C
+        ends the reading.
+
         Raises:
             FileNotFoundError: There is no such file.
             MemoryError: More than `memory_limit` would be needed.
             ValueError: The file cannot be used; the message says where and why.
         """
         limit = None if memory_limit is None else whole("memory_limit", memory_limit, 0, 2**63)
-        return cls._of(_antumbra.Scene.load(os.fspath(path), up, limit))
+        scene = cls._of(_antumbra.Scene.load(os.fspath(path), up, limit))
+        for message in scene.warnings:
+            warn(message)
+        return scene
 
     @classmethod
     def from_arrays(cls, vertices: Any, faces: Any, *, up: Any = (0.0, 0.0, 1.0)) -> Scene:
@@ -118,5 +126,19 @@ class Scene:
         """Returns the corners of all triangles, shape (triangles, 3, 3), in the order of their numbers."""
         return self._native.triangles().reshape(-1, 3, 3)
 
+    def __copy__(self) -> Scene:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Scene:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _scene_of_bytes, (self._native.to_bytes(),)
+
     def __repr__(self) -> str:
         return f"<antumbra.Scene: {self.surface_count} surfaces, {len(self._native.lights)} lights>"
+
+
+def _scene_of_bytes(data: bytes) -> Scene:
+    """Makes a scene from what its pickle holds."""
+    return Scene._of(_antumbra.Scene.of_bytes(data))

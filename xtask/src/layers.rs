@@ -10,13 +10,14 @@ use crate::run;
 /// Floors of the crates. A crate may use crates of lower floors only.
 const FLOORS: &[(&str, u32)] = &[
     ("antumbra-files", 0),
-    ("antumbra-geometry", 0),
-    ("antumbra-scene", 1),
-    ("antumbra", 1),
-    ("antumbra-baselines", 2),
-    ("antumbra-render", 3),
-    ("antumbra-cli", 4),
-    ("antumbra-python", 5),
+    ("antumbra-task", 0),
+    ("antumbra-geometry", 1),
+    ("antumbra-scene", 2),
+    ("antumbra", 2),
+    ("antumbra-baselines", 3),
+    ("antumbra-render", 4),
+    ("antumbra-cli", 5),
+    ("antumbra-python", 6),
     // Test and chore crates stand beside the house: nothing ships that uses them.
     ("antumbra-testkit", 9),
     ("xtask", 9),

@@ -1,8 +1,12 @@
-//! Signals: the first Ctrl-C during rendering asks for the partial picture, any other ends at once, and so does a
-//! request to terminate. Files that are not finished are gone then.
+//! Signals. Ctrl-C: the work is asked to stop, and what it held is released. Work that does not stop at once is ended
+//! with the process, unless it has a partial result to keep; so is any work by the second Ctrl-C. A request to
+//! terminate ends the process at once. Files that are not finished are gone then.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use antumbra_task::Task;
 
 use crate::failure::Failure;
 
@@ -13,31 +17,39 @@ pub(crate) const EXIT_CODE: u8 = 130;
 #[cfg(unix)]
 const EXIT_CODE_TERMINATED: u8 = 143;
 
-/// Whether and how Ctrl-C was pressed.
+/// How long work may take to stop.
+const PATIENCE: Duration = Duration::from_millis(700);
+
+/// The work that Ctrl-C stops.
 #[derive(Clone, Debug)]
 pub(crate) struct Interrupt {
-    /// Set by the first Ctrl-C while work can be cancelled.
-    cancel: Arc<AtomicBool>,
+    task: Task,
     /// Whether there is a partial result worth keeping.
     is_worth_keeping: Arc<AtomicBool>,
 }
 
 impl Interrupt {
     /// Takes over Ctrl-C for the whole process.
-    pub(crate) fn install() -> Result<Self, Failure> {
+    pub(crate) fn install(task: Task) -> Result<Self, Failure> {
         let interrupt = Self {
-            cancel: Arc::default(),
+            task,
             is_worth_keeping: Arc::default(),
         };
         let Self {
-            cancel,
+            task,
             is_worth_keeping,
         } = interrupt.clone();
         ctrlc::set_handler(move || {
-            let is_first = !cancel.swap(true, Ordering::SeqCst);
-            if !(is_first && is_worth_keeping.load(Ordering::SeqCst)) {
-                end(EXIT_CODE);
+            let is_first = !task.is_stopped();
+            task.stop();
+            if is_first {
+                if is_worth_keeping.load(Ordering::SeqCst) {
+                    return;
+                }
+                // This thread does nothing else.
+                std::thread::sleep(PATIENCE);
             }
+            end(EXIT_CODE);
         })
         .map_err(|error| Failure::system(format!("cannot take over Ctrl-C: {error}")))?;
         #[cfg(unix)]
@@ -51,9 +63,9 @@ impl Interrupt {
         self.is_worth_keeping.store(true, Ordering::SeqCst);
     }
 
-    /// Returns the flag that stops the work.
-    pub(crate) fn cancel(&self) -> &AtomicBool {
-        &self.cancel
+    /// Returns the work that is stopped.
+    pub(crate) fn task(&self) -> &Task {
+        &self.task
     }
 }
 

@@ -11,6 +11,7 @@ mod interrupt;
 mod load;
 mod machine;
 mod memory;
+mod methods;
 mod outputs;
 mod scene_source;
 mod screen;
@@ -19,6 +20,7 @@ mod values;
 
 use std::ffi::OsString;
 
+use antumbra_task::Task;
 use clap::Parser as _;
 
 use crate::failure::{Failure, Outcome};
@@ -56,8 +58,13 @@ where
         }
     };
     let screen = Screen::new(typed.quiet, typed.verbose);
-    let done = interrupt::Interrupt::install()
-        .and_then(|interrupt| do_command(&typed.command, &screen, &interrupt))
+    let bars = screen.bars();
+    let task = Task::with_progress(move |stage, done, count| bars.tell(stage, done, count));
+    let done = interrupt::Interrupt::install(task.clone())
+        .and_then(|interrupt| {
+            let done = task.run(|| do_command(&typed.command, &screen, &interrupt));
+            done.unwrap_or(Ok(Outcome::Interrupted))
+        })
         .and_then(|outcome| screen.is_printed().map(|()| outcome));
     match done {
         Ok(outcome) => outcome.exit_code(),
@@ -82,6 +89,6 @@ fn do_command(
         Command::Export(typed) => commands::export::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),
         Command::Convert(typed) => commands::convert::run(typed, screen),
-        Command::Bench(typed) => commands::bench::run(typed, screen),
+        Command::Bench(typed) => commands::bench::run(typed, screen, interrupt),
     }
 }

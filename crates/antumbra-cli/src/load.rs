@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use antumbra_geometry::Short;
 use antumbra_scene::model::{Camera, Light, LightKind, Scene};
 
 use crate::failure::Failure;
@@ -62,6 +63,14 @@ pub(crate) fn lit_scene(
             color: light.color,
             falls_off: false,
         });
+    if let Some(sun) = typed.sun
+        && sun.elevation_degrees < 0.0
+    {
+        screen.note(format!(
+            "the sun of --sun is {} degrees below the horizon: it shines from below",
+            Short(-sun.elevation_degrees)
+        ));
+    }
     let suns = typed.sun.map(|sun| scene_source::sun(sun, up));
     let typed_lights: Vec<Light> = point_lights.chain(suns).collect();
     if !typed_lights.is_empty() {

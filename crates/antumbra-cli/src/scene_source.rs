@@ -5,6 +5,7 @@ use std::path::Path;
 use antumbra_geometry::DVec3;
 use antumbra_scene::model::{Camera, Color, Light, Scene};
 use antumbra_scene::{Loaded, ReadOptions, UpAxis, Warning, defaults, generate, read_file, write};
+use clap::builder::{PossibleValue, PossibleValuesParser};
 
 use crate::failure::Failure;
 use crate::typed::Up;
@@ -62,16 +63,29 @@ pub(crate) fn sun(sun: Sun, up: DVec3) -> Light {
     defaults::sun(sun.azimuth_degrees, sun.elevation_degrees, up)
 }
 
-/// Checks the name of a built-in scene.
-pub(crate) fn name(text: &str) -> Result<String, String> {
-    let known = generate::NAMES.map(|(name, _)| name);
-    if known.contains(&text) {
-        Ok(text.to_owned())
-    } else {
-        Err(format!(
-            "no such scene; expected one of {}",
-            known.join(", ")
-        ))
+/// Returns what reads the name of a built-in scene.
+pub(crate) fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(generate::NAMES.map(|(name, size)| {
+        let help = format!("{}; size {size} by default", what_is(name));
+        PossibleValue::new(name).help(help)
+    }))
+}
+
+/// Returns what a built-in scene shows.
+fn what_is(name: &str) -> &'static str {
+    match name {
+        "tetra" => "Tetrahedra of tetrahedra (Paper 8.1, SPD)",
+        "sphereflake" => "Spheres on spheres (SPD)",
+        "flakes" => "Spheres on spheres, as the paper has them (Paper 8.1)",
+        "graph" => "Bar chart on a floor (Paper 8.1)",
+        "quadric" => "Spheres, cones and cylinders (Paper 8.1)",
+        "dgp" => "Letters D, G and P of flat strokes (Paper 8.1)",
+        "bars" => "Lattice of bars over a floor (Paper 8.1)",
+        "rooms" => "Flat of rooms with many lights",
+        "city" => "Boxes of many sizes along streets",
+        "forest" => "Trees of loose leaves",
+        "heightfield" => "Hills, as one large mesh",
+        _ => "Built-in scene",
     }
 }
 

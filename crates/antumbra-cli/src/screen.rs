@@ -6,7 +6,7 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -106,6 +106,37 @@ impl Screen {
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
+    }
+
+    /// Returns bars for the stages that the work itself tells of.
+    pub(crate) fn bars(&self) -> Bars {
+        Bars {
+            screen: *self,
+            shown: Mutex::default(),
+        }
+    }
+}
+
+/// A bar for each stage of work, one at a time: of stages within another the outer one is shown.
+pub(crate) struct Bars {
+    screen: Screen,
+    shown: Mutex<Option<(&'static str, ProgressBar)>>,
+}
+
+impl Bars {
+    /// Shows how many steps of a stage are done.
+    pub(crate) fn tell(&self, stage: &'static str, done: u64, count: u64) {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let (name, bar) = shown.get_or_insert_with(|| (stage, self.screen.progress(count, stage)));
+        if *name != stage {
+            return;
+        }
+        // Threads tell in any order.
+        bar.set_position(bar.position().max(done));
+        if done == count {
+            bar.finish_and_clear();
+            *shown = None;
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 use antumbra::GridResolution;
 use antumbra_scene::model::Color;
 
-use antumbra_geometry::DVec3;
+use antumbra_geometry::{DVec3, Short};
 
 /// Most pixels along one side of a picture.
 pub(crate) const MAX_SIDE: u32 = 16_384;
@@ -187,7 +187,8 @@ pub(crate) fn camera(text: &str) -> Result<CameraParts, String> {
                 let degrees = number(value)?;
                 if !(degrees > 0.0 && degrees < 180.0) {
                     return Err(format!(
-                        "fov is {degrees} degrees; expected above 0, below 180"
+                        "fov is {} degrees; expected above 0, below 180",
+                        Short(degrees)
                     ));
                 }
                 parts.fov_degrees.replace(degrees).is_none()
@@ -246,12 +247,14 @@ pub(crate) fn sun(text: &str) -> Result<Sun, String> {
     let [azimuth_degrees, elevation_degrees] = numbers(text, "AZIMUTH,ELEVATION in degrees")?;
     if !(-90.0..=90.0).contains(&elevation_degrees) {
         return Err(format!(
-            "the elevation is {elevation_degrees}; expected -90 to 90 degrees"
+            "the elevation is {}; expected -90 to 90 degrees",
+            Short(elevation_degrees)
         ));
     }
     if azimuth_degrees.abs() > 3600.0 {
         return Err(format!(
-            "the azimuth is {azimuth_degrees}; expected -3600 to 3600 degrees"
+            "the azimuth is {}; expected -3600 to 3600 degrees",
+            Short(azimuth_degrees)
         ));
     }
     Ok(Sun {
@@ -279,7 +282,8 @@ pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
         Ok(Exposure::Stops(stops))
     } else {
         Err(format!(
-            "the exposure is {stops}; expected -100 to 100 stops"
+            "the exposure is {}; expected -100 to 100 stops",
+            Short(stops)
         ))
     }
 }

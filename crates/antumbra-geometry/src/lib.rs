@@ -1,6 +1,6 @@
 //! Shapes, exact predicates and intersections.
 //!
-//! Floor 0 of the project: vectors, boxes, shapes, light shapes and the rule of EXACTNESS.md.
+//! Floor 1 of the project: vectors, boxes, shapes, light shapes and the rule of EXACTNESS.md.
 //! Absent here: files, threads, logs, materials, grids.
 
 mod bounds;
@@ -16,6 +16,7 @@ mod polygon;
 mod ray;
 mod segment;
 mod shape;
+mod short;
 mod umbra;
 
 pub use bounds::Bounds;
@@ -31,4 +32,5 @@ pub use patch::Patch;
 pub use ray::{Hit, Ray, Start};
 pub use segment::Segment;
 pub use shape::{Cone, Disk, Sphere};
+pub use short::Short;
 pub use umbra::{Relation, Shaft, Umbra};

@@ -5,6 +5,8 @@
 //! by index or tolerance; only triangles that block everywhere take part in edges and components,
 //! each set of three positions once. Absent here: lights, boxes.
 
+use antumbra_task::{check, checked};
+
 use crate::intersect::plane_side;
 use crate::number::Sign;
 use crate::occluders::NO_AXIS;
@@ -60,12 +62,13 @@ impl Mesh {
         let is_member =
             |surface: u32| has_area(&surface) && occluders.is_opaque_everywhere(SurfaceId(surface));
         let mut vertex_sets: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(count);
-        vertex_sets.extend((0..count as u32).filter(has_area).map(|surface| {
+        vertex_sets.extend(checked(0..count as u32).filter(has_area).map(|surface| {
             let mut corners = occluders.triangles[surface as usize].vertices;
             corners.sort_unstable();
             (corners, is_member(surface), surface)
         }));
         vertex_sets.sort_unstable();
+        check();
         let mut is_twin = vec![false; count];
         for same in vertex_sets.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             for &(_, _, surface) in &same[1..] {
@@ -76,20 +79,21 @@ impl Mesh {
         }
         drop(vertex_sets);
         let mut at_edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * count);
-        let all = (0..count as u32)
+        let all = checked(0..count as u32)
             .filter(|surface| has_area(surface) && !is_twin[*surface as usize])
             .flat_map(|surface| {
                 let vertices = occluders.triangles[surface as usize].vertices;
                 sides_of(vertices).map(|[from, to]| ([from.min(to), from.max(to)], surface))
             });
         at_edges.extend(all);
+        check();
         at_edges.sort_unstable();
 
         let edge_count = at_edges.chunk_by(|a, b| a.0 == b.0).count();
         let mut edges = Vec::with_capacity(edge_count);
         let mut triangle_edges = vec![[NO_EDGE; 3]; count];
         let mut members = Vec::new();
-        for all in at_edges.chunk_by(|a, b| a.0 == b.0) {
+        for all in checked(at_edges.chunk_by(|a, b| a.0 == b.0)) {
             let (vertices, first) = all[0];
             // Planes join triangles of all kinds.
             for &(_, other) in &all[1..] {

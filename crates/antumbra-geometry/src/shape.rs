@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// A sphere surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sphere {
     /// Centre, world space.
     pub center: DVec3,
@@ -13,6 +14,7 @@ pub struct Sphere {
 
 /// A truncated cone or a cylinder, from base to apex; with or without its two end caps.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cone {
     /// Centre of the base circle, world space.
     pub base: DVec3,
@@ -28,6 +30,7 @@ pub struct Cone {
 
 /// A flat round disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Disk {
     /// Centre, world space.
     pub center: DVec3,

@@ -2,7 +2,7 @@
 //! `ValueError` for the rest.
 
 use antumbra::{BatchError, BuildError, LoadError, OffSurfaces, Refusal, SaveError};
-use antumbra_geometry::{DVec3, SurfaceId};
+use antumbra_geometry::{DVec3, Short, SurfaceId};
 use antumbra_render::camera::CameraError;
 use antumbra_render::image_file::ImageFileError;
 use antumbra_render::prepare::PrepareError;
@@ -79,7 +79,7 @@ impl ToPython for ImageFileError {
 /// Arrays are worked on in blocks: `first` is the place of the block's first point among all.
 pub(crate) fn batch_error(error: &BatchError, first: usize) -> PyErr {
     const RANGE: &str = "must be finite and at most 2^100 in magnitude";
-    let row = |v: &DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
+    let row = |v: &DVec3| Short(*v);
     match error {
         BatchError::Length { .. } | BatchError::BadTolerance(_) => {
             PyValueError::new_err(error.to_string())

@@ -10,11 +10,18 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Rows, rows};
 use crate::error::batch_error;
-use crate::index::{ShadowIndex, blocks};
-use crate::work::on_threads;
+use crate::index::ShadowIndex;
+use crate::work::stoppable;
 
-/// Rays that are asked about between two looks for Ctrl-C, fewer than points: hits take memory.
+/// Rays that are asked about together: hits take memory twice until they are in their arrays.
 const BLOCK: usize = 1 << 18;
+
+/// Ranges of rays that are asked about together: at least one, so that what does not depend on rays is checked
+/// without any.
+fn blocks(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let starts = (0..count.max(1)).step_by(BLOCK);
+    starts.map(move |start| start..count.min(start + BLOCK))
+}
 
 type Arrays<'py> = (
     Bound<'py, PyArray1<i64>>,
@@ -96,21 +103,20 @@ where
     let mut distances = Vec::with_capacity(count);
     let mut points = Vec::with_capacity(3 * count);
     let mut hits: Vec<Option<Hit>> = Vec::new();
-    for range in blocks(count, BLOCK) {
+    for range in blocks(count) {
         let rays = RayBatch {
             origins: &origins[range.clone()],
             directions: &directions[range.clone()],
             leaves: leaves.map(|leaves| &leaves[range.clone()]),
         };
         hits.resize(range.len(), None);
-        on_threads(py, threads, || index.index.nearest_hits(&rays, &mut hits))?
+        stoppable(py, threads, |_| index.index.nearest_hits(&rays, &mut hits))?
             .map_err(|error| batch_error(&error, range.start))?;
         for hit in &hits {
             faces.push(hit.map_or(-1, |hit| i64::from(hit.surface.0)));
             distances.push(hit.map_or(f64::NAN, |hit| hit.distance));
             points.extend(hit.map_or([f64::NAN; 3], |hit| hit.point.to_array()));
         }
-        py.check_signals()?;
     }
     Ok((
         PyArray1::from_vec(py, faces),
@@ -133,13 +139,13 @@ where
     let (origins, directions) = (rows(origins, "origins")?, rows(directions, "directions")?);
     let (mut rays_hit, mut faces, mut distances, mut points) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for range in blocks(origins.len(), BLOCK) {
+    for range in blocks(origins.len()) {
         let rays = RayBatch {
             origins: &origins[range.clone()],
             directions: &directions[range.clone()],
             leaves: leaves.map(|leaves| &leaves[range.clone()]),
         };
-        let Hits { hits, ends } = on_threads(py, threads, || index.index.all_hits(&rays))?
+        let Hits { hits, ends } = stoppable(py, threads, |_| index.index.all_hits(&rays))?
             .map_err(|error| batch_error(&error, range.start))?;
         let mut first = 0;
         for (number, end) in range.zip(ends) {
@@ -151,7 +157,6 @@ where
             }
             first = end;
         }
-        py.check_signals()?;
     }
     let count = faces.len();
     Ok((

@@ -1,7 +1,7 @@
 //! The shadow index and its batches.
 //!
-//! In: a scene, lights, settings; then arrays of points. Out: arrays of answers. Points are answered in blocks,
-//! between which Ctrl-C is looked for.
+//! In: a scene, lights, settings; then arrays of points. Out: arrays of answers. Ctrl-C stops every call that may
+//! take long.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -24,7 +24,7 @@ use crate::arrays::{Rows, rows};
 use crate::error::{ToPython as _, batch_error, off_surfaces_error};
 use crate::lights::{LightTuple, from_tuples, to_tuple};
 use crate::scene::Scene;
-use crate::work::{BLOCK, on_threads};
+use crate::work::stoppable;
 
 /// How an index is made.
 #[derive(FromPyObject)]
@@ -113,12 +113,11 @@ impl<'a, T: Element> Meant<'a, T>
 where
     [T; 3]: Coordinates,
 {
-    /// Returns the batch of some of the points.
-    fn batch(&self, points: &'a [[T; 3]], range: std::ops::Range<usize>) -> Batch<'a, [T; 3]> {
-        let normals = self.normals.map(|normals| &normals[range.clone()]);
-        let kind = match (self.surfaces, normals) {
+    /// Returns the batch of the points.
+    fn batch(&self, points: &'a [[T; 3]]) -> Batch<'a, [T; 3]> {
+        let kind = match (self.surfaces, self.normals) {
             (Some(surfaces), _) => BatchKind::OnSurfaces {
-                surfaces: &surfaces[range.clone()],
+                surfaces,
                 tolerance: self.nearness.tolerance,
             },
             (None, normals) if self.on_surface => BatchKind::OnNearest {
@@ -128,27 +127,22 @@ where
             (None, Some(normals)) => BatchKind::Facing { normals },
             (None, None) => BatchKind::Free,
         };
-        Batch {
-            points: &points[range],
-            kind,
-        }
+        Batch { points, kind }
     }
 
-    /// Says what is wrong with some of the points, which begin at `first`; of surfaces that points are off, what is
-    /// wrong with all.
+    /// Says what is wrong with the points; of surfaces that points are off, what is wrong with all.
     fn error(
         &self,
         index: &antumbra::ShadowIndex,
         points: &'a [[T; 3]],
         error: &BatchError,
-        first: usize,
     ) -> PyErr {
         if matches!(error, BatchError::OffSurface { .. })
-            && let Some(off) = index.off_surfaces(&self.batch(points, 0..points.len()))
+            && let Some(off) = index.off_surfaces(&self.batch(points))
         {
             return off_surfaces_error(&off);
         }
-        batch_error(error, first)
+        batch_error(error, 0)
     }
 }
 
@@ -165,7 +159,7 @@ impl ShadowIndex {
         let lights = from_tuples(lights)?;
         let options = settings.options()?;
         let begin = Instant::now();
-        let index = on_threads(py, settings.threads, || {
+        let index = stoppable(py, settings.threads, |_| {
             scene
                 .gathered
                 .index_from(&lights, &options, occlusion.as_deref())
@@ -300,7 +294,7 @@ impl ShadowIndex {
     /// Writes what is known of all lights; returns the bytes of the file, and how many voxels may still be
     /// refined.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<(u64, u64)> {
-        let saved = py.detach(|| self.index.save(path));
+        let saved = stoppable(py, 0, |_| self.index.save(path))?;
         let saved = saved.map_err(|error| error.to_python())?;
         Ok((saved.bytes, saved.pending_count))
     }
@@ -330,7 +324,7 @@ impl ShadowIndex {
             let message = format!("a volume of {bytes} bytes: expected at most {MOST_BYTES}");
             return Err(PyMemoryError::new_err(message));
         }
-        let Some(volume) = on_threads(py, 0, || self.index.volume(resolution))? else {
+        let Some(volume) = stoppable(py, 0, |_| self.index.volume(resolution))? else {
             return Ok(None);
         };
         let [x, y, z] = volume.cells.map(|cells| cells as usize);
@@ -402,34 +396,20 @@ impl ShadowIndex {
         };
         let out = PyArray1::<u8>::zeros(py, points.len(), false);
         let mut writable = out.readwrite();
-        let mut rest = writable.as_slice_mut()?;
-        for range in blocks(points.len(), BLOCK) {
-            let part = rest.split_off_mut(..range.len()).unwrap_or_default();
-            let batch = meant.batch(points, range.clone());
-            let targets = &targets[range.clone()];
-            let towards = if are_ends {
-                Towards::Points(targets)
-            } else {
-                Towards::Directions(targets)
-            };
-            let answered = on_threads(py, threads, || {
-                self.index.occluded_towards(&batch, towards, part)
-            })?;
-            self.count(
-                &answered.map_err(|error| meant.error(&self.index, points, &error, range.start))?,
-            );
-            py.check_signals()?;
-        }
+        let answers = writable.as_slice_mut()?;
+        let batch = meant.batch(points);
+        let towards = if are_ends {
+            Towards::Points(targets)
+        } else {
+            Towards::Directions(targets)
+        };
+        let answered = stoppable(py, threads, |_| {
+            self.index.occluded_towards(&batch, towards, answers)
+        })?;
+        self.count(&answered.map_err(|error| meant.error(&self.index, points, &error))?);
         drop(writable);
         Ok(out)
     }
-}
-
-/// Ranges of points that are answered between two looks for Ctrl-C: at least one, so that what does not depend
-/// on points is checked without any.
-pub(crate) fn blocks(count: usize, length: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    let starts = (0..count.max(1)).step_by(length);
-    starts.map(move |start| start..count.min(start + length))
 }
 
 /// A question about points and lights of the index.
@@ -477,46 +457,19 @@ impl Ask<'_> {
         };
         let out = PyArray2::<u8>::zeros(py, shape, false);
         let mut writable = out.readwrite();
-        let out_slice = writable.as_slice_mut()?;
-        for range in blocks(points.len(), BLOCK) {
-            let batch = meant.batch(points, range.clone());
-            let counted = on_threads(py, self.threads, || {
-                if self.is_packed {
-                    self.bits(&batch, range.start, out_slice, shape[1])
-                } else {
-                    let part = range.start * light_count..range.end * light_count;
-                    let index = &self.index.index;
-                    index.occluded(&batch, self.lights, &mut out_slice[part])
-                }
-            })?;
-            self.index
-                .count(&counted.map_err(|error| {
-                    meant.error(&self.index.index, points, &error, range.start)
-                })?);
-            py.check_signals()?;
-        }
+        let answers = writable.as_slice_mut()?;
+        let batch = meant.batch(points);
+        let counted = stoppable(py, self.threads, |_| {
+            let index = &self.index.index;
+            if self.is_packed {
+                index.occluded_bits(&batch, self.lights, answers)
+            } else {
+                index.occluded(&batch, self.lights, answers)
+            }
+        })?;
+        self.index
+            .count(&counted.map_err(|error| meant.error(&self.index.index, points, &error))?);
         drop(writable);
         Ok(out)
-    }
-
-    /// Answers a block into its places among the bits of all.
-    fn bits<P: Coordinates>(
-        &self,
-        batch: &Batch<P>,
-        first: usize,
-        out: &mut [u8],
-        stride: usize,
-    ) -> Result<BatchCounters, BatchError> {
-        let length = batch.points.len().div_ceil(8);
-        let mut bits = vec![0; length * self.lights.len()];
-        let counted = self
-            .index
-            .index
-            .occluded_bits(batch, self.lights, &mut bits)?;
-        for (number, row) in bits.chunks_exact(length.max(1)).enumerate() {
-            let begin = number * stride + first / 8;
-            out[begin..begin + length].copy_from_slice(row);
-        }
-        Ok(counted)
     }
 }

@@ -38,6 +38,8 @@ mod _antumbra {
     #[pymodule_export]
     use super::index::ShadowIndex;
     #[pymodule_export]
+    use super::lights::towards_sun;
+    #[pymodule_export]
     use super::picture::render;
     #[pymodule_export]
     use super::picture::write_png;

@@ -1,6 +1,7 @@
 //! Lights from Python's tuples and back.
 
 use antumbra_geometry::DVec3;
+use antumbra_scene::defaults;
 use antumbra_scene::model::{Color, Light, LightKind};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -63,4 +64,14 @@ pub(crate) fn to_tuple(light: &Light) -> LightTuple {
         light.color.to_array(),
         light.falls_off,
     )
+}
+
+/// Returns the direction towards a sun, as the program's `--sun` means it, in a scene with that axis up.
+#[pyfunction]
+pub(crate) fn towards_sun(azimuth_degrees: f64, elevation_degrees: f64, up: [f64; 3]) -> [f64; 3] {
+    let up = DVec3::from_array(up);
+    match defaults::sun(azimuth_degrees, elevation_degrees, up).kind {
+        LightKind::Directional { towards_light } => towards_light.to_array(),
+        LightKind::Point { position } | LightKind::Spot { position, .. } => position.to_array(),
+    }
 }

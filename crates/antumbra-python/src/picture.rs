@@ -17,7 +17,7 @@ use antumbra_scene::model::Camera;
 use numpy::{
     PyArray1, PyArray3, PyArrayMethods as _, PyReadonlyArray3, PyUntypedArrayMethods as _,
 };
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -25,7 +25,7 @@ use crate::error::ToPython as _;
 use crate::index::Settings;
 use crate::lights::{LightTuple, from_tuples};
 use crate::scene::Scene;
-use crate::work::{cancellable, on_threads};
+use crate::work::stoppable;
 
 /// Eye, at, up, vertical field of view in degrees.
 type CameraTuple = ([f64; 3], [f64; 3], [f64; 3], f64);
@@ -100,7 +100,7 @@ pub(crate) fn render<'py>(
             decided: true,
         },
     };
-    let prepared = on_threads(py, settings.threads, || {
+    let prepared = stoppable(py, settings.threads, |_| {
         let mut model = model.clone();
         if let Some(lights) = lights {
             model.lights = lights;
@@ -115,16 +115,13 @@ pub(crate) fn render<'py>(
         Prepared::of_gathered_from(model, gathered, &options, occlusion.as_deref())
     })?;
     let prepared = prepared.map_err(|error| error.to_python())?;
-    let rendered = cancellable(py, settings.threads, |cancel| {
+    let rendered = stoppable(py, settings.threads, |task| {
         let watch = Watch {
-            cancel,
+            task,
             progress: &|_| {},
         };
         film::render(&prepared, &view, &shown, watch)
     })?;
-    if !rendered.is_complete {
-        return Err(PyKeyboardInterrupt::new_err(()));
-    }
     let stops = if prepared.scene().is_photometric && !picture.shows_occlusion {
         rendered.metering.stops()
     } else {
@@ -206,7 +203,7 @@ pub(crate) fn write_png(
         return Err(PyValueError::new_err(message));
     };
     let values = colours.as_slice()?;
-    on_threads(py, 0, || {
+    stoppable(py, 0, |_| {
         let picture = Picture {
             size: [width, height],
             pixels: values.as_chunks().0.to_vec(),

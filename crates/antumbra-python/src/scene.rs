@@ -3,18 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use antumbra_geometry::{DVec3, SurfaceId};
+use antumbra_geometry::{DVec3, Short, SurfaceId};
 use antumbra_render::prepare::Gathered;
 use antumbra_scene::model::{self, Corner, Material, Mesh, Object, Shape};
 use antumbra_scene::{ReadOptions, UpAxis, defaults, read_file};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::arrays::{Rows, rows};
 use crate::error::ToPython as _;
 use crate::lights::{LightTuple, to_tuple};
-use crate::work::on_threads;
+use crate::work::stoppable;
+
+/// Scenes that another version wrote may have other parts.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A static scene and its numbered surfaces.
 #[pyclass(frozen, module = "antumbra._antumbra")]
@@ -44,7 +48,7 @@ impl Scene {
                 return Err(PyValueError::new_err(message));
             }
         };
-        on_threads(py, 0, move || {
+        stoppable(py, 0, move |_| {
             let memory_limit = memory_limit.unwrap_or_else(antumbra_cli::default_memory_limit);
             let options = ReadOptions { up, memory_limit };
             let loaded = read_file(&path, &options).map_err(|e| e.to_python())?;
@@ -72,15 +76,44 @@ impl Scene {
             Rows::Double(vertices) => {
                 let vertices: &[[f64; 3]] = rows(vertices, "vertices")?;
                 let positions = || vertices.iter().map(|&x| DVec3::from_array(x)).collect();
-                on_threads(py, 0, || Self::of_mesh(positions(), faces, up))?
+                stoppable(py, 0, |_| Self::of_mesh(positions(), faces, up))?
             }
             Rows::Single(vertices) => {
                 let vertices: &[[f32; 3]] = rows(vertices, "vertices")?;
                 let in_double = |x: &[f32; 3]| DVec3::from_array(x.map(f64::from));
                 let positions = || vertices.iter().map(in_double).collect();
-                on_threads(py, 0, || Self::of_mesh(positions(), faces, up))?
+                stoppable(py, 0, |_| Self::of_mesh(positions(), faces, up))?
             }
         }
+    }
+
+    /// Everything that the scene is, for `of_bytes`.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = stoppable(py, 0, |_| {
+            postcard::to_allocvec(&(VERSION, &*self.model, &self.warnings))
+        })?;
+        let bytes = bytes.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Makes the scene again whose bytes these are.
+    #[staticmethod]
+    fn of_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let refused = |what: String| PyValueError::new_err(format!("no scene's bytes: {what}"));
+        stoppable(py, 0, move |_| {
+            let (version, rest) = postcard::take_from_bytes::<String>(bytes)
+                .map_err(|error| refused(error.to_string()))?;
+            if version != VERSION {
+                return Err(refused(format!(
+                    "antumbra {version} wrote them, and this is {VERSION}"
+                )));
+            }
+            let (model, warnings) =
+                postcard::from_bytes(rest).map_err(|error| refused(error.to_string()))?;
+            let mut scene = Self::of(model)?;
+            scene.warnings = warnings;
+            Ok(scene)
+        })?
     }
 
     /// What the reader ignored, repaired or guessed.
@@ -172,8 +205,8 @@ impl Scene {
         for (number, x) in positions.iter().enumerate() {
             if !x.abs().cmple(DVec3::splat(LARGEST)).all() {
                 let message = format!(
-                    "vertices[{number}] is ({}, {}, {}): coordinates must be finite and at most 2^100 in magnitude",
-                    x.x, x.y, x.z
+                    "vertices[{number}] is {}: coordinates must be finite and at most 2^100 in magnitude",
+                    Short(*x)
                 );
                 return Err(PyValueError::new_err(message));
             }

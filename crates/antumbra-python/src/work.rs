@@ -4,27 +4,24 @@
 //! made them; a forked child makes its own.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use pyo3::exceptions::PyRuntimeError;
+use antumbra_task::Task;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
 /// How often a signal is looked for.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Points that are answered between two looks for a signal: some tenths of a second.
-pub(crate) const BLOCK: usize = 1 << 21;
-
 /// By process and number of threads.
 type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
 
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
-/// Returns the pool of so many threads; 0 for one a processor.
+/// Returns the pool with this number of threads; 0 for one a processor.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
@@ -42,47 +39,45 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// Does work on `threads` threads (0: one a processor) without the interpreter's lock.
-pub(crate) fn on_threads<T: Send>(
+/// Does work on `threads` threads (0: one a processor) without the interpreter's lock, and looks for signals
+/// meanwhile: after Ctrl-C the work is stopped, and its outcome is `KeyboardInterrupt`.
+///
+/// Only the interpreter's main thread is told of signals; calls from others are not stopped by them.
+pub(crate) fn stoppable<T: Send>(
     py: Python<'_>,
     threads: usize,
-    work: impl FnOnce() -> T + Send,
+    work: impl FnOnce(&Task) -> T + Send,
 ) -> PyResult<T> {
     let pool = pool(threads)?;
-    Ok(py.detach(|| pool.install(work)))
-}
-
-/// Does work as [`on_threads`] does, and looks for Ctrl-C meanwhile: then the flag that the work has is set, and
-/// its outcome is `KeyboardInterrupt`.
-pub(crate) fn cancellable<T: Send>(
-    py: Python<'_>,
-    threads: usize,
-    work: impl FnOnce(&AtomicBool) -> T + Send,
-) -> PyResult<T> {
-    let pool = pool(threads)?;
-    let cancel = AtomicBool::new(false);
-    py.detach(|| {
-        std::thread::scope(|scope| {
-            let (done, is_done) = channel::<()>();
-            let worker = scope.spawn(|| {
-                // Dropped with the thread, also by a panic.
-                let _done = done;
-                pool.install(|| work(&cancel))
+    let task = Task::default();
+    let (sender, receiver) = channel();
+    let mut interrupted = None;
+    let done = py.detach(|| {
+        pool.in_place_scope(|scope| {
+            scope.spawn(|_| {
+                // Nobody waits any more only after a panic of this very thread.
+                let _ = sender.send(task.run(|| work(&task)));
             });
-            let mut interrupted = None;
-            while is_done.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                if interrupted.is_none()
-                    && let Err(signal) = Python::attach(|py| py.check_signals())
-                {
-                    cancel.store(true, Ordering::Relaxed);
-                    interrupted = Some(signal);
+            loop {
+                match receiver.recv_timeout(PATIENCE) {
+                    Ok(done) => break Some(done),
+                    // The work panicked, which the scope passes on.
+                    Err(RecvTimeoutError::Disconnected) => break None,
+                    Err(RecvTimeoutError::Timeout) => {
+                        if interrupted.is_none()
+                            && let Err(signal) = Python::attach(|py| py.check_signals())
+                        {
+                            task.stop();
+                            interrupted = Some(signal);
+                        }
+                    }
                 }
             }
-            match (worker.join(), interrupted) {
-                (Err(panic), _) => std::panic::resume_unwind(panic),
-                (Ok(_), Some(signal)) => Err(signal),
-                (Ok(outcome), None) => Ok(outcome),
-            }
         })
-    })
+    });
+    match (interrupted, done) {
+        (Some(signal), _) => Err(signal),
+        (None, Some(Ok(outcome))) => Ok(outcome),
+        (None, Some(Err(_)) | None) => Err(PyKeyboardInterrupt::new_err(())),
+    }
 }

@@ -6,7 +6,7 @@
 //! tangent across. Rays through pixel corners hit the outermost samples exactly on the sides of
 //! the view frustum, as the SPD test procedure asks.
 
-use antumbra_geometry::{DVec3, Ray};
+use antumbra_geometry::{DVec3, Ray, Short};
 use antumbra_scene::model::Camera;
 
 use crate::vector::unit;
@@ -21,7 +21,7 @@ pub enum CameraError {
     #[error("the camera's up vector must be finite, not zero and not along the view direction")]
     BadUp,
     /// The angle is out of range.
-    #[error("the field of view is {0} degrees; it must be above 0 and below 180")]
+    #[error("the field of view is {} degrees; it must be above 0 and below 180", Short(*.0))]
     BadAngle(f64),
 }
 

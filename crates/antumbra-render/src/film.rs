@@ -6,9 +6,8 @@
 //! in order, and counts are integers. A cancelled picture holds every finished tile and black
 //! elsewhere.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use antumbra_scene::model::Color;
+use antumbra_task::{Task, check};
 use rayon::prelude::*;
 
 use crate::aov::{Aovs, Layer};
@@ -75,8 +74,9 @@ impl Default for RenderSettings {
 /// How the caller watches and stops the work.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Set it to stop soon.
-    pub cancel: &'a AtomicBool,
+    /// Stop it to get the picture as far as it is. Whatever task the caller works for otherwise is not looked
+    /// at meanwhile.
+    pub task: &'a Task,
     /// Called from any thread with the number of samples just finished, out of [`work`].
     pub progress: &'a (dyn Fn(u64) + Sync),
 }
@@ -149,15 +149,17 @@ pub fn render(
         .map(|(number, (pixels, shares))| {
             let first = (number * TILE_SAMPLES) as u64;
             let mut tile = Tile::new(prepared, view, settings);
-            for (i, pixel) in pixels.iter_mut().enumerate() {
-                if watch.cancel.load(Ordering::Relaxed) {
-                    pixels.fill([0.0; 3]);
-                    shares.fill(0.0);
-                    return None;
+            let done = watch.task.run(|| {
+                for (i, pixel) in pixels.iter_mut().enumerate() {
+                    let number = first + i as u64;
+                    let place = [number % columns, number / columns];
+                    *pixel = tile.pixel(number, place, &mut shares[i * stride..][..stride]);
                 }
-                let number = first + i as u64;
-                let place = [number % columns, number / columns];
-                *pixel = tile.pixel(number, place, &mut shares[i * stride..][..stride]);
+            });
+            if done.is_err() {
+                pixels.fill([0.0; 3]);
+                shares.fill(0.0);
+                return None;
             }
             (watch.progress)(pixels.len() as u64);
             Some(tile)
@@ -239,6 +241,8 @@ impl<'a> Tile<'a> {
                 Sampling::Corners => [0.0; 2],
                 Sampling::Stratified { .. } => sampler.offset(number, i),
             };
+            // A pixel may have thousands.
+            check();
             sum += self.sample(column + across, row + down);
             is_surface |= self.seen.is_surface;
             self.settings

@@ -142,10 +142,10 @@ pub struct Times {
 /// Memory in bytes.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct MemoryUse {
-    /// Occlusion values.
+    /// Occlusion values, without lists and tables.
     pub occlusion_bytes: u64,
-    /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values and
-    /// lists, or all that a rival keeps.
+    /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values, lists
+    /// and tables, or all that a rival keeps.
     pub bytes_per_light: f64,
     /// What all that lights know has taken of the memory that it may take.
     pub knowledge_bytes: u64,

@@ -1,7 +1,5 @@
 //! Small scenes, rendered whole: what is asked, what is counted, what may not matter.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use antumbra::Method;
 use antumbra_geometry::{DVec3, Sphere};
 use antumbra_render::camera::View;
@@ -10,6 +8,7 @@ use antumbra_render::prepare::{PrepareError, PrepareOptions, Prepared};
 use antumbra_scene::model::{
     Camera, Color, Corner, Facing, Light, LightKind, Material, Mesh, Object, Polygon, Scene, Shape,
 };
+use antumbra_task::Task;
 
 fn object(shape: Shape, material: usize) -> Object {
     Object {
@@ -103,13 +102,13 @@ fn prepared(scene: Scene, method: Method) -> Prepared {
 
 fn shot(prepared: &Prepared, camera: &Camera, settings: RenderSettings) -> Rendered {
     let view = View::new(camera, [40, 30]).unwrap();
-    let cancel = AtomicBool::new(false);
+    let task = Task::default();
     render(
         prepared,
         &view,
         &settings,
         Watch {
-            cancel: &cancel,
+            task: &task,
             progress: &|_| {},
         },
     )
@@ -315,15 +314,15 @@ fn an_empty_scene_shows_its_background() {
 fn a_cancelled_picture_says_so_and_counts_finished_tiles_only() {
     let prepared = prepared(ball_on_floor(), Method::Grid);
     let view = View::new(&above(), [100, 100]).unwrap();
-    let cancel = AtomicBool::new(false);
+    let task = Task::default();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()
         .unwrap();
-    let progress = |_| cancel.store(true, Ordering::Relaxed);
+    let progress = |_| task.stop();
     let rendered = pool.install(|| {
         let watch = Watch {
-            cancel: &cancel,
+            task: &task,
             progress: &progress,
         };
         render(&prepared, &view, &RenderSettings::default(), watch)

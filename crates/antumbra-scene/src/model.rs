@@ -5,6 +5,7 @@
 //! zero. The model knows no grid and no occlusion value.
 
 use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
+use serde::{Deserialize, Serialize};
 
 pub use crate::{
     instance::Instance,
@@ -16,13 +17,14 @@ pub use crate::{
 pub type Color = DVec3;
 
 /// Everything a file says about one picture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Surfaces' looks; objects name them by index.
     pub materials: Vec<Material>,
     /// Pictures; materials name them by index.
     pub textures: Vec<Texture>,
     /// What is there.
+    #[serde(with = "crate::instance::shared")]
     pub objects: Vec<Object>,
     /// What shines.
     pub lights: Vec<Light>,
@@ -62,7 +64,7 @@ impl Default for Scene {
 }
 
 /// Which side of a surface counts as lit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Facing {
     /// The side that is looked at: the geometric normal is turned to the viewer.
     #[default]
@@ -72,7 +74,7 @@ pub enum Facing {
 }
 
 /// One thing of the scene, as its file counts things.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Object {
     /// A name for messages; may be empty.
     pub name: String,
@@ -83,7 +85,7 @@ pub struct Object {
 }
 
 /// The shape of an object, world space; of an instance, once it is placed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A planar polygon, convex or concave, without holes.
     Polygon(Polygon),
@@ -100,7 +102,7 @@ pub enum Shape {
 }
 
 /// A polygon with at least three vertices, counter-clockwise seen from its front.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polygon {
     /// Vertices in order, world space.
     pub vertices: Vec<DVec3>,
@@ -109,7 +111,7 @@ pub struct Polygon {
 }
 
 /// Polygonal faces over shared positions.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Vertex positions, world space.
     pub positions: Vec<DVec3>,
@@ -130,7 +132,7 @@ pub struct Mesh {
 }
 
 /// One corner of a mesh face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Corner {
     /// Index into [`Mesh::positions`].
     pub position: u32,
@@ -167,7 +169,7 @@ impl Mesh {
 }
 
 /// How a surface looks: Whitted's model (local diffuse and highlight, mirror, refraction).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// A name for messages; may be empty.
     pub name: String,
@@ -197,7 +199,7 @@ pub struct Material {
 }
 
 /// What a material's alpha value means.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Alpha {
     /// Nothing: the surface is whole.
     #[default]
@@ -232,7 +234,7 @@ impl Default for Material {
 }
 
 /// One light: its shape and its power.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
     /// A name for messages, options and image layers.
     pub name: String,
@@ -246,7 +248,7 @@ pub struct Light {
 }
 
 /// Where light comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightKind {
     /// A point, world space.
     Point {
@@ -272,7 +274,7 @@ pub enum LightKind {
 }
 
 /// A pinhole camera. Right-handed: right is `forward x up`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// The eye, world space.
     pub eye: DVec3,

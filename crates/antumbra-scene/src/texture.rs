@@ -21,11 +21,13 @@ use crate::room::{OverLimit, Room};
 /// The most texels along a side.
 const MAX_SIDE: u32 = 16_384;
 
+use serde::{Deserialize, Serialize};
+
 /// A picture that is laid on surfaces.
 ///
 /// `width * height` is the number of texels and not zero; what [`sample`](Self::sample) returns
 /// for a picture that breaks this is white.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Texture {
     /// A name for messages; may be empty.
     pub name: String,
@@ -43,7 +45,7 @@ pub struct Texture {
 }
 
 /// What is beyond the edge of a picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Wrap {
     /// The picture again.
     #[default]
@@ -55,7 +57,7 @@ pub enum Wrap {
 }
 
 /// What is between texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Filter {
     /// The nearest texel.
     Nearest,

@@ -7,7 +7,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use antumbra_geometry::{DVec3, Precision, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Precision, Short, Start, SurfaceId};
+use antumbra_task::checked;
 use rayon::prelude::*;
 
 use crate::index::LARGEST;
@@ -160,10 +161,10 @@ pub enum BatchError {
     #[error("light {0} does not exist")]
     UnknownLight(usize),
     /// A tolerance is NaN or negative.
-    #[error("tolerance {0}: expected zero or more")]
+    #[error("tolerance {}: expected zero or more", Short(*.0))]
     BadTolerance(f64),
     /// A point is NaN, infinite or beyond 2^100.
-    #[error("point {index} is {point}: coordinates must be finite and at most 2^100 in magnitude")]
+    #[error("point {index} is {}: coordinates must be finite and at most 2^100 in magnitude", Short(*point))]
     BadPoint {
         /// Which point.
         index: usize,
@@ -171,7 +172,7 @@ pub enum BatchError {
         point: DVec3,
     },
     /// A normal is NaN, infinite or beyond 2^100.
-    #[error("normal {index} is {normal}: components must be finite and at most 2^100 in magnitude")]
+    #[error("normal {index} is {}: components must be finite and at most 2^100 in magnitude", Short(*normal))]
     BadNormal {
         /// Which point's.
         index: usize,
@@ -179,7 +180,7 @@ pub enum BatchError {
         normal: DVec3,
     },
     /// What a point looks at, or the direction of a ray, is NaN, infinite or beyond 2^100.
-    #[error("{what} {index} is {found}: coordinates must be finite and at most 2^100 in magnitude")]
+    #[error("{what} {index} is {}: coordinates must be finite and at most 2^100 in magnitude", Short(*found))]
     BadTarget {
         /// An end or a direction.
         what: &'static str,
@@ -197,7 +198,7 @@ pub enum BatchError {
         surface: u32,
     },
     /// No surface is near a point that is meant to lie on one.
-    #[error("point {index} is {point}: {}", said(nearest, *allowed))]
+    #[error("point {index} is {}: {}", Short(*point), said(nearest, *allowed))]
     NoSurface {
         /// Which point.
         index: usize,
@@ -492,6 +493,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     ) -> Result<BatchCounters, BatchError> {
         // Nothing behind a chunk with a bad point needs an answer; all before it may hold a worse one.
         let first_bad = AtomicUsize::new(usize::MAX);
+        let task = antumbra_task::current();
         let counted = outs
             .into_par_iter()
             .enumerate()
@@ -499,7 +501,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
                 if chunk > first_bad.load(Ordering::Relaxed) {
                     return Ok(BatchCounters::default());
                 }
-                self.answer_chunk(chunk, &mut out, &write, buffers)
+                task.enter(|| self.answer_chunk(chunk, &mut out, &write, buffers))
                     .map_err(|error| {
                         first_bad.fetch_min(chunk, Ordering::Relaxed);
                         (chunk, error)
@@ -532,11 +534,12 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
         let first = chunk * self.chunk_length;
         let end = self.batch.points.len().min(first + self.chunk_length);
         buffers.starts.clear();
-        for index in first..end {
+        for index in checked(first..end) {
             buffers.starts.push(self.start(index)?);
         }
         let mut counted = BatchCounters::default();
         for (number, &light) in self.lights.iter().enumerate() {
+            antumbra_task::check();
             buffers.is_shadowed.clear();
             buffers.is_shadowed.resize(end - first, true);
             match self.batch.kind {

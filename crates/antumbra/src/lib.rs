@@ -15,6 +15,7 @@ mod rays;
 mod shadow;
 mod stats;
 
+pub use antumbra_task::{Stopped, Task};
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, Prediction, QueryError,

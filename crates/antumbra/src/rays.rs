@@ -5,6 +5,7 @@
 //! is met is rounded `f64`. Absent here: occlusion values, which know nothing of arbitrary rays.
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Ray, SurfaceId};
+use antumbra_task::checked;
 use rayon::prelude::*;
 
 use crate::batch::{Run, check_length, chunk_length, is_fine};
@@ -21,7 +22,7 @@ pub enum Towards<'a, P = [f64; 3]> {
     Directions(&'a [P]),
 }
 
-/// Rays that ask what they meet.
+/// Rays for nearest-hit and all-hit queries.
 #[derive(Clone, Copy, Debug)]
 pub struct RayBatch<'a, P = [f64; 3]> {
     /// Where they start, world space.
@@ -72,9 +73,10 @@ impl ShadowIndex {
         check_length("what points look at", batch.points.len(), targets.len())?;
         check_length("bytes of output", batch.points.len(), out.len())?;
         let length = chunk_length(out.len());
+        let task = antumbra_task::current();
         let answer = |(chunk, out): (usize, &mut [u8])| {
             let mut counted = BatchCounters::default();
-            for (index, is_blocked) in (chunk * length..).zip(out) {
+            for (index, is_blocked) in checked((chunk * length..).zip(out)) {
                 let start = run.start(index)?;
                 let target = fine(what, index, targets[index])?;
                 let light = match towards {
@@ -98,7 +100,11 @@ impl ShadowIndex {
             }
             Ok(counted)
         };
-        let counted: Vec<_> = out.par_chunks_mut(length).enumerate().map(answer).collect();
+        let counted: Vec<_> = out
+            .par_chunks_mut(length)
+            .enumerate()
+            .map(|part| task.enter(|| answer(part)))
+            .collect();
         let mut sum = BatchCounters::default();
         // The first error is that of the first point at fault.
         for counted in counted {
@@ -127,9 +133,10 @@ impl ShadowIndex {
         rays.check(self)?;
         check_length("hits of output", rays.origins.len(), out.len())?;
         let length = chunk_length(out.len());
+        let task = antumbra_task::current();
         let answer = |(chunk, out): (usize, &mut [Option<Hit>])| {
             let mut counters = Counters::default();
-            for (index, hit) in (chunk * length..).zip(out) {
+            for (index, hit) in checked((chunk * length..).zip(out)) {
                 *hit = match rays.ray(index)? {
                     Some((ray, unit)) => self
                         .nearest(&ray, &mut counters)
@@ -139,8 +146,11 @@ impl ShadowIndex {
             }
             Ok(counters)
         };
-        let counted: Vec<Result<Counters, BatchError>> =
-            out.par_chunks_mut(length).enumerate().map(answer).collect();
+        let counted: Vec<Result<Counters, BatchError>> = out
+            .par_chunks_mut(length)
+            .enumerate()
+            .map(|part| task.enter(|| answer(part)))
+            .collect();
         counted
             .into_iter()
             .try_fold(Counters::default(), |mut sum, counted| {
@@ -163,9 +173,12 @@ impl ShadowIndex {
         rays.check(self)?;
         let count = rays.origins.len();
         let length = chunk_length(count);
+        let task = antumbra_task::current();
         let answer = |chunk: usize| {
             let mut found = Hits::default();
             for index in chunk * length..count.min((chunk + 1) * length) {
+                // Each may meet everything.
+                antumbra_task::check();
                 let first = found.hits.len();
                 if let Some((ray, unit)) = rays.ray(index)? {
                     self.all_crossed(&ray, &mut Counters::default(), |hit| {
@@ -184,7 +197,10 @@ impl ShadowIndex {
             Ok(found)
         };
         let chunks = 0..count.div_ceil(length);
-        let found: Vec<_> = chunks.into_par_iter().map(answer).collect();
+        let found: Vec<_> = chunks
+            .into_par_iter()
+            .map(|chunk| task.enter(|| answer(chunk)))
+            .collect();
         let mut all = Hits::default();
         for found in found {
             let found: Hits = found?;

@@ -27,8 +27,8 @@ pub(crate) struct Bake {
     #[command(flatten)]
     pub(crate) file: SceneFile,
 
-    /// File to write; values that it has already are taken from it, for all lights that still are as they were
-    #[arg(long, short, value_name = "FILE.antumbra")]
+    /// File to write. Values that it already has are kept, for all lights that have not changed
+    #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
     pub(crate) output: PathBuf,
 
     #[command(flatten)]
@@ -45,8 +45,8 @@ pub(crate) fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
         Some(RefineWhen::Lazy | RefineWhen::Asked)
     ) {
         return Err(Failure::input(
-            "bake makes all values, so --refine can only be eager",
-            "render and query write those that they have made with --save-occlusion",
+            "bake computes all values, so --refine can only be eager",
+            "to save values that render or query compute on the way, give them --save-occlusion",
         ));
     }
     let mut outputs = Outputs::none();
@@ -73,13 +73,13 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     let saved = kept::save(&index, path)?;
     if saved.pending_count > 0 {
         screen.warning(format!(
-            "{} voxels and lists are not made to the end, for --occlusion-memory, or what --memory-limit \
-             leaves of it, is full",
+            "{} voxels and lists are not refined to the end: --occlusion-memory, or what --memory-limit leaves of \
+             it, is full",
             saved.pending_count
         ));
     }
     screen.result(format!(
-        "{}: {}, {} lights, of which {taken_count} as they were, in {:.2} s",
+        "{}: {}, {} lights, of which {taken_count} were kept, in {:.2} s",
         path.display(),
         format_bytes(saved.bytes),
         scene.lights.len(),
@@ -105,7 +105,7 @@ fn anew(
             Err(Failure::input(message, "give -o another name"))
         }
         _ => {
-            screen.note(format!("{refused}; all values are made anew"));
+            screen.note(format!("{refused}; all values are computed again"));
             Ok(gathered.index(&scene.lights, options)?)
         }
     }

@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use antumbra::{Prediction, Volume};
+use antumbra_geometry::{DVec3, Short};
 use antumbra_render::aov::light_names;
 use antumbra_render::prepare::scene_bytes;
 use antumbra_scene::model::Scene;
@@ -24,21 +25,21 @@ pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) file: SceneFile,
 
-    /// Take values from this file instead of making them; `antumbra bake` writes one
-    #[arg(long, value_name = "FILE.antumbra")]
+    /// File of values to load, which `antumbra bake` wrote; lights that it lacks are computed
+    #[arg(long, help_heading = "Saved values", value_name = "FILE.antumbra")]
     pub(crate) occlusion: Option<PathBuf>,
 
-    /// Cells along the longest axis, rounded up to a power of two
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
+    /// Number of cells along the longest axis, rounded up to a power of two
+    #[arg(long, help_heading = "Output", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
     pub(crate) cells: u32,
 
-    /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2 where it
-    /// reaches some or that is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
-    #[arg(long, short, value_name = "OUT.npy")]
+    /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2
+    /// otherwise or where it is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
+    #[arg(long, short, help_heading = "Output", value_name = "OUT.npy")]
     pub(crate) output: PathBuf,
 
-    /// Write where the cells are and what the lights are called as JSON
-    #[arg(long, value_name = "FILE")]
+    /// File to write the place of the cells and the names of the lights to, as JSON
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 
     #[command(flatten)]
@@ -128,10 +129,10 @@ fn write_place(path: &Path, volume: &Volume, names: &[String]) -> Result<(), Fai
 
 fn tell(volume: &Volume, names: &[String], screen: &Screen) {
     let [x, y, z] = volume.cells;
-    let ([a, b, c], [d, e, f]) = (volume.min.to_array(), max_of(volume));
+    let (min, max) = (Short(volume.min), Short(DVec3::from_array(max_of(volume))));
     screen.result(format!(
-        "{x} x {y} x {z} cells, edge {}, from ({a}, {b}, {c}) to ({d}, {e}, {f})",
-        volume.edge
+        "{x} x {y} x {z} cells, edge {}, from {min} to {max}",
+        Short(volume.edge)
     ));
     let count = (volume.values.len() / volume.light_count.max(1)).max(1) as f64;
     for (light, name) in names.iter().enumerate() {

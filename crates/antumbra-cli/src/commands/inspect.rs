@@ -1,7 +1,7 @@
 //! `antumbra inspect`: what a scene holds and what its index would cost.
 
 use antumbra::{Method, Refine};
-use antumbra_geometry::{DVec3, Element, ElementKind, Opacity};
+use antumbra_geometry::{Element, ElementKind, Opacity, Short};
 use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
 use antumbra_scene::model::{LightKind, Scene};
 
@@ -99,10 +99,10 @@ fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
     row(screen, "lights", scene.lights.len());
     for (number, light) in scene.lights.iter().enumerate() {
         let what = match light.kind {
-            LightKind::Point { position } => format!("point at {}", coordinates(position)),
-            LightKind::Spot { position, .. } => format!("spot at {}", coordinates(position)),
+            LightKind::Point { position } => format!("point at {}", Short(position)),
+            LightKind::Spot { position, .. } => format!("spot at {}", Short(position)),
             LightKind::Directional { towards_light } => {
-                format!("direction, towards {}", coordinates(towards_light))
+                format!("direction, towards {}", Short(towards_light))
             }
         };
         row(screen, &format!("  light {number}"), what);
@@ -120,11 +120,7 @@ fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
     if bounds.is_empty() {
         row(screen, "bounds", "empty");
     } else {
-        let [min, max] = [bounds.min, bounds.max].map(coordinates);
+        let [min, max] = [bounds.min, bounds.max].map(Short);
         row(screen, "bounds", format!("{min} to {max}"));
     }
-}
-
-fn coordinates(v: DVec3) -> String {
-    format!("({}, {}, {})", v.x, v.y, v.z)
 }

@@ -16,13 +16,14 @@ use crate::screen::Screen;
 
 /// Where values come from and go to.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Saved values")]
 pub(crate) struct KeptFiles {
-    /// Take values of method voxel from this file instead of making them, for all lights that are in it;
-    /// `antumbra bake` writes one
+    /// File of values of method voxel to load, which `antumbra bake` wrote; lights that it lacks are
+    /// computed as without it
     #[arg(long, value_name = "FILE.antumbra")]
     pub(crate) occlusion: Option<PathBuf>,
 
-    /// Write the values of method voxel to this file when all is done, those made on the way too
+    /// File to save the values of method voxel to at the end, also those computed on the way
     #[arg(long, value_name = "FILE.antumbra")]
     pub(crate) save_occlusion: Option<PathBuf>,
 }

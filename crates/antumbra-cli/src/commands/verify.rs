@@ -174,12 +174,16 @@ impl Comparison<'_> {
         let query_count = self.typed.queries;
         let bar = screen.progress(query_count, "comparing");
         let new = || Tally::new(self.indices.len());
+        let task = antumbra_task::current();
         let tally = (0..query_count.div_ceil(RUN_QUERIES))
             .into_par_iter()
             .fold(new, |mut tally, run| {
                 let first = run * RUN_QUERIES;
                 let end = query_count.min(first + RUN_QUERIES);
-                self.ask_run(first..end, &mut tally);
+                task.enter(|| {
+                    antumbra_task::check();
+                    self.ask_run(first..end, &mut tally);
+                });
                 bar.inc(end - first);
                 tally
             })

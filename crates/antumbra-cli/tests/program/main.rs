@@ -2,6 +2,8 @@
 
 mod attack;
 mod files;
+mod help;
+mod interrupts;
 mod kept;
 mod lazy;
 mod outputs;

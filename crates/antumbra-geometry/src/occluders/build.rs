@@ -12,7 +12,7 @@ use super::{
 use crate::intersect::DiskPlane;
 use crate::polygon::{PolygonCorner, TooManyCrossings, triangulate};
 use crate::segment::Plane;
-use crate::{Cone, Coverage, CoverageId, Disk, Sphere};
+use crate::{Cone, Coverage, CoverageId, Disk, Short, Sphere};
 
 /// Largest magnitude of a coordinate: leaves room for every product a filter forms.
 const LARGEST: f64 = 1.2676506002282294e30; // 2^100
@@ -21,7 +21,7 @@ const LARGEST: f64 = 1.2676506002282294e30; // 2^100
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OccludersError {
     /// A number is NaN, infinite or beyond 2^100.
-    #[error("element {element}: {value} is not finite or its magnitude exceeds 2^100")]
+    #[error("element {element}: {} is not finite or its magnitude exceeds 2^100", Short(*value))]
     BadNumber {
         /// The element's number, in the order of adding.
         element: usize,
@@ -29,7 +29,7 @@ pub enum OccludersError {
         value: f64,
     },
     /// A radius is negative.
-    #[error("element {element}: radius {value} is negative")]
+    #[error("element {element}: radius {} is negative", Short(*value))]
     NegativeRadius {
         /// The element's number, in the order of adding.
         element: usize,

@@ -9,6 +9,7 @@ use antumbra_geometry::{
     SurfaceId,
 };
 use antumbra_scene::model::{Corner, Light, LightKind, Mesh, Object, Scene, ShadowKind, Shape};
+use antumbra_task::checked;
 
 use super::masks::Masks;
 use super::memory::Sizes;
@@ -58,7 +59,7 @@ impl Gathered {
             ..
         } = Sizes::of(scene);
         gathering.builder.reserve(faces, triangles, vertices);
-        for (number, object) in scene.objects.iter().enumerate() {
+        for (number, object) in checked(scene.objects.iter().enumerate()) {
             let name = || object.name.clone();
             gathering.add(number, object).map_err(|bad| match bad {
                 Bad::Shape(source) => PrepareError::BadObject {
@@ -237,7 +238,7 @@ impl Gathering<'_> {
             Shape::Instance(instance) => {
                 let mesh = &*instance.mesh;
                 let positions = 0..mesh.positions.len();
-                let placed: Vec<_> = positions.map(|at| instance.position(at)).collect();
+                let placed: Vec<_> = checked(positions).map(|at| instance.position(at)).collect();
                 self.add_mesh(mesh, &placed, presence)?
             }
             Shape::Polygon(polygon) => {
@@ -295,7 +296,7 @@ impl Gathering<'_> {
     ) -> Result<usize, Bad> {
         let mut outline = Vec::new();
         let mut uvs = Vec::new();
-        for face in 0..mesh.face_ends.len() {
+        for face in checked(0..mesh.face_ends.len()) {
             let corners = face_of(mesh, face).ok_or(Bad::Index("a face end"))?;
             outline.clear();
             for corner in corners {

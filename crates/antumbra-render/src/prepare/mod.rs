@@ -222,7 +222,7 @@ impl Prepared {
     }
 
     /// Returns the bytes kept for shadow queries, mean over the lights: of a rival all that it keeps; of an
-    /// index values and lists. Surfaces, grid and tree are left out.
+    /// index values, lists and tables. Surfaces, grid and tree are left out.
     pub fn bytes_per_light(&self) -> f64 {
         let lights = 0..self.index.lights().len();
         let bytes = match &self.rival {

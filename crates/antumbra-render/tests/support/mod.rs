@@ -1,13 +1,12 @@
 //! Shared by the tests: scenes of squares, a camera that looks straight down, a shot.
 
-use std::sync::atomic::AtomicBool;
-
 use antumbra::Method;
 use antumbra_geometry::DVec3;
 use antumbra_render::camera::View;
 use antumbra_render::film::{RenderSettings, Rendered, Watch, render};
 use antumbra_render::prepare::{PrepareOptions, Prepared};
 use antumbra_scene::model::{Camera, Corner, Filter, Mesh, Object, Scene, Shape, Texture, Wrap};
+use antumbra_task::Task;
 
 pub(crate) const METHODS: [Method; 3] = [Method::Voxel1990, Method::Grid, Method::Naive];
 
@@ -88,9 +87,9 @@ pub(crate) fn shot(
     settings: RenderSettings,
 ) -> Rendered {
     let view = View::new(camera, size).unwrap();
-    let cancel = AtomicBool::new(false);
+    let task = Task::default();
     let watch = Watch {
-        cancel: &cancel,
+        task: &task,
         progress: &|_| {},
     };
     render(prepared, &view, &settings, watch)

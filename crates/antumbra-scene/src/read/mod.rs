@@ -42,6 +42,9 @@ pub use stl::read_stl;
 /// The largest file that is read, in bytes: 4 GiB.
 pub const MAX_FILE_BYTES: u64 = 4 << 30;
 
+/// Bytes that are read between two looks whether to stop.
+const PART: u64 = 1 << 24;
+
 /// A scene and what its reader had to say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
@@ -161,7 +164,17 @@ fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     }
     let mut bytes = Vec::new();
     // The file may grow while it is read.
-    file.take(limit + 1).read_to_end(&mut bytes).map_err(fail)?;
+    let mut file = file.take(limit + 1);
+    let _ = bytes.try_reserve_exact(metadata.len() as usize);
+    while file
+        .by_ref()
+        .take(PART)
+        .read_to_end(&mut bytes)
+        .map_err(fail)?
+        > 0
+    {
+        antumbra_task::check();
+    }
     if bytes.len() as u64 > limit {
         return Err(too_large(bytes.len() as u64));
     }

@@ -6,6 +6,8 @@
 
 use std::borrow::Cow;
 
+use antumbra_task::check;
+
 /// One statement: a line, or several joined by `\`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
@@ -57,6 +59,7 @@ impl<'a> Statements<'a> {
         if self.rest.is_empty() {
             return None;
         }
+        check();
         self.line = self.line.saturating_add(1);
         let bytes = self.rest.as_bytes();
         let end = bytes

@@ -304,6 +304,24 @@ fn what_lies_outside_is_refused() {
 }
 
 #[test]
+fn help_after_a_refused_extension_is_about_that_extension() {
+    for (extension, expected) in [
+        ("X_mesh_compression", "export the scene without compression"),
+        (
+            "X_texture_webp",
+            "export the scene with PNG or JPEG textures",
+        ),
+        ("X_y", "export the scene without this extension"),
+    ] {
+        let error = refusal(
+            &format!(r#"{{"asset": {{"version": "2.0"}}, "extensionsRequired": ["{extension}"]}}"#),
+            b"",
+        );
+        assert!(error.contains(&format!("help: {expected}")), "{error}");
+    }
+}
+
+#[test]
 fn versions_and_extensions() {
     let with = |rest: &str| format!(r#"{{"asset": {{"version": "2.0"}}{rest}}}"#);
     let error = refusal(

@@ -5,6 +5,7 @@
 //! square of its size.
 
 use antumbra_geometry::{Bounds, DVec3, SurfaceId};
+use antumbra_task::check;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -141,6 +142,7 @@ impl Binary {
                     .fold(first, |all, &surface| all.union(bounds_of(surface)))
             })
             .collect();
+        check();
         let mut tree = PlocBuilder::with_capacity(runs.len()).build(
             PlocSearchDistance::Medium,
             &run_boxes,
@@ -148,7 +150,9 @@ impl Binary {
             SortPrecision::U64,
             3,
         );
+        check();
         ReinsertionOptimizer::default().run(&mut tree, REINSERTION_RATIO, None);
+        check();
 
         // Copy it, with the piles in the places of their leaves.
         let mut binary = Self {

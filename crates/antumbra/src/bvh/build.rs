@@ -10,6 +10,7 @@ use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, SphereGroup, Tria
 use super::ray::{FilterBounds, USUAL_ORIGIN_ERROR};
 use crate::frame::Frame;
 use antumbra_geometry::{Occluders, SurfaceId};
+use antumbra_task::{check, checked};
 use fearless_simd::Level;
 
 /// Cost of visiting a node, in units of testing a group of shapes. Measured together with the build
@@ -32,8 +33,7 @@ impl Bvh {
     /// Returns the boxes of all surfaces.
     pub(super) fn boxes(occluders: &Occluders) -> Vec<FrameBox> {
         let frame = Frame::new(occluders.bounds());
-        occluders
-            .surfaces()
+        checked(occluders.surfaces())
             .map(|surface| FrameBox::new(&frame, &occluders.surface_bounds(surface)))
             .collect()
     }
@@ -140,7 +140,7 @@ impl<'a> Plan<'a> {
                 pending.extend(children);
             }
         }
-        for &node in order.iter().rev() {
+        for &node in checked(order.iter().rev()) {
             plan.decide(occluders, node);
         }
         plan
@@ -287,6 +287,7 @@ impl Writer<'_> {
             depth,
         }) = pending.pop()
         {
+            check();
             let index = self.bvh.nodes.len();
             self.bvh.depth = self.bvh.depth.max(depth);
             if let Some((parent, slot)) = parent {

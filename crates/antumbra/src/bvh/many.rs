@@ -46,6 +46,7 @@ impl Bvh {
     ) {
         if self.nodes.is_empty() || self.depth > USUAL_DEPTH {
             for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                antumbra_task::check();
                 *is_shadowed = *is_shadowed || self.any_hit(occluders, start, light, counters);
             }
             return;
@@ -117,6 +118,7 @@ impl Many<'_> {
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) {
+        antumbra_task::check();
         let mut points = [[0.0; RAYS]; 3];
         let mut own = [u32::MAX; RAYS];
         let mut asked = 0;

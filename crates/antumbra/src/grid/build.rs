@@ -19,14 +19,17 @@ impl Grid {
     pub(crate) fn build(occluders: &Occluders, layout: Layout) -> Self {
         // Each chunk of surfaces lists its voxels; chunks keep their order, so the result does not
         // depend on threads.
+        let task = antumbra_task::current();
         let ids: Vec<u32> = (0..occluders.surface_count() as u32).collect();
         let chunks: Vec<Vec<(u32, SurfaceId)>> = ids
             .par_chunks(4096)
             .map(|chunk| {
                 let mut entries = Vec::new();
-                for &id in chunk {
-                    insert(occluders, &layout, SurfaceId(id), &mut entries);
-                }
+                task.enter(|| {
+                    for &id in chunk {
+                        insert(occluders, &layout, SurfaceId(id), &mut entries);
+                    }
+                });
                 entries
             })
             .collect();
@@ -87,6 +90,7 @@ fn insert(
 ) {
     let mut pending = vec![layout.block_around(&occluders.surface_bounds(surface))];
     while let Some(block) = pending.pop() {
+        antumbra_task::check();
         if !occluders.may_meet_box(surface, &layout.inflated(&block)) {
             continue;
         }

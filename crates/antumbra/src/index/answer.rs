@@ -1,6 +1,6 @@
 //! What a query comes to.
 
-use antumbra_geometry::DVec3;
+use antumbra_geometry::{DVec3, Short};
 
 /// Whether a light reaches a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum QueryError {
     /// The start's point is NaN, infinite or beyond 2^100.
-    #[error("start {0}: coordinates must be finite and at most 2^100 in magnitude")]
+    #[error("start {}: coordinates must be finite and at most 2^100 in magnitude", Short(*.0))]
     BadPoint(DVec3),
     /// The start names a surface that is not there.
     #[error("surface {0} does not exist")]

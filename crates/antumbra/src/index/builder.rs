@@ -138,7 +138,7 @@ impl Builder {
     }
 
     /// Builds what the settings need of grid, tree and occlusion values, on all threads of the current rayon
-    /// pool.
+    /// pool. Inside [`Task::run`](crate::Task::run) it can be stopped within a second, as every long call can.
     ///
     /// # Errors
     /// A light or a setting is out of range, the memory limit is too small, or the file of

@@ -237,7 +237,12 @@ impl ShadowIndex {
                 Ok(())
             }
             None => {
-                for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                // A walk through the grid may take a millisecond.
+                const LOOK: usize = 16;
+                for (number, (start, is_shadowed)) in starts.iter().zip(is_shadowed).enumerate() {
+                    if number.is_multiple_of(LOOK) {
+                        antumbra_task::check();
+                    }
                     *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
                 }
                 Ok(())
@@ -435,7 +440,9 @@ impl ShadowIndex {
         self.adaptive.as_ref().map_or(0, AdaptiveValues::bytes)
     }
 
-    /// Returns the bytes of all occlusion values: two bits per voxel and light.
+    /// Returns the bytes of all occlusion values: for [`Method::Voxel1990`] two bits per voxel and light, for
+    /// [`Method::Voxel`] bricks of values with their links, as far as they are made. Lists and tables are
+    /// [`ShadowIndex::table_bytes`].
     pub fn occlusion_bytes(&self) -> u64 {
         let adaptive = self
             .adaptive

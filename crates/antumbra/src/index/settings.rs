@@ -47,11 +47,11 @@ pub struct Refinement {
     pub resolution: u32,
     /// The same for points of space near surfaces.
     pub space_resolution: u32,
-    /// As few possible blockers are listed instead of finer voxels; 0 lists none.
+    /// Maximum number of potential blockers stored as a list instead of subdividing a voxel; 0 disables lists.
     pub short_list: usize,
     /// The same for points of space.
     pub space_list: usize,
-    /// As few are listed in the finest voxels; 0 lists none.
+    /// Maximum number of them stored as a list in the finest voxels; 0 disables lists.
     pub long_list: usize,
     /// When values are made.
     pub refine: Refine,
@@ -103,19 +103,18 @@ impl Refinement {
     }
 }
 
-/// As few blockers are listed for a voxel until finer ones are made.
+/// Maximum number of blockers listed for a voxel until finer ones are computed.
 const EARLY_LIST: usize = 8;
 
-/// When the values of [`Method::Voxel`] are made.
+/// When the values of [`Method::Voxel`] are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Refine {
-    /// While queries are answered, where it pays.
+    /// While queries are answered, where it is predicted to save time.
     #[default]
     Lazy,
     /// Before the first query, all of them.
     Eager,
-    /// For each voxel at the first queries that fall into it, whether it pays or not: for tests and
-    /// studies.
+    /// At the first queries of each voxel, whether it saves time or not: for tests and studies.
     Asked,
 }
 

@@ -4,6 +4,7 @@
 //! entries of all columns in order. Nothing is proven here but that what is left out blocks nothing.
 
 use antumbra_geometry::{DVec2, DVec3, Occluders, SurfaceId};
+use antumbra_task::checked;
 
 use super::columns::{Columns, Entry, HALVING_BITS, Head, MOST_HALVINGS, Tile};
 use super::footprint::{Footprint, Part, Polygon, Window};
@@ -74,7 +75,7 @@ impl Seen {
         };
         for (number, view) in views.all.iter().enumerate() {
             let window = Window::tiles(view);
-            for surface in occluders.surfaces() {
+            for surface in checked(occluders.surfaces()) {
                 let Some((footprint, plane)) = footprint(view, surface, tables) else {
                     continue;
                 };
@@ -194,7 +195,7 @@ impl<'a> Gathering<'a> {
 
     /// Puts all surfaces into their columns; `None` if there are too many entries.
     pub(super) fn add_all(&mut self, views: &Views) -> Option<()> {
-        self.seen.parts.iter().try_for_each(|part| {
+        checked(&self.seen.parts).try_for_each(|part| {
             self.add(&views.all[usize::from(part.view)], SurfaceId(part.surface))
         })
     }

@@ -8,6 +8,7 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use antumbra_geometry::{ElementId, LightShape, Occluders, Shaft, Umbra};
+use antumbra_task::checked;
 use rayon::prelude::*;
 
 use super::{DenseValues, Occlusion};
@@ -18,9 +19,13 @@ const PARALLEL_VOXELS: u64 = 4096;
 
 /// Returns one light's value for every voxel, on all threads.
 pub(crate) fn mark(occluders: &Occluders, grid: &Grid, light: &LightShape) -> DenseValues {
+    let task = antumbra_task::current();
     let umbrae: Vec<Umbra> = (0..occluders.elements().len() as u32)
         .into_par_iter()
-        .map(|element| occluders.umbra(ElementId(element), light))
+        .map(|element| {
+            task.check();
+            occluders.umbra(ElementId(element), light)
+        })
         .collect();
     let casting: Vec<u32> = (0..umbrae.len() as u32)
         .filter(|&i| !umbrae[i as usize].is_nothing())
@@ -67,7 +72,7 @@ impl Marker<'_> {
         // Keep the elements whose umbrae may cross the block; one that covers it decides.
         let shaft = Shaft::new(self.grid.layout.inflated(block), *self.light);
         let mut crossing = Vec::new();
-        for &element in elements {
+        for &element in checked(elements) {
             match self.umbrae[element as usize].relation(&shaft) {
                 antumbra_geometry::Relation::Misses => {}
                 antumbra_geometry::Relation::Crosses => crossing.push(element),
@@ -82,9 +87,10 @@ impl Marker<'_> {
         match block.halves() {
             None => self.fill(block, self.value_of_voxel(block.from, &crossing)),
             Some([low, high]) if block.voxel_count() > PARALLEL_VOXELS => {
+                let task = antumbra_task::current();
                 rayon::join(
-                    || self.mark_block(&low, &crossing),
-                    || self.mark_block(&high, &crossing),
+                    || task.enter(|| self.mark_block(&low, &crossing)),
+                    || task.enter(|| self.mark_block(&high, &crossing)),
                 );
             }
             Some(halves) => halves

@@ -1,6 +1,7 @@
 //! The quick check of Paper 7.3: is voxel occlusion testing worth its preparation?
 
 use antumbra_geometry::Occluders;
+use antumbra_task::checked;
 
 use crate::QuickCheckVerdict;
 use crate::grid::Grid;
@@ -18,7 +19,7 @@ pub(crate) fn quick_check(occluders: &Occluders, grid: &Grid) -> QuickCheckVerdi
     let voxel_count = grid.layout.voxel_count();
     let mut occupied: u64 = 0;
     let mut in_voxel = Vec::new();
-    for voxel in 0..voxel_count {
+    for voxel in checked(0..voxel_count) {
         in_voxel.clear();
         in_voxel.extend(
             grid.surfaces(voxel)

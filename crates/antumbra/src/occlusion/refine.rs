@@ -5,6 +5,7 @@
 //! for one audience. Invariant: they are a function of the scene, the light, the settings and the cell.
 
 use antumbra_geometry::Bounds;
+use antumbra_task::check;
 
 use super::bricks::{Decision, Decisions, Finer};
 use super::candidates::{Candidates, Casters};
@@ -87,6 +88,7 @@ impl Refiner<'_> {
             if !self.lattice.is_inside(half) {
                 continue;
             }
+            check();
             let bounds = self.lattice.inflated(half);
             let are_there = self
                 .casters

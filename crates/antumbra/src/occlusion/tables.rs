@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use antumbra_geometry::{
     DVec3, ElementId, LightShape, Mesh, MeshEdge, Occluders, SurfaceId, Umbra,
 };
+use antumbra_task::checked;
 
 use super::balls::Ball;
 use super::forms::Forms;
@@ -176,7 +177,7 @@ impl LightTables {
         let mut curved_numbers = vec![NONE; occluders.surface_count() - occluders.triangle_count()];
         let mut curved = Vec::new();
         let elements = (0..occluders.elements().len() as u32).map(ElementId);
-        for element in elements.filter(|&element| !occluders.is_face(element)) {
+        for element in checked(elements.filter(|&element| !occluders.is_face(element))) {
             let umbra = occluders.umbra(element, light);
             if umbra.is_nothing() {
                 continue;
@@ -202,7 +203,7 @@ impl LightTables {
             edges: OnceLock::new(),
             making: Mutex::new(()),
         };
-        for triangle in triangles(occluders) {
+        for triangle in checked(triangles(occluders)) {
             let side = tables.sides[triangle.0 as usize];
             let forms = umbra_forms(occluders, frame, light, triangle);
             tables.umbra_forms.push(forms);
@@ -255,7 +256,7 @@ impl LightTables {
             });
             contours.len() as u32 - 1
         };
-        let contour_numbers = mesh.edges().iter().map(number_of).collect();
+        let contour_numbers = checked(mesh.edges()).map(number_of).collect();
         let edges = EdgesForLight {
             contours,
             contour_numbers,

@@ -11,6 +11,7 @@ pub(crate) fn by_reference(
     segment: &Segment,
     counters: &mut Counters,
 ) -> Answer {
+    antumbra_task::check();
     counters.intersections += occluders.surface_count() as u64;
     Answer::new(any_hit_by_reference(occluders, segment), Decided::Ray)
 }

@@ -248,6 +248,9 @@ impl<R: Rays> ByVoxel<'_, R> {
             list_count += u64::from(told.listed.count_ones());
             ray_count += u64::from(told.unknown.count_ones());
             let mut unknown = told.unknown;
+            if unknown != 0 {
+                antumbra_task::check();
+            }
             while unknown != 0 {
                 let number = unknown.trailing_zeros() as usize;
                 unknown &= unknown - 1;
@@ -296,6 +299,7 @@ impl<R: Rays> ByVoxel<'_, R> {
         let mut sum = Sum::default();
         let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
         for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
+            antumbra_task::check();
             let looked = self
                 .values
                 .find(values, self.occluders, starts, self.light_number);

@@ -33,24 +33,24 @@ pub(crate) struct Kept {
     #[command(flatten)]
     pub(crate) subjects: Subjects,
 
-    /// Frames whose eye rays hit what is asked about, jittered
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    /// Size of the jittered frames whose eye rays find the points that are asked about
+    #[arg(long, help_heading = "Queries", value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
     pub(crate) size: [u32; 2],
 
-    /// How many answers are timed
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    /// Number of answers to time
+    #[arg(long, help_heading = "Queries", value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub(crate) queries: u64,
 
-    /// The process before has made all values, as `antumbra bake` does; without a file values are made as usual
-    #[arg(long)]
+    /// Save all values beforehand, as `antumbra bake` does
+    #[arg(long, help_heading = "Saved values")]
     pub(crate) baked: bool,
 
-    /// Frames that the process before has answered, where it has not made all values
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    /// Number of frames that an earlier process answers before it saves its values, without --baked
+    #[arg(long, help_heading = "Saved values", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) learn: u32,
 
-    /// Pairs of processes, one with the file and one without. Figures are medians
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Number of pairs of processes, one with the file and one without; figures are medians
+    #[arg(long, help_heading = "Rounds", value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rounds: u32,
 
     /// Be the second process: answer these queries

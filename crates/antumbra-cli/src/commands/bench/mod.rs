@@ -35,14 +35,19 @@ pub(crate) mod typed;
 mod watertight;
 
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::screen::Screen;
 
 /// Runs the measurement that was typed.
-pub(crate) fn run(typed: &typed::Bench, screen: &Screen) -> Result<Outcome, Failure> {
+pub(crate) fn run(
+    typed: &typed::Bench,
+    screen: &Screen,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
-        typed::What::Paper(typed) => paper::run(typed, screen),
+        typed::What::Paper(typed) => paper::run(typed, screen, interrupt),
         typed::What::Kept(typed) => kept::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
     }

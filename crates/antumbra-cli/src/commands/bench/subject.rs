@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use antumbra::Method;
 use antumbra_baselines::embree::{Embree, EmbreeError, EmbreeScene, Geometry};
-use antumbra_geometry::DVec3;
+use antumbra_geometry::{DVec3, Short};
 use antumbra_render::camera::View;
 use antumbra_render::orbit::camera_of_frame;
 use antumbra_render::prepare::{PrepareOptions, Prepared};
@@ -84,10 +84,10 @@ impl Subject {
     pub(super) fn light(&self) -> String {
         match self.recorder.scene().lights[0].kind {
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                format!("light at ({}, {}, {})", position.x, position.y, position.z)
+                format!("light at {}", Short(position))
             }
             LightKind::Directional { towards_light: to } => {
-                format!("light towards ({}, {}, {})", to.x, to.y, to.z)
+                format!("light towards {}", Short(to))
             }
         }
     }

@@ -67,6 +67,7 @@ fn work(
     let (prepared, predicted_bytes) = prepared(typed, lit.scene, meant, screen)?;
     let prepare_time = begin.elapsed();
     say_prepared(&prepared, prepare_time, screen);
+    let times = (predicted_bytes, lit.load_time, prepare_time);
     if !typed.shadows.is_exact() {
         screen.warning(format!(
             "{} is not exact: the picture differs from that of all other methods",
@@ -74,14 +75,27 @@ fn work(
         ));
     }
 
+    // What is rendered when Ctrl-C comes is written.
     interrupt.keep_partial_results();
+    antumbra_task::unwatched(|| frames(typed, &prepared, meant, screen, interrupt, times))
+}
+
+/// Renders and writes all frames, or as much as is finished when Ctrl-C comes.
+fn frames(
+    typed: &Render,
+    prepared: &Prepared,
+    meant: &Meant,
+    screen: &Screen,
+    interrupt: &Interrupt,
+    (predicted_bytes, load_time, prepare_time): (u64, Duration, Duration),
+) -> Result<Outcome, Failure> {
     let mut run = Run {
         tally: Tally::default(),
         frame_count: 0,
         is_complete: true,
         exposure_in_stops: None,
         predicted_bytes,
-        load_time: lit.load_time,
+        load_time,
         prepare_time,
         render_time: Duration::ZERO,
     };
@@ -93,10 +107,10 @@ fn work(
     for (view, path) in &meant.frames {
         let begin = Instant::now();
         let watch = Watch {
-            cancel: interrupt.cancel(),
+            task: interrupt.task(),
             progress: &progress,
         };
-        let rendered = film::render(&prepared, view, &meant.settings, watch);
+        let rendered = film::render(prepared, view, &meant.settings, watch);
         run.render_time += begin.elapsed();
         run.tally.add(&rendered.tally);
         // One exposure for all frames, so that a fly-around does not flicker.
@@ -114,7 +128,7 @@ fn work(
         run.frame_count += 1;
         run.is_complete = rendered.is_complete;
         if !run.is_complete {
-            bar.abandon();
+            bar.finish_and_clear();
             let path = path.display();
             screen.aside(format!(
                 "stopped; what was finished of the picture is in {path}"
@@ -125,7 +139,7 @@ fn work(
     bar.finish_and_clear();
     kept::save_if_typed(&typed.kept, prepared.index(), screen)?;
 
-    figures::tell(typed, &run.statistics(typed, meant, &prepared), screen)?;
+    figures::tell(typed, &run.statistics(typed, meant, prepared), screen)?;
     Ok(if run.is_complete {
         Outcome::Done
     } else {

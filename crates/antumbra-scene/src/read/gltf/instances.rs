@@ -240,7 +240,7 @@ impl Stage<'_, '_, '_> {
         let mut mesh = part.looks();
         let mut is_mirrored = Vec::new();
         let mut placed = Vec::new();
-        for at in 0..part.positions.len() {
+        for at in antumbra_task::checked(0..part.positions.len()) {
             let (position, normal) = morphed(part, weights, at);
             let map = match pose {
                 Pose::Rigid(map) => *map,
@@ -299,7 +299,10 @@ fn moved(
     if position.is_finite() && position.abs().max_element() <= LARGEST_COORDINATE {
         return Ok(position);
     }
-    let problem = format!("a vertex is at {position}; coordinates beyond 2^100 are not supported");
+    let problem = format!(
+        "a vertex is at {}; coordinates beyond 2^100 are not supported",
+        antumbra_geometry::Short(position)
+    );
     Err(Fault::at(path(), problem, "scale the scene"))
 }
 

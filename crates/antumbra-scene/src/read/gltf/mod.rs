@@ -238,6 +238,18 @@ fn parse(container: &Container<'_>) -> Result<Document, Fault> {
     Err(Fault { place, kind })
 }
 
+/// Returns what to do about a required extension that is not read.
+fn help_without(extension: &str) -> &'static str {
+    let is_about = |words: &[&str]| words.iter().any(|word| extension.contains(word));
+    if is_about(&["draco", "meshopt", "compression", "quantization"]) {
+        "export the scene without compression: it is an option of most exporters"
+    } else if is_about(&["texture", "image"]) {
+        "export the scene with PNG or JPEG textures"
+    } else {
+        "export the scene without this extension"
+    }
+}
+
 fn check_version_and_extensions(
     document: &Document,
     warnings: &mut WarningLog,
@@ -254,7 +266,7 @@ fn check_version_and_extensions(
     if let Some((at, name)) = required.find(|(_, name)| !is_read(name)) {
         let problem = format!("the extension {} is not read", quoted(name));
         let path = format!("extensionsRequired[{at}]");
-        let help = "export the scene without it";
+        let help = help_without(name);
         return Err(Fault::at(path, problem, help));
     }
     for name in document

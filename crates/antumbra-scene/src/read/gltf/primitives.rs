@@ -184,7 +184,9 @@ impl<'a> PartReader<'a, '_, '_> {
             path,
         };
         let position = |&vertex: &u32| DVec3::from_array(positions.vector(vertex as usize));
-        part.positions = part.vertices.iter().map(position).collect();
+        part.positions = antumbra_task::checked(&part.vertices)
+            .map(position)
+            .collect();
         let count = Some(vertex_count);
         if let Some(normals) = self.attribute(source, "NORMAL", count, &part.path)? {
             part.normals = self.normals(&normals, &part.vertices);

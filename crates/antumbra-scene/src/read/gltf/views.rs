@@ -90,7 +90,10 @@ fn add_camera(
     };
     let yfov = perspective.yfov;
     if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
-        let problem = format!("expected an angle between 0 and pi, found {yfov}");
+        let problem = format!(
+            "expected an angle between 0 and pi, found {}",
+            antumbra_geometry::Short(yfov)
+        );
         let path = format!("cameras[{index}].perspective.yfov");
         return Err(Fault::at(path, problem, ""));
     }

@@ -18,7 +18,7 @@ mod view;
 
 use std::path::Path;
 
-use antumbra_geometry::{Cone, DVec3, Sphere};
+use antumbra_geometry::{Cone, DVec3, Short, Sphere};
 
 use crate::{
     defaults::nff_intensity,
@@ -100,6 +100,7 @@ impl<'a> Reader<'a> {
 
     fn read_entities(&mut self) -> Result<(), ReadError> {
         while let Some(keyword) = self.lexer.peek_keyword() {
+            antumbra_task::check();
             let Some(entity) = KEYWORDS.into_iter().find(|&k| k == keyword.text) else {
                 self.read_foreign(keyword)?;
                 continue;
@@ -227,7 +228,11 @@ impl<'a> Reader<'a> {
         let [bx, by, bz, base_radius, ax, ay, az, apex_radius] = self.coordinates("c", EXPECTED)?;
         let (base, apex) = (DVec3::new(bx, by, bz), DVec3::new(ax, ay, az));
         if base_radius.min(apex_radius) < 0.0 && base_radius.max(apex_radius) > 0.0 {
-            let problem = format!("the radii {base_radius} and {apex_radius} have different signs");
+            let problem = format!(
+                "the radii {} and {} have different signs",
+                Short(base_radius),
+                Short(apex_radius)
+            );
             let help = "both are positive, or both negative for a tube seen from inside";
             return Err(self.invalid(line, "c", problem, help));
         }

@@ -3,7 +3,7 @@
 //! In: the words after `v`. Out: the scene's camera and its up vector. Invariant: the camera has a
 //! direction, and `up` is not parallel to it.
 
-use antumbra_geometry::DVec3;
+use antumbra_geometry::{DVec3, Short};
 
 use crate::{
     error::{Place, ReadError, ReadErrorKind},
@@ -83,7 +83,10 @@ impl Reader<'_> {
         if angle > 0.0 && angle < 180.0 {
             return Ok(angle);
         }
-        let problem = format!("expected more than 0 and less than 180 degrees, found {angle}");
+        let problem = format!(
+            "expected more than 0 and less than 180 degrees, found {}",
+            Short(angle)
+        );
         Err(self.invalid(line, "angle", problem, "45 is usual"))
     }
 

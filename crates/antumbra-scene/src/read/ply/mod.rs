@@ -22,6 +22,7 @@ mod lines;
 use std::path::Path;
 
 use antumbra_geometry::DVec3;
+use antumbra_task::checked;
 
 use crate::{
     defaults::AMBIENT,
@@ -182,7 +183,7 @@ impl<B: Body> Reader<'_, B> {
             normals: Vec::with_capacity(if has_normals { room } else { 0 }),
             colors: Vec::with_capacity(if has_colors { room } else { 0 }),
         };
-        for index in 0..element.count {
+        for index in checked(0..element.count) {
             let mut numbers = [0.0; 10];
             numbers[9] = full[9];
             for (property, slot) in element.properties.iter().zip(&slots) {
@@ -239,7 +240,7 @@ impl<B: Body> Reader<'_, B> {
         faces.ends.reserve(room);
         faces.places.reserve(room);
         let mut corners = Vec::new();
-        for index in 0..element.count {
+        for index in checked(0..element.count) {
             corners.clear();
             let at = self.indices(element, index, vertex_count, 0, &mut corners)?;
             if corners.len() < 3 {
@@ -262,7 +263,7 @@ impl<B: Body> Reader<'_, B> {
         warnings: &mut WarningLog,
     ) -> Result<(), ReadError> {
         let mut corners = Vec::new();
-        for index in 0..element.count {
+        for index in checked(0..element.count) {
             corners.clear();
             let at = self.indices(element, index, vertex_count, -1, &mut corners)?;
             for strip in corners.split(|&corner| corner == -1) {
@@ -349,7 +350,7 @@ impl<B: Body> Reader<'_, B> {
         if element.properties.is_empty() {
             return Ok(());
         }
-        for index in 0..element.count {
+        for index in checked(0..element.count) {
             for property in &element.properties {
                 let context = Context {
                     element,

@@ -65,6 +65,7 @@ pub(super) fn read(
     };
     let mut rest = bytes;
     while !rest.is_empty() {
+        antumbra_task::check();
         let end = rest.iter().position(|&b| b == b'\n' || b == b'\r');
         let line = &rest[..end.unwrap_or(rest.len())];
         let is_pair = end.is_some_and(|end| rest[end..].starts_with(b"\r\n"));

@@ -75,7 +75,8 @@ pub(super) fn read(
     }
     let mut solid = Solid::default();
     let end = expected_length as usize;
-    for (index, triangle) in bytes[START..end].chunks_exact(TRIANGLE).enumerate() {
+    let triangles = bytes[START..end].chunks_exact(TRIANGLE);
+    for (index, triangle) in antumbra_task::checked(triangles.enumerate()) {
         let at = START + index * TRIANGLE;
         let mut numbers = [0.0; 9];
         let stored = triangle[NORMAL..].as_chunks::<4>().0;

@@ -1,7 +1,7 @@
 //! What queries cost, and what is made when they have paid for it (Paper 9.2).
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use antumbra_geometry::{Occluders, Start};
 
@@ -24,6 +24,38 @@ pub(super) const HASTE: u64 = 4;
 
 /// Turns, for each light that knows something, after which one that was not asked meanwhile may lose it.
 const LONG_AGO: u32 = 4;
+
+/// Says of a light that a thread makes its tables, until it has, or is stopped.
+struct Busy<'a>(&'a AtomicBool);
+
+impl<'a> Busy<'a> {
+    fn begin(is_busy: &'a AtomicBool) -> Option<Self> {
+        (!is_busy.swap(true, Ordering::Acquire)).then_some(Self(is_busy))
+    }
+}
+
+impl Drop for Busy<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Release);
+    }
+}
+
+/// Gives a claimed counter back with its price, also when the work is stopped.
+struct Unclaim<'a>(&'a Store, u32, u32);
+
+impl Unclaim<'_> {
+    /// What was made stands there now.
+    fn settle(self) {
+        std::mem::forget(self);
+    }
+}
+
+impl Drop for Unclaim<'_> {
+    fn drop(&mut self) {
+        let Self(store, counter, price) = *self;
+        publish(store.word(counter), Link::pending(price));
+    }
+}
 
 /// What tables cost: for each triangle those of the scene, and for each the mesh and its edges, and for each other
 /// surface.
@@ -54,7 +86,7 @@ impl AdaptiveValues {
             + CURVED_NS * curved_count as u64
             + Columns::price(occluders, &self.frame, &values.light, wanted);
         let can_make = self.refine == Refine::Asked || values.budget.allows_columns(price, ahead);
-        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
+        if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             let begin = Reading::now();
             match self.make_known(occluders, light, false) {
                 Some(known) => self.make_columns(occluders, light, &known.lists, wanted),
@@ -63,7 +95,6 @@ impl AdaptiveValues {
                 }
             }
             values.budget.spend(begin.elapsed_ns());
-            values.is_busy.store(false, Ordering::Release);
         }
     }
 
@@ -163,6 +194,7 @@ impl AdaptiveValues {
         let Some(claimed) = claim(store.word(counter)) else {
             return 0;
         };
+        let unclaim = Unclaim(store, counter, claimed.price());
         let lattice = &self.lattices[audience as usize];
         let finder = store.finder(audience, lattice);
         let leaf = finder.find(code);
@@ -173,7 +205,6 @@ impl AdaptiveValues {
                 .is_some_and(|list| Store::list_counter(list) == counter);
         if !is_its {
             // Another thread was faster, or the list is another cell's, too.
-            publish(store.word(counter), Link::pending(claimed.price()));
             return 0;
         }
         let level = finder.level_of(code, lattice);
@@ -190,7 +221,6 @@ impl AdaptiveValues {
         {
             self.brick((store, lists), scene, target)
         } else {
-            publish(store.word(counter), Link::pending(claimed.price()));
             return 0;
         };
         let took = begin.elapsed_ns();
@@ -199,7 +229,9 @@ impl AdaptiveValues {
             store.publish(leaf.place, made);
         }
         if counter != leaf.place || made.is_none() {
-            publish(store.word(counter), Link::pending(claimed.price()));
+            drop(unclaim);
+        } else {
+            unclaim.settle();
         }
         if made.is_none() {
             self.evict(light, known);
@@ -215,10 +247,8 @@ impl AdaptiveValues {
         }
         let price = WHOLE_NS * occluders.triangle_count() as u64;
         let can_make = self.refine == Refine::Asked || values.budget.allows(price);
-        if can_make && !values.is_busy.swap(true, Ordering::Acquire) {
-            let is_made = self.make_edges(occluders, light, lists);
-            values.is_busy.store(false, Ordering::Release);
-            return is_made;
+        if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
+            return self.make_edges(occluders, light, lists);
         }
         false
     }

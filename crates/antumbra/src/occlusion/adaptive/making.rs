@@ -4,6 +4,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, OnceLock, PoisonError};
 
 use antumbra_geometry::Occluders;
+use antumbra_task::{Steps, check};
 use rayon::prelude::*;
 
 use super::super::bricks::{Decision, Store, cell_in_brick};
@@ -59,6 +60,11 @@ impl AdaptiveValues {
     /// Makes all values of all lights, light by light, as far as there is room.
     fn make_all(&mut self, occluders: &Occluders, bvh: &Bvh) {
         let scene = Scene { occluders, bvh };
+        let brick_count: u64 = Audience::ALL
+            .iter()
+            .map(|&audience| self.lattices[audience as usize].root_bricks().count() as u64)
+            .sum();
+        let steps = Steps::new("baking", self.lights.len() as u64 * brick_count);
         for light in 0..self.lights.len() {
             if !self.lights[light].is_ordinary || self.packed(light).is_some() {
                 continue;
@@ -74,7 +80,7 @@ impl AdaptiveValues {
                 continue;
             };
             if !is_complete && self.make_edges(occluders, light, &known.lists) {
-                self.make_rest_of_light(&scene, light, &known.lists, store);
+                self.make_rest_of_light(&scene, light, &known.lists, store, &steps);
             }
             drop(known);
             self.pack(occluders, light);
@@ -82,14 +88,21 @@ impl AdaptiveValues {
         self.finish();
     }
 
-    fn make_rest_of_light(&self, scene: &Scene<'_>, light: usize, lists: &Lists, store: &Store) {
+    fn make_rest_of_light(
+        &self,
+        scene: &Scene<'_>,
+        light: usize,
+        lists: &Lists,
+        store: &Store,
+        steps: &Steps,
+    ) {
         for audience in Audience::ALL {
             let lattice = &self.lattices[audience as usize];
             let finder = store.finder(audience, lattice);
             let cells: Vec<Cell> = lattice.root_bricks().collect();
             cells.into_par_iter().for_each(|cell| {
                 let place = finder.place_in_root(cell);
-                self.make_rest((store, lists), scene, light, audience, cell, place);
+                steps.step(|| self.make_rest((store, lists), scene, light, audience, cell, place));
             });
         }
     }
@@ -186,6 +199,7 @@ impl AdaptiveValues {
         cell: Cell,
         place: u32,
     ) {
+        check();
         let Some(made) = self.brick((store, lists), scene, (light, audience, cell)) else {
             self.lights[light].is_refused.store(true, Ordering::Relaxed);
             return;

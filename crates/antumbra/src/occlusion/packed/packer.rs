@@ -114,7 +114,7 @@ impl Packer {
     /// Adds a root table, and the bricks below it.
     fn add_table(&mut self, store: &Store, first: u32, place_count: usize, roots: &mut Vec<u32>) {
         let mut coarsest = Vec::new();
-        for place in first..first + place_count as u32 {
+        for place in antumbra_task::checked(first..first + place_count as u32) {
             let link = store.link(place);
             let brick = match link.answer() {
                 Some(false) => Whole::Lit as u32,
@@ -155,6 +155,7 @@ impl Packer {
 
     /// Writes a brick that has its number, and adds all below it.
     fn fill(&mut self, store: &Store, number: u32, from: usize) {
+        antumbra_task::check();
         let mut brick = Brick {
             next: [self.bricks.len() as u32, self.leaves.len() as u32],
             ..Brick::default()

@@ -13,6 +13,8 @@ use crate::commands::bench::head::Head;
 pub(super) struct Figures {
     #[serde(flatten)]
     pub(super) head: Head,
+    /// Whether nothing is missing: not after Ctrl-C.
+    pub(super) is_complete: bool,
     pub(super) scenes: Vec<SceneFigures>,
     pub(super) sweeps: Vec<Sweep>,
 }

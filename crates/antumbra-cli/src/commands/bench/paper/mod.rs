@@ -19,8 +19,11 @@ mod sweeps;
 mod table;
 mod tables;
 
+use antumbra_task::{Steps, Stopped, unwatched};
+
 use crate::failure::{Failure, Outcome};
 use crate::outputs::{Content, Outputs, write_json};
+use crate::interrupt::Interrupt;
 use crate::screen::Screen;
 use crate::typed::{Shadows, Threads};
 
@@ -51,12 +54,16 @@ const METHODS: [Shadows; 6] = [
 pub(super) const NAMES: [&str; 6] = scenes::NAMES;
 
 /// Measures all scenes and tells.
-pub(super) fn run(typed: &Paper, screen: &Screen) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    typed: &Paper,
+    screen: &Screen,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
     let one = Threads { threads: Some(1) };
-    crate::commands::on_threads(&one, || work(typed, screen))?
+    crate::commands::on_threads(&one, || work(typed, screen, interrupt))?
 }
 
-fn work(typed: &Paper, screen: &Screen) -> Result<Outcome, Failure> {
+fn work(typed: &Paper, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
     if let Some(folder) = &typed.html {
@@ -71,29 +78,35 @@ fn work(typed: &Paper, screen: &Screen) -> Result<Outcome, Failure> {
     let head = Head::new(stopwatch.name(), 1, typed.rounds, typed.size, no_rival);
     let mut figures = Figures {
         head,
+        is_complete: false,
         scenes: Vec::new(),
         sweeps: Vec::new(),
     };
     screen.result(figures.head.text());
-    for scene in &chosen {
-        figures.scenes.push(race::run(scene, typed, stopwatch)?);
-        screen.detail(format!("{}: measured", scene.name));
-    }
-    for table in tables::all(&figures) {
-        screen.result(table.text());
-    }
-    if !typed.no_sweeps {
-        for scene in &chosen {
-            figures.sweeps.extend(sweeps::run(scene, typed, stopwatch)?);
-            screen.detail(format!("{}: sweeps measured", scene.name));
+    // What is measured when Ctrl-C comes is told and written.
+    interrupt.keep_partial_results();
+    let measured = interrupt
+        .task()
+        .run(|| measure(typed, &chosen, stopwatch, &mut figures, screen));
+    figures.is_complete = measured.is_ok();
+    unwatched(|| tell(typed, &figures, screen))?;
+    match measured {
+        Err(Stopped) => {
+            let scenes: Vec<_> = figures.scenes.iter().map(|scene| &*scene.name).collect();
+            screen.aside(format!(
+                "stopped after {} of {} scenes ({}) and {} sweeps{}",
+                scenes.len(),
+                chosen.len(),
+                scenes.join(", "),
+                figures.sweeps.len(),
+                match &typed.html {
+                    Some(_) => "; the report is not written",
+                    None => "",
+                }
+            ));
+            return Ok(Outcome::Interrupted);
         }
-        figures.sweeps.push(sweeps::rooms(typed, stopwatch)?);
-        for table in tables::sweeps(&figures) {
-            screen.result(table.text());
-        }
-    }
-    if let Some(path) = &typed.json {
-        write_json(path, &figures)?;
+        Ok(measured) => measured?,
     }
     if let Some(folder) = &typed.html {
         report::write(folder, &figures, &chosen, typed.size)?;
@@ -107,4 +120,58 @@ fn work(typed: &Paper, screen: &Screen) -> Result<Outcome, Failure> {
     } else {
         Outcome::Differences
     })
+}
+
+/// Measures scene after scene, then the sweeps. What is found stays in `figures` when this is stopped.
+fn measure(
+    typed: &Paper,
+    chosen: &[&PaperScene],
+    stopwatch: Stopwatch,
+    figures: &mut Figures,
+    screen: &Screen,
+) -> Result<(), Failure> {
+    let steps = Steps::new(
+        "measuring scenes",
+        chosen.len() as u64 * race::picture_count(typed),
+    );
+    for scene in chosen {
+        figures
+            .scenes
+            .push(race::run(scene, typed, stopwatch, &steps)?);
+        screen.detail(format!("{}: measured", scene.name));
+    }
+    if typed.no_sweeps {
+        return Ok(());
+    }
+    let steps = Steps::new(
+        "measuring sweeps",
+        sweeps::picture_count(typed, chosen.len()),
+    );
+    for scene in chosen {
+        let sweeps = sweeps::run(scene, typed, stopwatch, &steps)?;
+        figures.sweeps.extend(sweeps);
+        screen.detail(format!("{}: sweeps measured", scene.name));
+    }
+    figures
+        .sweeps
+        .push(sweeps::rooms(typed, stopwatch, &steps)?);
+    Ok(())
+}
+
+/// Prints the tables of what was measured and writes it as JSON.
+fn tell(typed: &Paper, figures: &Figures, screen: &Screen) -> Result<(), Failure> {
+    if !figures.scenes.is_empty() {
+        for table in tables::all(figures) {
+            screen.result(table.text());
+        }
+    }
+    if !figures.sweeps.is_empty() {
+        for table in tables::sweeps(figures) {
+            screen.result(table.text());
+        }
+    }
+    match &typed.json {
+        Some(path) => write_json(path, figures),
+        None => Ok(()),
+    }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use antumbra_render::film::Picture;
 use antumbra_render::image_file::srgb_bytes;
 use antumbra_render::integrator::Tally;
+use antumbra_task::Steps;
 
 use super::figures::{MethodFigures, QuickCheckFigures, SceneFigures};
 use super::scenes::PaperScene;
@@ -27,11 +28,17 @@ struct Runner {
     second: Option<Shot>,
 }
 
-/// Measures one scene.
+/// Returns how many pictures, or pairs of them, [`run`] takes of a scene.
+pub(super) fn picture_count(typed: &Paper) -> u64 {
+    u64::from(typed.rounds) * (1 + METHODS.len() as u64)
+}
+
+/// Measures one scene; each picture is a step.
 pub(super) fn run(
     paper_scene: &PaperScene,
     typed: &Paper,
     stopwatch: Stopwatch,
+    steps: &Steps,
 ) -> Result<SceneFigures, Failure> {
     let grid = paper_scene.paper.grid;
     let subject = Subject::new(paper_scene.make()?, typed.size, grid)?;
@@ -41,13 +48,13 @@ pub(super) fn run(
     let mut expected = None;
     let mut different_pictures = 0;
     for round in 0..typed.rounds as usize {
-        let (shot, _) = dark.shoot(GRID, false, stopwatch)?;
+        let (shot, _) = steps.step(|| dark.shoot(GRID, false, stopwatch))?;
         dark_s.push(shot.total().as_secs_f64());
         for turn in 0..METHODS.len() {
             let number = (round + turn) % METHODS.len();
             let method = METHODS[number];
             let learns = method == VOXEL;
-            let (first, second) = subject.shoot(method, learns, stopwatch)?;
+            let (first, second) = steps.step(|| subject.shoot(method, learns, stopwatch))?;
             for shot in [Some(&first), second.as_ref()].into_iter().flatten() {
                 let bytes = bytes(&shot.picture);
                 let expected = expected.get_or_insert_with(|| bytes.clone());
@@ -162,12 +169,13 @@ pub(super) fn totals(
     methods: &[Shadows],
     rounds: u32,
     stopwatch: Stopwatch,
+    steps: &Steps,
 ) -> Result<BTreeMap<String, f64>, Failure> {
     let mut times: Vec<Vec<Duration>> = vec![Vec::new(); methods.len()];
     for round in 0..rounds as usize {
         for turn in 0..methods.len() {
             let number = (round + turn) % methods.len();
-            let (shot, _) = subject.shoot(methods[number], false, stopwatch)?;
+            let (shot, _) = steps.step(|| subject.shoot(methods[number], false, stopwatch))?;
             times[number].push(shot.total());
         }
     }

@@ -3,7 +3,6 @@
 //! In: a scene, a view, a method. Out: how long preparing and rendering took on one core, what was counted, and
 //! the pixels. Eye rays and mirrored rays go through the uniform grid, whatever the method.
 
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use antumbra::{GridResolution, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement};
@@ -151,9 +150,11 @@ impl Subject {
             show,
             ..RenderSettings::default()
         };
+        // A picture that is stopped with the task that it is taken for counts as none.
+        let (task, whole) = (antumbra_task::Task::default(), antumbra_task::current());
         let watch = Watch {
-            cancel: &AtomicBool::new(false),
-            progress: &|_| {},
+            task: &task,
+            progress: &|_| whole.check(),
         };
         film::render(prepared, &self.view, &settings, watch)
     }

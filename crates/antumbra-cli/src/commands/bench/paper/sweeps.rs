@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use antumbra_geometry::DVec3;
 use antumbra_scene::model::{Light, LightKind, Scene};
+use antumbra_task::Steps;
 
 use super::figures::{Sweep, SweepPoint};
 use super::race;
@@ -18,27 +19,55 @@ use crate::commands::bench::typed::Paper;
 use crate::failure::Failure;
 use crate::scene_source;
 use crate::typed::Shadows;
+use crate::values::MAX_SIDE;
 
 /// Rivals are left out: they are measured at the paper's settings only.
 const METHODS: [Shadows; 3] = [GRID, VOXEL_1990, VOXEL];
 const GRIDS: [u32; 8] = [10, 20, 30, 40, 50, 60, 80, 100];
-const SIZES: [u32; 5] = [64, 128, 256, 512, 1024];
+/// Sizes of the picture: halvings of twice the usual one.
+const HALVINGS: [u32; 5] = [4, 3, 2, 1, 0];
 const MOST_LIGHTS: u32 = 5;
 const ROOM_LIGHTS: [u32; 3] = [1, 10, 100];
 /// As fine as the grids of the paper's scenes.
 const ROOM_GRID: u32 = 40;
+
+/// Returns how many pictures all sweeps take.
+pub(super) fn picture_count(typed: &Paper, scene_count: usize) -> u64 {
+    let of_scene = GRIDS.len() + widths(typed.size).len() + MOST_LIGHTS as usize;
+    let points = scene_count * of_scene + ROOM_LIGHTS.len();
+    points as u64 * METHODS.len() as u64 * u64::from(typed.sweep_rounds)
+}
+
+/// Returns the widths of the pictures whose size is varied: from an eighth of the usual one to twice it.
+fn widths(usual: [u32; 2]) -> Vec<u32> {
+    let widths = HALVINGS.map(|halvings| ((2 * usual[0]) >> halvings).max(1));
+    let mut widths: Vec<u32> = widths
+        .into_iter()
+        .filter(|&width| width.max(height(usual, width)) <= MAX_SIDE)
+        .collect();
+    widths.dedup();
+    widths
+}
+
+/// Returns the height of a picture of the usual shape.
+fn height([usual_width, usual_height]: [u32; 2], width: u32) -> u32 {
+    let height = u64::from(width) * u64::from(usual_height) / u64::from(usual_width);
+    height.max(1) as u32
+}
 
 /// Measures the three sweeps of one scene.
 pub(super) fn run(
     paper_scene: &PaperScene,
     typed: &Paper,
     stopwatch: Stopwatch,
+    steps: &Steps,
 ) -> Result<[Sweep; 3], Failure> {
     let usual = paper_scene.paper.grid;
     let half = typed.size.map(|side| side.div_ceil(2));
     let sweep = |of, values: &[u32], subject: &dyn Fn(u32) -> Result<Subject, Failure>| {
         let points = values.iter().map(|&at| {
-            let total_s = race::totals(&subject(at)?, &METHODS, typed.sweep_rounds, stopwatch)?;
+            let rounds = typed.sweep_rounds;
+            let total_s = race::totals(&subject(at)?, &METHODS, rounds, stopwatch, steps)?;
             Ok(SweepPoint { at, total_s })
         });
         Ok::<Sweep, Failure>(Sweep {
@@ -52,8 +81,9 @@ pub(super) fn run(
         sweep("grid", &GRIDS, &|grid| {
             Subject::new(paper_scene.make()?, half, grid)
         })?,
-        sweep("size", &SIZES, &|side| {
-            Subject::new(paper_scene.make()?, [side; 2], usual)
+        sweep("size", &widths(typed.size), &|width| {
+            let height = height(typed.size, width);
+            Subject::new(paper_scene.make()?, [width, height], usual)
         })?,
         sweep("lights", &lights, &|count| {
             Subject::new(with_lights(paper_scene.make()?, count), half, usual)
@@ -62,12 +92,13 @@ pub(super) fn run(
 }
 
 /// Measures rooms with few and with many lights.
-pub(super) fn rooms(typed: &Paper, stopwatch: Stopwatch) -> Result<Sweep, Failure> {
+pub(super) fn rooms(typed: &Paper, stopwatch: Stopwatch, steps: &Steps) -> Result<Sweep, Failure> {
     let half = typed.size.map(|side| side.div_ceil(2));
     let points = ROOM_LIGHTS.iter().map(|&at| {
         let scene = scene_source::generate("rooms", None, Some(at))?;
         let subject = Subject::new(scene, half, ROOM_GRID)?;
-        let total_s = race::totals(&subject, &METHODS, typed.sweep_rounds, stopwatch)?;
+        let rounds = typed.sweep_rounds;
+        let total_s = race::totals(&subject, &METHODS, rounds, stopwatch, steps)?;
         Ok(SweepPoint { at, total_s })
     });
     Ok(Sweep {
@@ -111,6 +142,16 @@ fn turned(v: DVec3, axis: DVec3, angle: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_are_varied_around_the_one_that_was_typed() {
+        assert_eq!(widths([512, 512]), [64, 128, 256, 512, 1024]);
+        assert_eq!(widths([80, 60]), [10, 20, 40, 80, 160]);
+        assert_eq!(height([80, 60], 10), 7);
+        // Each once, and none that no picture can have.
+        assert_eq!(widths([1, 4]), [1, 2]);
+        assert_eq!(widths([16_384, 2]), [2_048, 4_096, 8_192, 16_384]);
+    }
 
     #[test]
     fn lights_stand_around_what_the_camera_looks_at() {

@@ -1,0 +1,139 @@
+//! What the program says about itself, and how long its lines are.
+
+use super::support::{antumbra, assert_code, stderr, stdout};
+
+/// Every command, with the words that its help must have.
+const COMMANDS: [(&[&str], &[&str]); 13] = [
+    (
+        &["render"],
+        &[
+            "Scene and lights:",
+            "Output:",
+            "Picture:",
+            "Method:",
+            "Index and memory:",
+        ],
+    ),
+    (&["inspect"], &["Scene and lights:", "Index and memory:"]),
+    (
+        &["query"],
+        &[
+            "Scene and lights:",
+            "Points:",
+            "Output:",
+            "Method:",
+            "Threads:",
+        ],
+    ),
+    (
+        &["verify"],
+        &["Scene and lights:", "Comparison:", "Threads:"],
+    ),
+    (
+        &["bake"],
+        &["Scene and lights:", "Output:", "Index and memory:"],
+    ),
+    (
+        &["export"],
+        &["Scene and lights:", "Output:", "Saved values:"],
+    ),
+    (
+        &["scene"],
+        &["Scene:", "Output:", "sphereflake", "heightfield", "rooms"],
+    ),
+    (&["convert"], &["Files:", ".nff, .obj, .ply or .glb"]),
+    (&["bench"], &["Commands:"]),
+    (
+        &["bench", "shadows"],
+        &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
+    ),
+    (
+        &["bench", "frames"],
+        &["Scenes and lights:", "Frames:", "Rounds:", "Output:"],
+    ),
+    (&["bench", "paper"], &["Scenes:", "Rounds:", "Output:"]),
+    (&["bench", "watertight"], &["Scenes and lights:", "Output:"]),
+];
+
+fn help(command: &[&str], flag: &str) -> String {
+    let output = antumbra(&[command, &[flag]].concat());
+    assert_code(&output, 0);
+    stdout(&output)
+}
+
+#[test]
+fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
+    let all = COMMANDS.iter().copied();
+    for (command, words) in all.chain([
+        (&[][..], &["Exit codes"][..]),
+        (&["bench", "kept"], &["Output:"]),
+    ]) {
+        for flag in ["--help", "-h"] {
+            let text = help(command, flag);
+            for line in text.lines() {
+                let width = line.chars().count();
+                assert!(width <= 100, "{command:?} {flag}: {width} columns: {line}");
+            }
+            for word in words
+                .iter()
+                .filter(|word| flag == "--help" || word.ends_with(':'))
+            {
+                assert!(text.contains(word), "{command:?} {flag}: {word}\n{text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn north_is_stated_wherever_a_sun_can_be_typed() {
+    for command in [
+        &["render"][..],
+        &["inspect"],
+        &["query"],
+        &["verify"],
+        &["bake"],
+        &["export"],
+        &["bench", "shadows"],
+        &["bench", "frames"],
+        &["bench", "watertight"],
+        &["bench", "kept"],
+    ] {
+        let text = help(command, "--help");
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let text = words.join(" ");
+        for part in [
+            "With z up, north is +y and east is +x",
+            "with y up, north is -z and east is +x",
+        ] {
+            assert!(text.contains(part), "{command:?}: {part}");
+        }
+    }
+}
+
+#[test]
+fn query_offers_the_methods_that_it_has_and_no_others() {
+    let text = help(&["query"], "--help");
+    for method in ["voxel-1990", "bvh", "naive"] {
+        assert!(text.contains(method), "{method}");
+    }
+    for rival in ["light-buffer", "hybrid", "shadow-volumes", "shadow-map"] {
+        assert!(!text.contains(rival), "{rival}");
+        let typed = [
+            "query",
+            "a.nff",
+            "--points",
+            "p.npy",
+            "-o",
+            "o.npy",
+            "--shadows",
+            rival,
+        ];
+        let output = antumbra(&typed);
+        assert_code(&output, 2);
+        assert!(
+            stderr(&output).contains("possible values"),
+            "{}",
+            stderr(&output)
+        );
+    }
+}

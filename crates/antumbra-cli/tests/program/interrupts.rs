@@ -1,0 +1,208 @@
+//! Ctrl-C: every command ends within a second, and leaves what it should.
+#![cfg(unix)]
+
+use std::fs;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use super::support::{Folder, antumbra, assert_code, stderr, text};
+
+/// A second is promised. As much again is for machines that do much else.
+const PROMISED: Duration = Duration::from_secs(2);
+
+/// By then a command has read its scene and works.
+const WORKING: When = When::After(Duration::from_millis(2500));
+
+fn scene(folder: &Folder, name: &str, size: &str) -> std::path::PathBuf {
+    let path = folder.path("scene.nff");
+    assert_code(
+        &antumbra(&["scene", name, "--size", size, "-o", text(&path)]),
+        0,
+    );
+    path
+}
+
+fn start(arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_antumbra"))
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// When Ctrl-C is pressed.
+enum When {
+    After(Duration),
+    /// The program has said this on standard error.
+    Said(&'static str),
+}
+
+/// Presses Ctrl-C, and returns what came of it.
+fn interrupted(arguments: &[&str], when: When) -> Output {
+    let mut child = start(arguments);
+    match when {
+        When::After(wait) => std::thread::sleep(wait),
+        When::Said(words) => {
+            let said = child.stderr.as_mut().unwrap();
+            let mut lines = BufReader::new(said).lines().map(Result::unwrap);
+            assert!(lines.any(|line| line.contains(words)), "{words}");
+        }
+    }
+    assert!(
+        child.try_wait().unwrap().is_none(),
+        "{arguments:?} was done too early"
+    );
+    let pid = child.id().to_string();
+    let begin = Instant::now();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &pid])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    let took = begin.elapsed();
+    assert!(took < PROMISED, "{arguments:?} ended after {took:?}");
+    assert_code(&output, 130);
+    output
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn bake_ends_soon_after_ctrl_c_and_leaves_no_file() {
+    let folder = Folder::new();
+    let scene = scene(&folder, "tetra", "8");
+    let out = folder.path("out.antumbra");
+    interrupted(&["bake", text(&scene), "-o", text(&out)], WORKING);
+    assert_eq!(names(out.parent().unwrap()), ["scene.nff"]);
+}
+
+#[test]
+fn verify_and_eager_preparation_end_soon_after_ctrl_c() {
+    let folder = Folder::new();
+    let scene = scene(&folder, "tetra", "8");
+    let picture = folder.path("picture.png");
+    let many = [
+        "verify",
+        text(&scene),
+        "--queries",
+        "1000000000",
+        "--shadows",
+        "bvh",
+    ];
+    interrupted(&many, WORKING);
+    let eager = [
+        "render",
+        text(&scene),
+        "-o",
+        text(&picture),
+        "--refine",
+        "eager",
+    ];
+    interrupted(&eager, WORKING);
+    assert!(!picture.exists());
+}
+
+#[test]
+fn query_ends_soon_after_ctrl_c_however_slow_a_query_is() {
+    let folder = Folder::new();
+    let scene = scene(&folder, "tetra", "8");
+    let (points, out) = (folder.path("points.npy"), folder.path("out.npy"));
+    let mut header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1000000, 3), }".to_owned();
+    header += &" ".repeat(128 - 10 - 1 - header.len());
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(header.bytes());
+    bytes.resize(128 + 12_000_000, 0);
+    fs::write(&points, bytes).unwrap();
+    let query = [
+        "query",
+        text(&scene),
+        "--points",
+        text(&points),
+        "-o",
+        text(&out),
+        "--shadows",
+        "naive",
+    ];
+    interrupted(&query, WORKING);
+    assert!(!out.exists());
+}
+
+#[test]
+fn render_leaves_the_partial_picture_even_within_a_pixel() {
+    let folder = Folder::new();
+    let scene = scene(&folder, "tetra", "6");
+    let picture = folder.path("picture.png");
+    #[rustfmt::skip]
+    let render = [
+        "render",
+        text(&scene),
+        "-o",
+        text(&picture),
+        "--spp",
+        "65536",
+        "--shadows",
+        "naive",
+        "--size",
+        "64x64",
+    ];
+    let output = interrupted(&render, WORKING);
+    assert!(picture.exists());
+    assert!(
+        stderr(&output).contains("stopped; what was finished"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn bench_paper_tells_and_writes_what_it_has_measured() {
+    let folder = Folder::new();
+    let (json, html) = (folder.path("figures.json"), folder.path("report"));
+    #[rustfmt::skip]
+    let bench = [
+        "bench",
+        "paper",
+        "--scene",
+        "graph",
+        "--scene",
+        "tetra",
+        "--size",
+        "32x24",
+        "--rounds",
+        "1",
+        "--sweep-rounds",
+        "1000",
+        "--json",
+        text(&json),
+        "--html",
+        text(&html),
+        "--verbose",
+    ];
+    let output = interrupted(&bench, When::Said("graph: measured"));
+    let figures: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+    assert_eq!(figures["is_complete"], false);
+    assert!(
+        !figures["scenes"].as_array().unwrap().is_empty(),
+        "{figures}"
+    );
+    let said = stderr(&output);
+    assert!(
+        said.contains("stopped after") && said.contains("the report is not written"),
+        "{said}"
+    );
+    assert!(!html.exists());
+}
