@@ -96,30 +96,34 @@ impl Screen {
 
     /// Starts a bar with the time left; invisible unless standard error is a terminal.
     pub(crate) fn progress(&self, length: u64, what: &str) -> ProgressBar {
-        if self.is_quiet || !io::stderr().is_terminal() {
-            return ProgressBar::hidden();
-        }
-        let bar = ProgressBar::new(length).with_message(what.to_owned());
-        let template = "{msg} [{bar:40}] {percent:>3} %, {eta} left";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        bar.enable_steady_tick(Duration::from_millis(200));
-        bar
+        bar(self.is_quiet, length, what)
     }
 
     /// Returns bars for the stages that the work itself tells of.
     pub(crate) fn bars(&self) -> Bars {
         Bars {
-            screen: *self,
+            is_quiet: self.is_quiet,
             shown: Mutex::default(),
         }
     }
 }
 
+fn bar(is_quiet: bool, length: u64, what: &str) -> ProgressBar {
+    if is_quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(length).with_message(what.to_owned());
+    let template = "{msg} [{bar:40}] {percent:>3} %, {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
 /// A bar for each stage of work, one at a time: of stages within another the outer one is shown.
 pub(crate) struct Bars {
-    screen: Screen,
+    is_quiet: bool,
     shown: Mutex<Option<(&'static str, ProgressBar)>>,
 }
 
@@ -127,14 +131,14 @@ impl Bars {
     /// Shows how many steps of a stage are done.
     pub(crate) fn tell(&self, stage: &'static str, done: u64, count: u64) {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        let (name, bar) = shown.get_or_insert_with(|| (stage, self.screen.progress(count, stage)));
+        let (name, shown_bar) = shown.get_or_insert_with(|| (stage, bar(self.is_quiet, count, stage)));
         if *name != stage {
             return;
         }
         // Threads tell in any order.
-        bar.set_position(bar.position().max(done));
+        shown_bar.set_position(shown_bar.position().max(done));
         if done == count {
-            bar.finish_and_clear();
+            shown_bar.finish_and_clear();
             *shown = None;
         }
     }

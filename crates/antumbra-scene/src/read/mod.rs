@@ -165,7 +165,7 @@ fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     // The file may grow while it is read.
     let mut file = file.take(limit + 1);
-    let _ = bytes.try_reserve_exact(metadata.len() as usize);
+    let _ = bytes.try_reserve_exact(length as usize);
     while file
         .by_ref()
         .take(PART)
