@@ -131,7 +131,8 @@ impl Bars {
     /// Shows how many steps of a stage are done.
     pub(crate) fn tell(&self, stage: &'static str, done: u64, count: u64) {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        let (name, shown_bar) = shown.get_or_insert_with(|| (stage, bar(self.is_quiet, count, stage)));
+        let (name, shown_bar) =
+            shown.get_or_insert_with(|| (stage, bar(self.is_quiet, count, stage)));
         if *name != stage {
             return;
         }

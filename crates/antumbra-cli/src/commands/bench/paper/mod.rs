@@ -22,8 +22,8 @@ mod tables;
 use antumbra_task::{Steps, Stopped, unwatched};
 
 use crate::failure::{Failure, Outcome};
-use crate::outputs::{Content, Outputs, write_json};
 use crate::interrupt::Interrupt;
+use crate::outputs::{Content, Outputs, write_json};
 use crate::screen::Screen;
 use crate::typed::{Shadows, Threads};
 
