@@ -15,6 +15,7 @@ numbers. They depend neither on the method nor on the number of threads.
 """
 
 from ._antumbra import version as _version
+from ._warnings import AntumbraWarning
 from .index import ShadowIndex, Volume
 from .lights import DirectionalLight, Light, PointLight, SpotLight
 from .picture import Camera, Picture, render
@@ -23,6 +24,7 @@ from .scene import Scene
 __version__: str = _version()
 
 __all__ = [
+    "AntumbraWarning",
     "Camera",
     "DirectionalLight",
     "Light",

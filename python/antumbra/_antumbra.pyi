@@ -53,15 +53,27 @@ class ShadowIndex:
         face_ids: npt.NDArray[np.uint32] | None,
         on_surface: bool,
         tolerance: float | None,
+        was_single: bool,
         is_packed: bool,
         threads: int,
     ) -> npt.NDArray[np.uint8]: ...
     def occluded_segments(
-        self, a: Reals, b: Reals, face_ids: npt.NDArray[np.uint32] | None, threads: int
+        self,
+        a: Reals,
+        b: Reals,
+        face_ids: npt.NDArray[np.uint32] | None,
+        tolerance: float | None,
+        threads: int,
     ) -> npt.NDArray[np.uint8]: ...
     def occluded_rays(
-        self, origins: Reals, directions: Reals, face_ids: npt.NDArray[np.uint32] | None, threads: int
+        self,
+        origins: Reals,
+        directions: Reals,
+        face_ids: npt.NDArray[np.uint32] | None,
+        tolerance: float | None,
+        threads: int,
     ) -> npt.NDArray[np.uint8]: ...
+    def suspicious_share(self, points: Reals) -> tuple[int, int] | None: ...
     def save(self, path: str) -> tuple[int, int]: ...
     @property
     def kept_lights(self) -> list[KeptLight]: ...

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import numbers, places, rows, rows_like, thread_count, whole
+from ._warnings import warn_of_surfaces
 from .lights import Light, light_of, tuples_of
 from .scene import Scene
 
@@ -53,7 +54,6 @@ class Stats(TypedDict):
     value_bytes: int
     table_bytes: int
     evictions: int
-    default_tolerance: float
     queries: int
     facing_away: int
     first_pass: int
@@ -107,6 +107,13 @@ def settings(
         "grid": grid,
         "threads": thread_count(threads),
     }
+
+
+def _reach(tolerance: float | None, face_ids: npt.NDArray[np.uint32] | None) -> float | None:
+    """Checks the tolerance of the starts of segments or rays."""
+    if tolerance is not None and face_ids is None:
+        raise ValueError("tolerance: only points with face_ids have one")
+    return None if tolerance is None else float(tolerance)
 
 
 class ShadowIndex:
@@ -240,7 +247,7 @@ class ShadowIndex:
         What is asked depends on what is known of the points:
 
         * nothing: they are **points of space**, taken as given. A point that lies on a surface up to rounding may
-          then be in that surface's shadow;
+          then be in that surface's shadow: where many do, an `AntumbraWarning` says so;
         * `normals`: points of space that face somewhere. Blocked is also a light that is not strictly on the
           normal's side;
         * `face_ids`: points **on those surfaces**, up to rounding, also that to float32. The start is moved onto
@@ -254,17 +261,20 @@ class ShadowIndex:
             normals: Shape (n, 3), any length; zero faces no light.
             face_ids: Shape (n,), integers: numbers of the scene's surfaces.
             on_surface: Whether the points lie on surfaces that are not named.
-            tolerance: How far those may be from their surface, world units; by default 2^-22 of the scene's
-                size, which is more than rounding to float32.
+            tolerance: How far points may be from their surface, world units, `math.inf` for any distance. By default
+                as far as rounding may have moved them: with `on_surface` 2^-42 of the coordinates of the point and
+                the surface, or 2^-21 where the points are float32; with `face_ids` 2^-21.
             packed: Whether to return bits.
             threads: Threads that work; 0 for one a processor. Answers do not depend on them.
 
         Returns:
             True where the light is blocked: shape (n,), or (n, lights) for a sequence of lights. With `packed`
-            uint8, the bytes of `np.packbits(answers, axis=0)`: eight points a byte, the first in the highest bit.
+            uint8, eight points a byte, the first in the lowest bit: the bytes of
+            `np.packbits(answers, axis=0, bitorder="little")`.
 
         Raises:
-            ValueError: A shape does not fit, a number is not finite, a point is on no surface.
+            ValueError: A shape does not fit, a number is not finite, a point is on no surface, or not on the face that
+                it names.
             TypeError: A dtype does not fit.
             IndexError: A light or a surface does not exist.
 
@@ -273,6 +283,7 @@ class ShadowIndex:
         to either.
         """
         places_of_points = rows("points", points)
+        was_single = places_of_points.dtype == np.float32
         lights, is_one = places("light_index", light_index, len(self._native.lights), "lights")
         directions = None
         if normals is not None:
@@ -283,8 +294,8 @@ class ShadowIndex:
                 raise ValueError("face_ids say where points are: give them without normals and on_surface")
             shape = (len(places_of_points),)
             ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
-        if tolerance is not None and not on_surface:
-            raise ValueError("tolerance: only points with on_surface=True have one")
+        if tolerance is not None and not on_surface and ids is None:
+            raise ValueError("tolerance: only points with face_ids or on_surface=True have one")
         answers = self._native.occluded(
             places_of_points,
             lights,
@@ -292,15 +303,18 @@ class ShadowIndex:
             ids,
             bool(on_surface),
             None if tolerance is None else float(tolerance),
+            was_single,
             bool(packed),
             thread_count(threads),
         )
+        if ids is None and not on_surface:
+            warn_of_surfaces("points", self._native.suspicious_share(places_of_points), "on_surface=True or face_ids")
         if packed:
             return answers[0] if is_one else answers.T
         return (answers[:, 0] if is_one else answers).view(np.bool_)
 
     def occluded_segments(
-        self, a: Any, b: Any, face_ids: Any = None, *, threads: int = 0
+        self, a: Any, b: Any, face_ids: Any = None, *, tolerance: float | None = None, threads: int = 0
     ) -> npt.NDArray[np.bool_]:
         """Answers for each pair of points whether an opaque surface stands between them.
 
@@ -314,6 +328,7 @@ class ShadowIndex:
             a: Shape (n, 3), float32 or float64, world space, finite.
             b: The same shape.
             face_ids: Shape (n,), integers: the surfaces that the points of `a` lie on, up to rounding.
+            tolerance: How far those may be from them, as for `occluded`.
             threads: Threads that work; 0 for one a processor.
 
         Returns:
@@ -324,10 +339,20 @@ class ShadowIndex:
         ids = None
         if face_ids is not None:
             ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
-        return self._native.occluded_segments(first, second, ids, thread_count(threads)).view(np.bool_)
+        reach = _reach(tolerance, ids)
+        found = self._native.occluded_segments(first, second, ids, reach, thread_count(threads))
+        if ids is None:
+            warn_of_surfaces("a", self._native.suspicious_share(first), "face_ids")
+        return found.view(np.bool_)
 
     def occluded_rays(
-        self, origins: Any, directions: Any, face_ids: Any = None, *, threads: int = 0
+        self,
+        origins: Any,
+        directions: Any,
+        face_ids: Any = None,
+        *,
+        tolerance: float | None = None,
+        threads: int = 0,
     ) -> npt.NDArray[np.bool_]:
         """Answers for each ray whether it meets an opaque surface, as `occluded_segments` does for segments.
 
@@ -335,6 +360,7 @@ class ShadowIndex:
             origins: Shape (n, 3), float32 or float64, world space, finite. A ray does not hold its origin.
             directions: The same shape, any length; a zero direction meets nothing.
             face_ids: Shape (n,), integers: the surfaces that the origins lie on, up to rounding.
+            tolerance: How far those may be from them, as for `occluded`.
             threads: Threads that work; 0 for one a processor.
 
         Returns:
@@ -345,7 +371,11 @@ class ShadowIndex:
         ids = None
         if face_ids is not None:
             ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
-        return self._native.occluded_rays(first, second, ids, thread_count(threads)).view(np.bool_)
+        reach = _reach(tolerance, ids)
+        found = self._native.occluded_rays(first, second, ids, reach, thread_count(threads))
+        if ids is None:
+            warn_of_surfaces("origins", self._native.suspicious_share(first), "face_ids")
+        return found.view(np.bool_)
 
     def stats(self) -> Stats:
         """Returns what the index is and how queries were decided so far.

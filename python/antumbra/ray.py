@@ -10,6 +10,7 @@ Needs the package `trimesh`.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -154,7 +155,7 @@ class RayMeshIntersector:
     ) -> npt.NDArray[np.bool_]:
         """Returns whether each ray meets the mesh, shape (n,)."""
         origins, directions, ids = self._rays(ray_origins, ray_directions, face_ids)
-        return self._index.occluded_rays(origins, directions, ids, self._threads).view(np.bool_)
+        return self._index.occluded_rays(origins, directions, ids, math.inf, self._threads).view(np.bool_)
 
     def contains_points(self, points: Any) -> npt.NDArray[np.bool_]:
         """Returns whether the mesh contains points, shape (n, 3), by rays, as `trimesh` does it."""

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from conftest import LIGHTS, points_on
 
+# Points of surfaces are asked as points of space, too: answers are compared, whatever was meant.
+pytestmark = pytest.mark.filterwarnings("ignore::antumbra.AntumbraWarning")
+
 
 @pytest.fixture(scope="module")
 def file(scene: antumbra.Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:

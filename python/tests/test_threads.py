@@ -15,6 +15,9 @@ import numpy as np
 import pytest
 from conftest import points_on
 
+# Points of surfaces are asked as points of space, too: answers are compared, whatever was meant.
+pytestmark = pytest.mark.filterwarnings("ignore::antumbra.AntumbraWarning")
+
 
 def busy(reference: antumbra.ShadowIndex, bumps: Any) -> Any:
     """Returns a call that takes some tenths of a second."""

@@ -306,8 +306,8 @@ pub(crate) struct Query {
     #[arg(long)]
     pub(crate) on_surface: bool,
 
-    /// How far a point may lie from its surface, in the scene's unit [default: 2^-22 of the scene's size,
-    /// for points rounded to float32]
+    /// How far a point may lie from its surface, in the scene's unit [default: what rounding may have moved it: 2^-21
+    /// of the coordinates of the point and the surface for float32, 2^-42 for float64]
     #[arg(long, value_name = "DISTANCE", requires = "on_surface", value_parser = values::distance)]
     pub(crate) tolerance: Option<f64>,
 

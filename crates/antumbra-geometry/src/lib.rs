@@ -24,8 +24,8 @@ pub use glam::{DVec2, DVec3};
 pub use light::LightShape;
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{
-    Element, ElementId, ElementKind, Occluders, OccludersBuilder, OccludersError, Opacity,
-    StartTriangle, SurfaceId, UnidentifiedCoverage,
+    Element, ElementId, ElementKind, Gap, Occluders, OccludersBuilder, OccludersError, Opacity,
+    Precision, StartTriangle, SurfaceId, UnidentifiedCoverage,
 };
 pub use patch::Patch;
 pub use ray::{Hit, Ray, Start};

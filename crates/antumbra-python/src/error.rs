@@ -1,8 +1,8 @@
 //! Our errors as Python's: `OSError` for files that the system refuses, `MemoryError` for limits,
 //! `ValueError` for the rest.
 
-use antumbra::{BatchError, BuildError, LoadError, Refusal, SaveError};
-use antumbra_geometry::DVec3;
+use antumbra::{BatchError, BuildError, LoadError, OffSurfaces, Refusal, SaveError};
+use antumbra_geometry::{DVec3, SurfaceId};
 use antumbra_render::camera::CameraError;
 use antumbra_render::image_file::ImageFileError;
 use antumbra_render::prepare::PrepareError;
@@ -104,13 +104,47 @@ pub(crate) fn batch_error(error: &BatchError, first: usize) -> PyErr {
         BatchError::NoSurface {
             index,
             point,
-            tolerance,
+            nearest,
+            allowed,
         } => {
             let (index, point) = (first + index, row(point));
-            PyValueError::new_err(format!(
-                "points[{index}] is {point}: no surface within {tolerance:e} of it; raise tolerance, or ask \
-                 without on_surface"
-            ))
+            let said = match nearest {
+                Some((SurfaceId(face), distance)) => format!(
+                    "on no surface: the nearest, face {face}, is {distance:.3e} away, and {allowed:.3e} is allowed; \
+                     give tolerance=, or points as float32 if they were rounded to that, or ask about points of \
+                     space, without on_surface"
+                ),
+                None => "on no surface: the scene has none".to_owned(),
+            };
+            PyValueError::new_err(format!("points[{index}] is {point}: {said}"))
+        }
+        BatchError::OffSurface { first: off } => {
+            let off = OffSurfaces {
+                count: 1,
+                first: *off,
+                worst: *off,
+            };
+            off_surfaces_error(&off)
         }
     }
+}
+
+/// Says how many points are not on the faces that they name, and how far the worst is off.
+pub(crate) fn off_surfaces_error(off: &OffSurfaces) -> PyErr {
+    let OffSurfaces {
+        count,
+        first,
+        worst,
+    } = off;
+    let many = match count {
+        1 => "a point is not on the face that it names".to_owned(),
+        count => format!("{count} points are not on the faces that they name"),
+    };
+    let v = worst.point;
+    PyValueError::new_err(format!(
+        "face_ids: {many}, the first is points[{}]; the worst, points[{}] = ({}, {}, {}), is {:.3e} off face {}, and \
+         {:.3e} is allowed; number the faces as the scene does (trimesh.load(..., process=False) keeps their order), \
+         or give tolerance= to accept it",
+        first.index, worst.index, v.x, v.y, v.z, worst.distance, worst.surface, worst.allowed
+    ))
 }

@@ -9,8 +9,9 @@ use std::time::Instant;
 
 use antumbra::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, KeptLight, Method,
-    Refine, Refinement, Towards,
+    Nearness, Refine, Refinement, Towards,
 };
+use antumbra_geometry::Precision;
 use antumbra_render::prepare::PrepareOptions;
 use numpy::{
     Element, PyArray1, PyArray2, PyArray4, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2,
@@ -20,7 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Rows, rows};
-use crate::error::{ToPython as _, batch_error};
+use crate::error::{ToPython as _, batch_error, off_surfaces_error};
 use crate::lights::{LightTuple, from_tuples, to_tuple};
 use crate::scene::Scene;
 use crate::work::{BLOCK, on_threads};
@@ -105,7 +106,7 @@ struct Meant<'a, T> {
     normals: Option<&'a [[T; 3]]>,
     surfaces: Option<&'a [u32]>,
     on_surface: bool,
-    tolerance: Option<f64>,
+    nearness: Nearness,
 }
 
 impl<'a, T: Element> Meant<'a, T>
@@ -118,10 +119,11 @@ where
         let kind = match (self.surfaces, normals) {
             (Some(surfaces), _) => BatchKind::OnSurfaces {
                 surfaces: &surfaces[range.clone()],
+                tolerance: self.nearness.tolerance,
             },
             (None, normals) if self.on_surface => BatchKind::OnNearest {
                 normals,
-                tolerance: self.tolerance,
+                nearness: self.nearness,
             },
             (None, Some(normals)) => BatchKind::Facing { normals },
             (None, None) => BatchKind::Free,
@@ -130,6 +132,23 @@ where
             points: &points[range],
             kind,
         }
+    }
+
+    /// Says what is wrong with some of the points, which begin at `first`; of surfaces that points are off, what is
+    /// wrong with all.
+    fn error(
+        &self,
+        index: &antumbra::ShadowIndex,
+        points: &'a [[T; 3]],
+        error: &BatchError,
+        first: usize,
+    ) -> PyErr {
+        if matches!(error, BatchError::OffSurface { .. })
+            && let Some(off) = index.off_surfaces(&self.batch(points, 0..points.len()))
+        {
+            return off_surfaces_error(&off);
+        }
+        batch_error(error, first)
     }
 }
 
@@ -175,15 +194,23 @@ impl ShadowIndex {
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
         on_surface: bool,
         tolerance: Option<f64>,
+        was_single: bool,
         is_packed: bool,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<u8>>> {
+        let precision = match was_single {
+            true => Precision::Single,
+            false => Precision::Double,
+        };
         let ask = Ask {
             index: self,
             lights: &lights,
             surfaces: face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?,
             on_surface,
-            tolerance,
+            nearness: Nearness {
+                precision,
+                tolerance,
+            },
             is_packed,
             threads,
         };
@@ -207,12 +234,17 @@ impl ShadowIndex {
         a: Rows<'py>,
         b: Rows<'py>,
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
+        tolerance: Option<f64>,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
+        let named = Named {
+            surfaces,
+            tolerance,
+        };
         match (&a, &b) {
-            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, surfaces, true, threads),
-            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, surfaces, true, threads),
+            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, named, true, threads),
+            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, named, true, threads),
             _ => Err(of_two_types("a and b")),
         }
     }
@@ -224,18 +256,45 @@ impl ShadowIndex {
         origins: Rows<'py>,
         directions: Rows<'py>,
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
+        tolerance: Option<f64>,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
+        let named = Named {
+            surfaces,
+            tolerance,
+        };
         match (&origins, &directions) {
             (Rows::Double(origins), Rows::Double(directions)) => {
-                self.towards(py, origins, directions, surfaces, false, threads)
+                self.towards(py, origins, directions, named, false, threads)
             }
             (Rows::Single(origins), Rows::Single(directions)) => {
-                self.towards(py, origins, directions, surfaces, false, threads)
+                self.towards(py, origins, directions, named, false, threads)
             }
             _ => Err(of_two_types("origins and directions")),
         }
+    }
+
+    /// How many of some points, spread over all, lie on a surface, and how many were looked at; `None` where that
+    /// is as it should be for points of space.
+    fn suspicious_share(
+        &self,
+        py: Python<'_>,
+        points: Rows<'_>,
+    ) -> PyResult<Option<(usize, usize)>> {
+        let sample = match &points {
+            Rows::Double(points) => {
+                let points = rows::<f64, 3>(points, "points")?;
+                py.detach(|| self.index.sample_on_surfaces(points))
+            }
+            Rows::Single(points) => {
+                let points = rows::<f32, 3>(points, "points")?;
+                py.detach(|| self.index.sample_on_surfaces(points))
+            }
+        };
+        Ok(sample
+            .is_suspicious()
+            .then_some((sample.on_surface, sample.looked_at)))
     }
 
     /// Writes what is known of all lights; returns the bytes of the file, and how many voxels may still be
@@ -295,7 +354,6 @@ impl ShadowIndex {
         stats.set_item("value_bytes", index.occlusion_bytes())?;
         stats.set_item("table_bytes", index.table_bytes())?;
         stats.set_item("evictions", index.evictions())?;
-        stats.set_item("default_tolerance", index.default_tolerance())?;
         stats.set_item("queries", decided + counted.facing_away)?;
         stats.set_item("facing_away", counted.facing_away)?;
         stats.set_item("first_pass", shadow.first_pass)?;
@@ -323,7 +381,7 @@ impl ShadowIndex {
         py: Python<'py>,
         points: &PyReadonlyArray2<'py, T>,
         targets: &PyReadonlyArray2<'py, T>,
-        surfaces: Option<&[u32]>,
+        named: Named<'_>,
         are_ends: bool,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray1<u8>>>
@@ -333,9 +391,12 @@ impl ShadowIndex {
         let (points, targets) = (rows(points, "a")?, rows::<T, 3>(targets, "b")?);
         let meant = Meant {
             normals: None,
-            surfaces,
+            surfaces: named.surfaces,
             on_surface: false,
-            tolerance: None,
+            nearness: Nearness {
+                precision: <[T; 3]>::PRECISION,
+                tolerance: named.tolerance,
+            },
         };
         let out = PyArray1::<u8>::zeros(py, points.len(), false);
         let mut writable = out.readwrite();
@@ -352,7 +413,9 @@ impl ShadowIndex {
             let answered = on_threads(py, threads, || {
                 self.index.occluded_towards(&batch, towards, part)
             })?;
-            self.count(&answered.map_err(|error| batch_error(&error, range.start))?);
+            self.count(
+                &answered.map_err(|error| meant.error(&self.index, points, &error, range.start))?,
+            );
             py.check_signals()?;
         }
         drop(writable);
@@ -373,9 +436,16 @@ struct Ask<'a> {
     lights: &'a [usize],
     surfaces: Option<&'a [u32]>,
     on_surface: bool,
-    tolerance: Option<f64>,
+    nearness: Nearness,
     is_packed: bool,
     threads: usize,
+}
+
+/// The surfaces that the starts of segments and rays name, perhaps.
+#[derive(Clone, Copy)]
+struct Named<'a> {
+    surfaces: Option<&'a [u32]>,
+    tolerance: Option<f64>,
 }
 
 impl Ask<'_> {
@@ -395,7 +465,7 @@ impl Ask<'_> {
                 .transpose()?,
             surfaces: self.surfaces,
             on_surface: self.on_surface,
-            tolerance: self.tolerance,
+            nearness: self.nearness,
         };
         let light_count = self.lights.len();
         let shape = if self.is_packed {
@@ -418,14 +488,16 @@ impl Ask<'_> {
                 }
             })?;
             self.index
-                .count(&counted.map_err(|error| batch_error(&error, range.start))?);
+                .count(&counted.map_err(|error| {
+                    meant.error(&self.index.index, points, &error, range.start)
+                })?);
             py.check_signals()?;
         }
         drop(writable);
         Ok(out)
     }
 
-    /// Answers a block into its places among the bits of all, the first point highest, as NumPy has it.
+    /// Answers a block into its places among the bits of all.
     fn bits<P: Coordinates>(
         &self,
         batch: &Batch<P>,
@@ -441,9 +513,7 @@ impl Ask<'_> {
             .occluded_bits(batch, self.lights, &mut bits)?;
         for (number, row) in bits.chunks_exact(length.max(1)).enumerate() {
             let begin = number * stride + first / 8;
-            for (byte, bits) in out[begin..begin + length].iter_mut().zip(row) {
-                *byte = bits.reverse_bits();
-            }
+            out[begin..begin + length].copy_from_slice(row);
         }
         Ok(counted)
     }

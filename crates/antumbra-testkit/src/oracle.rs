@@ -15,10 +15,13 @@
 
 #[cfg(test)]
 mod laws;
+mod locate;
 #[cfg(test)]
 mod page;
 mod planar;
 mod quadric;
+
+pub use locate::OraclePoint;
 
 use crate::exact::{Exact, Vec3};
 use planar::{Disk, Triangle};

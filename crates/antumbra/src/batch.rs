@@ -7,12 +7,13 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use antumbra_geometry::{DVec3, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Precision, Start, SurfaceId};
 use rayon::prelude::*;
 
 use crate::index::LARGEST;
+use crate::named::{OffSurface, off_surface};
 use crate::own_rays::{AnyHit, WithRays};
-use crate::{Counters, QueryError, ShadowIndex};
+use crate::{Counters, Nearness, QueryError, ShadowIndex};
 
 /// Fewest and most points that a thread takes at a time. Its buffers take 67 bytes a point.
 const CHUNK: [usize; 2] = [1024, 32_768];
@@ -22,23 +23,32 @@ const CHUNKS_A_THREAD: usize = 4;
 
 /// Three coordinates in the form that the caller has them.
 pub trait Coordinates: Copy + Sync {
+    /// How finely they are given.
+    const PRECISION: Precision;
+
     /// Returns them as `f64`, without rounding.
     fn as_f64(self) -> DVec3;
 }
 
 impl Coordinates for DVec3 {
+    const PRECISION: Precision = Precision::Double;
+
     fn as_f64(self) -> DVec3 {
         self
     }
 }
 
 impl Coordinates for [f64; 3] {
+    const PRECISION: Precision = Precision::Double;
+
     fn as_f64(self) -> DVec3 {
         DVec3::from_array(self)
     }
 }
 
 impl Coordinates for [f32; 3] {
+    const PRECISION: Precision = Precision::Single;
+
     fn as_f64(self) -> DVec3 {
         DVec3::from_array(self.map(f64::from))
     }
@@ -66,20 +76,24 @@ pub enum BatchKind<'a, P = [f64; 3]> {
         /// World space, any length; a zero normal faces no light.
         normals: &'a [P],
     },
-    /// Points on surfaces, up to rounding: surface queries. On a triangle or a disk that may be the rounding
-    /// of `f32`, which the rule of starts repairs; on a curved surface it is that of `f64`.
+    /// Points on surfaces, up to rounding: surface queries. On a triangle or a disk the rule of starts repairs it;
+    /// on a curved surface the point stays as given.
     OnSurfaces {
         /// Numbers of [`SurfaceId`]s.
         surfaces: &'a [u32],
+        /// Largest distance of a point from its surface, world units, infinite for any. `None` for what rounding to
+        /// `f32` may make of it ([`Occluders::rounding`](antumbra_geometry::Occluders::rounding)), whatever the
+        /// points are given in: a point farther off most likely names another mesh's surface.
+        tolerance: Option<f64>,
     },
     /// Points on surfaces, up to rounding, whose surfaces [`ShadowIndex::start_near`] finds: surface
     /// queries. As these do not depend on the side that is looked at, normals only choose among surfaces.
     OnNearest {
         /// World space, any length; zero for none.
         normals: Option<&'a [P]>,
-        /// Largest distance of a point from its surface, world units; `None` for
-        /// [`ShadowIndex::default_tolerance`].
-        tolerance: Option<f64>,
+        /// How near they are to them. The precision is that which the points had once, before they were
+        /// perhaps widened.
+        nearness: Nearness,
     },
 }
 
@@ -98,17 +112,24 @@ impl<'a, P> Batch<'a, P> {
 
     /// Makes a batch of points on surfaces with these numbers ([`BatchKind::OnSurfaces`]).
     pub fn on_surfaces(points: &'a [P], surfaces: &'a [u32]) -> Self {
-        let kind = BatchKind::OnSurfaces { surfaces };
+        let kind = BatchKind::OnSurfaces {
+            surfaces,
+            tolerance: None,
+        };
         Self { points, kind }
     }
 
-    /// Makes a batch of points on the nearest surfaces, within the default tolerance
+    /// Makes a batch of points on the nearest surfaces, as far as they are rounded
     /// ([`BatchKind::OnNearest`]).
-    pub fn on_nearest(points: &'a [P], normals: Option<&'a [P]>) -> Self {
-        let kind = BatchKind::OnNearest {
-            normals,
+    pub fn on_nearest(points: &'a [P], normals: Option<&'a [P]>) -> Self
+    where
+        P: Coordinates,
+    {
+        let nearness = Nearness {
+            precision: P::PRECISION,
             tolerance: None,
         };
+        let kind = BatchKind::OnNearest { normals, nearness };
         Self { points, kind }
     }
 }
@@ -176,15 +197,35 @@ pub enum BatchError {
         surface: u32,
     },
     /// No surface is near a point that is meant to lie on one.
-    #[error("point {index} is {point}: no surface within {tolerance:e}")]
+    #[error("point {index} is {point}: {}", said(nearest, *allowed))]
     NoSurface {
         /// Which point.
         index: usize,
         /// Where it is.
         point: DVec3,
-        /// How far was looked, world units.
-        tolerance: f64,
+        /// The nearest surface and its distance, world units; none in an empty scene.
+        nearest: Option<(SurfaceId, f64)>,
+        /// How far the surface might have been, world units.
+        allowed: f64,
     },
+    /// A point is not on the surface that it names.
+    #[error(
+        "point {} is {}: surface {} is {:e} away, more than the {:e} that rounding explains",
+        first.index, first.point, first.surface, first.distance, first.allowed
+    )]
+    OffSurface {
+        /// The first such point.
+        first: OffSurface,
+    },
+}
+
+fn said(nearest: &Option<(SurfaceId, f64)>, allowed: f64) -> String {
+    match nearest {
+        Some((SurfaceId(surface), distance)) => {
+            format!("the nearest surface, {surface}, is {distance:e} away, more than {allowed:e}")
+        }
+        None => "there is no surface".to_owned(),
+    }
 }
 
 impl ShadowIndex {
@@ -372,7 +413,6 @@ pub(crate) struct Run<'a, A, P> {
     answers: &'a A,
     batch: &'a Batch<'a, P>,
     lights: &'a [usize],
-    tolerance: f64,
     /// A multiple of 8, so that no two chunks share a byte of bits.
     chunk_length: usize,
 }
@@ -401,25 +441,30 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     ) -> Result<Self, BatchError> {
         let index = answers.index();
         let count = batch.points.len();
-        let mut tolerance = 0.0;
-        match batch.kind {
-            BatchKind::Free => {}
-            BatchKind::Facing { normals } => check_length("normals", count, normals.len())?,
-            BatchKind::OnSurfaces { surfaces } => {
-                check_length("surfaces", count, surfaces.len())?;
+        let tolerance = match batch.kind {
+            BatchKind::Free => None,
+            BatchKind::Facing { normals } => {
+                check_length("normals", count, normals.len())?;
+                None
             }
-            BatchKind::OnNearest {
-                normals,
-                tolerance: given,
+            BatchKind::OnSurfaces {
+                surfaces,
+                tolerance,
             } => {
+                check_length("surfaces", count, surfaces.len())?;
+                tolerance
+            }
+            BatchKind::OnNearest { normals, nearness } => {
                 if let Some(normals) = normals {
                     check_length("normals", count, normals.len())?;
                 }
-                tolerance = given.unwrap_or_else(|| index.default_tolerance());
-                if tolerance.is_nan() || tolerance < 0.0 {
-                    return Err(BatchError::BadTolerance(tolerance));
-                }
+                nearness.tolerance
             }
+        };
+        if let Some(tolerance) = tolerance
+            && (tolerance.is_nan() || tolerance < 0.0)
+        {
+            return Err(BatchError::BadTolerance(tolerance));
         }
         if let Some(&light) = lights.iter().find(|&&light| light >= index.lights().len()) {
             return Err(BatchError::UnknownLight(light));
@@ -428,7 +473,6 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
             answers,
             batch,
             lights,
-            tolerance,
             chunk_length: chunk_length(count),
         })
     }
@@ -583,26 +627,42 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
                 normal_of(normals)?;
                 None
             }
-            BatchKind::OnSurfaces { surfaces } => {
+            BatchKind::OnSurfaces {
+                surfaces,
+                tolerance,
+            } => {
                 let surface = surfaces[index];
-                let count = self.answers.index().occluders().surface_count();
-                if surface as usize >= count {
+                let occluders = self.answers.index().occluders();
+                if surface as usize >= occluders.surface_count() {
                     return Err(BatchError::UnknownSurface { index, surface });
+                }
+                if let Some(first) = off_surface(occluders, index, point, surface, tolerance) {
+                    return Err(BatchError::OffSurface { first });
                 }
                 Some(SurfaceId(surface))
             }
-            BatchKind::OnNearest { normals, .. } => {
+            BatchKind::OnNearest { normals, nearness } => {
                 let normal = normals.map(normal_of).transpose()?;
-                let tolerance = self.tolerance;
-                let start = self.answers.index().start_near(point, normal, tolerance);
-                return start.ok_or(BatchError::NoSurface {
-                    index,
-                    point,
-                    tolerance,
-                });
+                let start = self.answers.index().start_near(point, normal, nearness);
+                return start.ok_or_else(|| self.no_surface(index, point, nearness));
             }
         };
         Ok(Start { point, surface })
+    }
+
+    #[cold]
+    fn no_surface(&self, index: usize, point: DVec3, nearness: Nearness) -> BatchError {
+        let nearest = self.answers.index().nearest_surface(point);
+        let occluders = self.answers.index().occluders();
+        let allowed = nearness.tolerance.or_else(|| {
+            nearest.map(|(surface, _)| occluders.allowed(surface, point, nearness.precision))
+        });
+        BatchError::NoSurface {
+            index,
+            point,
+            nearest,
+            allowed: allowed.unwrap_or(0.0),
+        }
     }
 }
 

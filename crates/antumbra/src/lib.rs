@@ -8,6 +8,7 @@ mod grid;
 mod index;
 mod kept;
 mod locate;
+mod named;
 mod occlusion;
 mod own_rays;
 mod rays;
@@ -20,6 +21,8 @@ pub use index::{
     QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
 };
 pub use kept::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved, Volume};
+pub use locate::{Nearness, Sample};
+pub use named::{OffSurface, OffSurfaces};
 pub use own_rays::{AnyHit, WithRays};
 pub use rays::{Hits, RayBatch, Towards};
 pub use stats::{Counters, ShadowCounters};

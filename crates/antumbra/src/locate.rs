@@ -4,97 +4,156 @@
 //! is the exact rule's. Invariant: the start is a function of the scene and the point, whatever the tree, the
 //! grid and the threads, and lies as near to its surface as every method assumes.
 
-use antumbra_geometry::{Bounds, DVec3, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Precision, Start, SurfaceId};
 
-use crate::ShadowIndex;
-
-/// Largest distance taken for rounding, in shares of the scene's size (largest coordinate plus extent):
-/// rounding to `f32` moves a coordinate by 2^-24 of itself, so a point by less than 2^-23 of that size.
-const ROUNDING: f64 = 1.0 / (1u64 << 22) as f64;
-
-/// The grid's margin in the same shares.
-const MARGIN: f64 = 1.0 / (1u64 << 40) as f64;
+use crate::batch::is_fine;
+use crate::{Coordinates, ShadowIndex};
 
 /// Normals this near to each other agree alike: steps of the cosine.
 const AGREEMENTS: f64 = (1u32 << 20) as f64;
 
-impl ShadowIndex {
-    /// Returns how far from its surface [`ShadowIndex::start_near`] expects a point by default, in world
-    /// units: 2^-22 of the scene's size (its largest coordinate plus its extent), which is more than
-    /// rounding to `f32` moves a point.
-    pub fn default_tolerance(&self) -> f64 {
-        self.layout.margin / MARGIN * ROUNDING
-    }
+/// What is looked through first is as far as the point's own rounding, then this many times as far each time, a
+/// few times, then all that may matter.
+const WIDER: f64 = 32.0;
+const WIDENINGS: u32 = 4;
 
-    /// Returns the start that a point means which is meant to lie on a surface: on the nearest, if that is no
-    /// farther than `tolerance` (world units, not negative, infinite for any distance).
+/// How far a point may be from the surface that it is meant to lie on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearness {
+    /// How the coordinates were rounded: what decides where nothing else is said, and which surfaces tie.
+    pub precision: Precision,
+    /// The largest distance, world units; `None` for what rounding may have moved the point
+    /// ([`Occluders::rounding`](antumbra_geometry::Occluders::rounding)).
+    pub tolerance: Option<f64>,
+}
+
+/// A surface near a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Near {
+    distance: f64,
+    surface: SurfaceId,
+}
+
+impl ShadowIndex {
+    /// Returns the start that a point means which is meant to lie on a surface: on the nearest of those that are
+    /// near enough to it. `None` if none is.
     ///
-    /// Surfaces tie that are farther than the nearest by no more than `tolerance` and
-    /// [`ShadowIndex::default_tolerance`]: at an edge, rounding decides which of them is nearest. With a
-    /// `normal` (world space, any length) that one is chosen whose line agrees best with it, then one that
-    /// it points out of, then the nearest, then the lowest id. Without, or with a zero normal, it is the
-    /// nearest, then the lowest id. Transparent surfaces count, degenerate ones do not; a closed cone's wall
-    /// and caps are surfaces of their own. Distances are rounded (`f64`); a point that is not finite is
-    /// near nothing.
+    /// Surfaces tie that are farther than the nearest by no more than the rounding of a point on it: at an edge,
+    /// rounding decides which of them is nearest. With a `normal` (world space, any length) that one is chosen
+    /// whose line agrees best with it, then one that it points out of, then the nearest, then the lowest id.
+    /// Without, or with a zero normal, it is the nearest, then the lowest id. Transparent surfaces count,
+    /// degenerate ones do not; a closed cone's wall and caps are surfaces of their own. Distances are rounded
+    /// (`f64`) as EXACTNESS.md says; a point that is not finite is near nothing.
     ///
-    /// The start's point is the given one where it is on the surface up to rounding, or over a triangle or
-    /// a disk, onto which the rule of starts (EXACTNESS.md) moves it exactly. Else, beside a triangle or off
+    /// The start's point is the given one where it is on the surface up to the rounding of `f64`, or over a triangle
+    /// or a disk, onto which the rule of starts (EXACTNESS.md) moves it exactly. Else, beside a triangle or off
     /// a curved surface, it is the surface's nearest point, rounded to `f64`.
     ///
-    /// Cost: one or two walks through the tree, or, in an index without one, through the voxels of the grid
-    /// around the point.
+    /// Cost: some walks through the tree, or, in an index without one, through the voxels of the grid around the
+    /// point.
     pub fn start_near(
         &self,
         point_in_world: DVec3,
         normal: Option<DVec3>,
-        tolerance: f64,
+        nearness: Nearness,
     ) -> Option<Start> {
-        let (distance, surface) = self.nearest_surface(point_in_world, normal, tolerance)?;
-        // What every method assumes of starts, with room for the rounding of the distance.
-        if distance <= 0.25 * self.layout.margin {
+        let surface = self.surface_near(point_in_world, normal, nearness)?;
+        let occluders = self.occluders();
+        if occluders.is_on(surface, point_in_world, Precision::Double) {
             return Some(Start {
                 point: point_in_world,
                 surface: Some(surface),
             });
         }
-        Some(self.occluders().start_on(surface, point_in_world))
+        Some(occluders.start_on(surface, point_in_world))
     }
 
-    fn nearest_surface(
-        &self,
-        point_in_world: DVec3,
-        normal: Option<DVec3>,
-        tolerance: f64,
-    ) -> Option<(f64, SurfaceId)> {
+    /// Returns the surface that is nearest to a point, however far, and its distance.
+    pub(crate) fn nearest_surface(&self, point_in_world: DVec3) -> Option<(SurfaceId, f64)> {
+        let nearest = self.nearest_within(point_in_world, f64::INFINITY, |_, _| true)?;
+        Some((nearest.surface, nearest.distance))
+    }
+
+    /// Returns whether looking for what is near a point needs nothing that is not built yet.
+    pub(crate) fn can_look_near(&self) -> bool {
+        self.built_bvh().is_some() || self.has_grid()
+    }
+
+    /// Returns whether a point lies on any surface, up to rounding. Looks no farther than the point's own
+    /// coordinates may be rounded, so it is cheap and may miss points of a surface that reaches far out.
+    fn is_on_any(&self, point: DVec3, precision: Precision) -> bool {
         let occluders = self.occluders();
-        let mut nearest: Option<(f64, SurfaceId)> = None;
-        self.visit_near(point_in_world, tolerance, |surface| {
-            let distance = occluders.distance(surface, point_in_world);
-            let is_better = |distance: f64| {
-                distance <= tolerance && nearest.is_none_or(|best| (distance, surface) < best)
-            };
-            if let Some(distance) = distance.filter(|&distance| is_better(distance)) {
-                nearest = Some((distance, surface));
-            }
-            nearest.map_or(tolerance, |(distance, _)| distance)
-        });
-        let (least, _) = nearest?;
+        let most = precision.share() * point.abs().element_sum();
+        let is_on = |surface, _| occluders.is_on(surface, point, precision);
+        self.nearest_within(point, most, is_on).is_some()
+    }
+
+    /// Returns how many of some points, spread evenly over all, lie on a surface up to rounding to `f32`, and how
+    /// many were looked at: at most a thousand, and few against all.
+    ///
+    /// Who asks about points of space ([`BatchKind::Free`]) of which many lie on surfaces most likely means points
+    /// on surfaces: as points of space, rounding puts about half of them behind their own surface. Where there is
+    /// neither a tree yet nor a grid none is looked at.
+    pub fn sample_on_surfaces<P: Coordinates>(&self, points: &[P]) -> Sample {
+        const MOST: usize = 1000;
+        /// One of so many points, but for the first few.
+        const SHARE: usize = 32;
+        const FEWEST: usize = 8;
+        if !self.can_look_near() {
+            return Sample::default();
+        }
+        let count = (points.len() / SHARE).clamp(FEWEST, MOST).min(points.len());
+        let on_surface = (0..count)
+            .filter(|&number| {
+                // Below 2^64 for all points that memory holds.
+                let place = (number as u128 * points.len() as u128 / count as u128) as usize;
+                let point = points[place].as_f64();
+                is_fine(point) && self.is_on_any(point, Precision::Single)
+            })
+            .count();
+        Sample {
+            looked_at: count,
+            on_surface,
+        }
+    }
+
+    fn surface_near(
+        &self,
+        point: DVec3,
+        normal: Option<DVec3>,
+        Nearness {
+            precision,
+            tolerance,
+        }: Nearness,
+    ) -> Option<SurfaceId> {
+        let occluders = self.occluders();
+        let most = tolerance.unwrap_or_else(|| occluders.largest_rounding(point, precision));
+        let is_near = |surface, distance: f64| match tolerance {
+            Some(tolerance) => distance <= tolerance,
+            None => occluders.is_on(surface, point, precision),
+        };
+        let nearest = self.nearest_within(point, most, is_near)?;
         let normal = normal.map_or(DVec3::ZERO, unit);
         if normal == DVec3::ZERO {
-            return nearest;
+            return Some(nearest.surface);
         }
 
         // The nearest is now known, so what ties with it is, too.
-        let reach = (least + tolerance.min(self.default_tolerance())).min(tolerance);
+        let rounding = occluders.rounding(nearest.surface, point, precision);
+        let reach = (nearest.distance + rounding.element_sum()).min(most);
         let mut best: Option<(Agreement, SurfaceId)> = None;
-        self.visit_near(point_in_world, reach, |surface| {
-            let distance = occluders.distance(surface, point_in_world);
-            if let Some(distance) = distance.filter(|&distance| distance <= reach) {
-                let cosine = occluders.normal_at(surface, point_in_world).dot(normal);
+        self.visit_near(point, reach, |surface| {
+            let Some(gap) = occluders.gap(surface, point) else {
+                return reach;
+            };
+            if gap.distance - nearest.distance <= gap.rounding(rounding)
+                && is_near(surface, gap.distance)
+            {
+                let cosine = occluders.normal_at(surface, point).dot(normal);
                 let agreement = Agreement {
                     disagreement: ((1.0 - cosine.abs()) * AGREEMENTS).round(),
                     is_behind: cosine < 0.0,
-                    distance,
+                    distance: gap.distance,
                 };
                 if best.is_none_or(|best| (agreement, surface) < best) {
                     best = Some((agreement, surface));
@@ -102,12 +161,60 @@ impl ShadowIndex {
             }
             reach
         });
-        best.map(|(agreement, surface)| (agreement.distance, surface))
+        best.map(|(_, surface)| surface)
+    }
+
+    /// Returns the nearest of the surfaces within `most` that are near enough, the lowest id on ties. Looks close
+    /// by first: what is far away costs nothing where something is near.
+    fn nearest_within(
+        &self,
+        point: DVec3,
+        most: f64,
+        is_near: impl Fn(SurfaceId, f64) -> bool,
+    ) -> Option<Near> {
+        if !point.is_finite() {
+            return None;
+        }
+        let occluders = self.occluders();
+        let own = Precision::Single.share() * point.abs().element_sum();
+        let mut widenings = 0;
+        let mut within = if own > 0.0 { own.min(most) } else { most };
+        loop {
+            let mut nearest: Option<Near> = None;
+            self.visit_near(point, within, |surface| {
+                let reach = nearest.map_or(within, |nearest| nearest.distance);
+                let Some(distance) = occluders.distance(surface, point) else {
+                    return reach;
+                };
+                let is_better = distance <= within
+                    && nearest
+                        .is_none_or(|best| (distance, surface) < (best.distance, best.surface));
+                if is_better && is_near(surface, distance) {
+                    nearest = Some(Near { distance, surface });
+                    return distance;
+                }
+                reach
+            });
+            // Not for NaN.
+            if nearest.is_some() || !(within < most) {
+                return nearest;
+            }
+            widenings += 1;
+            within = if widenings > WIDENINGS {
+                most
+            } else {
+                (within * WIDER).min(most)
+            };
+        }
     }
 
     /// Visits at least the surfaces within `reach` of a point; some of them twice.
     fn visit_near(&self, point: DVec3, reach: f64, mut visit: impl FnMut(SurfaceId) -> f64) {
-        if let Some(bvh) = self.bvh() {
+        let tree = self.built_bvh().or_else(|| match self.has_grid() {
+            true => None,
+            false => self.bvh(),
+        });
+        if let Some(bvh) = tree {
             return bvh.visit_near(point, reach, visit);
         }
         let around = Bounds {
@@ -120,6 +227,22 @@ impl ShadowIndex {
                 visit(surface);
             }
         }
+    }
+}
+
+/// What some of many points are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sample {
+    /// How many points were looked at.
+    pub looked_at: usize,
+    /// How many of them lie on a surface, up to rounding.
+    pub on_surface: usize,
+}
+
+impl Sample {
+    /// Returns whether so many lie on surfaces that most likely all are meant to: an eighth or more.
+    pub fn is_suspicious(&self) -> bool {
+        self.on_surface > 0 && 8 * self.on_surface >= self.looked_at
     }
 }
 

@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra::{
     AnyHit, Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Decided,
-    GridResolution, Method, RayBatch, RayMethod, Refine, Refinement, Shadow, ShadowIndex, Towards,
+    GridResolution, Method, Nearness, RayBatch, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
+    Towards,
 };
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Precision, Ray, Sphere, Start, SurfaceId,
 };
 
 /// SplitMix64: enough for tests, the same everywhere.
@@ -319,9 +320,28 @@ fn surface_near(
     index: &ShadowIndex,
     point: DVec3,
     normal: Option<DVec3>,
-    tolerance: f64,
+    nearness: Nearness,
 ) -> Option<SurfaceId> {
-    index.start_near(point, normal, tolerance)?.surface
+    index.start_near(point, normal, nearness)?.surface
+}
+
+/// As far as `f32` rounds.
+const SINGLE: Nearness = Nearness {
+    precision: Precision::Single,
+    tolerance: None,
+};
+
+/// As far as `f64` rounds.
+const DOUBLE: Nearness = Nearness {
+    precision: Precision::Double,
+    tolerance: None,
+};
+
+fn within(tolerance: f64) -> Nearness {
+    Nearness {
+        precision: Precision::Single,
+        tolerance: Some(tolerance),
+    }
 }
 
 /// With tree and without, whatever the grid, for points in `f64` and in `f32`.
@@ -338,41 +358,47 @@ fn surfaces_of_points_are_found() {
             .build();
         indices.push(index.expect("an index"));
     }
-    let tolerance = indices[0].default_tolerance();
     let mut rounded_count = 0;
     for (number, &point) in made.points.iter().enumerate() {
         let given = DVec3::from_array(point);
         let narrow = DVec3::from_array(point.map(|x| f64::from(x as f32)));
         let normal = Some(DVec3::from_array(made.normals[number]));
-        for point in [given, narrow] {
+        for (point, nearness) in [(given, DOUBLE), (given, SINGLE), (narrow, SINGLE)] {
             // The definition, surface by surface.
             let expected = occluders
                 .surfaces()
                 .filter_map(|surface| Some((occluders.distance(surface, point)?, surface)))
-                .filter(|(distance, _)| *distance <= tolerance)
+                .filter(|&(_, surface)| occluders.is_on(surface, point, nearness.precision))
                 .min_by(|a, b| a.partial_cmp(b).expect("numbers"))
                 .map(|(_, surface)| surface);
             let own = SurfaceId(made.surfaces[number]);
             for index in &indices {
                 assert_eq!(
-                    surface_near(index, point, None, tolerance),
+                    surface_near(index, point, None, nearness),
                     expected,
                     "{point}"
                 );
-                assert!(index.start_near(point, None, f64::INFINITY).is_some());
+                assert!(
+                    index
+                        .start_near(point, None, within(f64::INFINITY))
+                        .is_some()
+                );
                 if occluders.triangle_positions(own).is_some() {
                     // No other is as near, so that normals change nothing.
                     assert_eq!(expected, Some(own), "{point}");
-                    assert_eq!(surface_near(index, point, normal, tolerance), expected);
+                    assert_eq!(surface_near(index, point, normal, nearness), expected);
                     rounded_count += usize::from(point != given);
                 }
                 let lifted = point + DVec3::new(0.0, 0.0, 20.0);
-                assert_eq!(surface_near(index, lifted, normal, tolerance), None);
+                assert_eq!(surface_near(index, lifted, normal, nearness), None);
             }
         }
     }
     assert!(rounded_count > 1000);
-    assert_eq!(indices[0].start_near(DVec3::NAN, None, f64::INFINITY), None);
+    for nowhere in [DVec3::NAN, DVec3::INFINITY] {
+        let found = indices[0].start_near(nowhere, None, within(f64::INFINITY));
+        assert_eq!(found, None);
+    }
 }
 
 #[test]
@@ -392,9 +418,10 @@ fn normals_choose_among_surfaces_that_tie() {
         builder_of(&occluders, Method::Bvh).without_tree(),
     );
     for index in [with_tree, without.build().expect("an index")] {
-        let tolerance = index.default_tolerance();
-        let near = 0.5 * tolerance;
-        let at = |point, normal| surface_near(&index, point, normal, tolerance);
+        // The faces reach to 8.
+        let rounding = 8.0 * Precision::Single.share();
+        let near = 0.5 * rounding;
+        let at = |point, normal| surface_near(&index, point, normal, SINGLE);
         let edge = v(3.0, 0.0, 0.0);
         // Exactly on the edge all three are as near.
         assert_eq!(at(edge, None), Some(floor));
@@ -410,8 +437,8 @@ fn normals_choose_among_surfaces_that_tie() {
             Some(floor)
         );
         // Farther than rounding nothing ties, though both are within a larger tolerance.
-        let off = edge + v(0.0, 0.0, 3.0 * tolerance);
-        let found = surface_near(&index, off, Some(v(0.0, 0.0, 1.0)), 10.0 * tolerance);
+        let off = edge + v(0.0, 0.0, 3.0 * rounding);
+        let found = surface_near(&index, off, Some(v(0.0, 0.0, 1.0)), within(10.0 * rounding));
         assert_eq!(found, Some(wall));
     }
 }
@@ -424,13 +451,13 @@ fn points_find_their_surfaces_in_batches() {
     let normals = narrow(&made.normals);
     for method in [Method::Voxel, Method::Bvh] {
         let index = index_of(&occluders, method);
-        let tolerance = 0.5;
+        let nearness = within(0.5);
         let starts: Vec<Start> = points
             .iter()
             .zip(&normals)
             .map(|(&point, &normal)| {
                 let point = point.as_f64();
-                let start = index.start_near(point, Some(normal.as_f64()), tolerance);
+                let start = index.start_near(point, Some(normal.as_f64()), nearness);
                 start.expect("a surface")
             })
             .collect();
@@ -438,7 +465,7 @@ fn points_find_their_surfaces_in_batches() {
             points: &points,
             kind: BatchKind::OnNearest {
                 normals: Some(&normals),
-                tolerance: Some(tolerance),
+                nearness,
             },
         };
         let expected = one_by_one(&index, &starts, &[2, 1], |_, _| true);
@@ -521,10 +548,11 @@ fn the_first_bad_point_is_named() {
             },
             BatchKind::OnSurfaces {
                 surfaces: &good.surfaces,
+                tolerance: None,
             },
             BatchKind::OnNearest {
                 normals: None,
-                tolerance: Some(f64::INFINITY),
+                nearness: within(f64::INFINITY),
             },
         ];
         for kind in kinds {
@@ -560,6 +588,7 @@ fn the_first_bad_point_is_named() {
         points: &good.points,
         kind: BatchKind::OnSurfaces {
             surfaces: &surfaces,
+            tolerance: None,
         },
     };
     let expected = BatchError::UnknownSurface {
@@ -574,16 +603,23 @@ fn the_first_bad_point_is_named() {
     }
     let kind = BatchKind::OnNearest {
         normals: None,
-        tolerance: Some(2.0),
+        nearness: within(2.0),
     };
     let batch = Batch {
         points: &points,
         kind,
     };
+    let point = DVec3::from_array(points[2499]);
+    let distances = occluders.surfaces().filter_map(|surface| {
+        let distance = occluders.distance(surface, point)?;
+        Some((distance, surface))
+    });
+    let nearest = distances.min_by(|a, b| a.partial_cmp(b).expect("numbers"));
     let expected = BatchError::NoSurface {
         index: 2499,
-        point: DVec3::from_array(points[2499]),
-        tolerance: 2.0,
+        point,
+        nearest: nearest.map(|(distance, surface)| (surface, distance)),
+        allowed: 2.0,
     };
     assert_eq!(ask(&batch), expected);
 }
@@ -627,10 +663,19 @@ fn what_does_not_fit_is_refused() {
     let (normals, surfaces) = (&points[..8], &[0; 10][..]);
     assert_eq!(ask(BatchKind::Facing { normals }), length("normals", 9, 8));
     assert_eq!(
-        ask(BatchKind::OnSurfaces { surfaces }),
+        ask(BatchKind::OnSurfaces {
+            surfaces,
+            tolerance: None
+        }),
         length("surfaces", 9, 10)
     );
-    let on_nearest = |normals, tolerance| BatchKind::OnNearest { normals, tolerance };
+    let on_nearest = |normals, tolerance| BatchKind::OnNearest {
+        normals,
+        nearness: Nearness {
+            tolerance,
+            ..SINGLE
+        },
+    };
     assert_eq!(
         ask(on_nearest(Some(normals), None)),
         length("normals", 9, 8)
@@ -686,6 +731,7 @@ fn own_rays_answer_what_values_do_not_know() {
             BatchKind::Free,
             BatchKind::OnSurfaces {
                 surfaces: &made.surfaces,
+                tolerance: None,
             },
         ] {
             let batch = Batch {
@@ -740,6 +786,7 @@ fn an_index_without_a_tree_answers_the_same() {
             BatchKind::Free,
             BatchKind::OnSurfaces {
                 surfaces: &made.surfaces,
+                tolerance: None,
             },
         ] {
             let batch = Batch {

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow, ShadowIndex,
-    Towards,
+    Batch, BatchKind, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow,
+    ShadowIndex, Towards,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
@@ -304,6 +304,7 @@ fixture_tests!(
     start_is_light_on_solid,
     aligned_tiles,
     start_off_its_triangle,
+    start_off_its_curved_surface,
 );
 
 /// How many nasty scenes the suite asks; `ANTUMBRA_NASTY_SEEDS=from..to` asks others.
@@ -420,7 +421,15 @@ fn ask_many(index: &ShadowIndex, oracle: &Oracle, scene: &nasty::NastyScene, lig
         let batch = if is_free {
             Batch::free(&points)
         } else {
-            Batch::on_surfaces(&points, &surfaces)
+            // However far they are from them.
+            let kind = BatchKind::OnSurfaces {
+                surfaces: &surfaces,
+                tolerance: Some(f64::INFINITY),
+            };
+            Batch {
+                points: &points,
+                kind,
+            }
         };
         let mut is_blocked = vec![2; points.len()];
         let targets = |target| vec![target; points.len()];

@@ -5,7 +5,7 @@
 
 pub(super) mod arrays;
 
-use antumbra::{Batch, BatchCounters, BatchError, BatchKind, Refine, ShadowIndex};
+use antumbra::{Batch, BatchCounters, BatchError, BatchKind, Nearness, Refine, ShadowIndex};
 use antumbra_render::aov::light_names;
 use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
@@ -48,19 +48,23 @@ fn work(
     let shape = shape(files.points.count, chosen.columns.len(), typed.packed);
     let out_bytes = shape.iter().product::<u64>();
     let index = index(typed, scene, chosen, files.bytes() + out_bytes, screen)?;
+    let nearness = Nearness {
+        precision: files.points.precision(),
+        tolerance: typed.tolerance,
+    };
     let (points, normals) = files.read()?;
     let normals = normals.as_deref();
     let batch = Batch {
         points: &points,
         kind: match (typed.on_surface, normals) {
-            (true, normals) => BatchKind::OnNearest {
-                normals,
-                tolerance: typed.tolerance,
-            },
+            (true, normals) => BatchKind::OnNearest { normals, nearness },
             (false, Some(normals)) => BatchKind::Facing { normals },
             (false, None) => BatchKind::Free,
         },
     };
+    if !typed.on_surface {
+        warn_of_surfaces(&index, &points, screen);
+    }
     // Below the memory limit, so it fits a `usize`.
     let mut out = vec![0; out_bytes as usize];
     let counted = if typed.packed {
@@ -253,11 +257,24 @@ fn failure(typed: &Query, error: &BatchError) -> Failure {
     };
     let help = match error {
         BatchError::NoSurface { .. } => {
-            "raise --tolerance, or leave --on-surface out for points of space"
+            "raise --tolerance, save points as float32 if they were rounded to that, or leave --on-surface out \
+             for points of space"
         }
         _ => "",
     };
     Failure::input(format!("{}: {error}", file.display()), help)
+}
+
+/// Points on surfaces that are asked about as points of space are most likely meant otherwise.
+fn warn_of_surfaces(index: &ShadowIndex, points: &[[f64; 3]], screen: &Screen) {
+    let sample = index.sample_on_surfaces(points);
+    if sample.is_suspicious() {
+        screen.warning(format!(
+            "{} of {} points looked at lie on surfaces, and points of space may be in the shadow of the surface \
+             that they lie on; give --on-surface if they are points of surfaces",
+            sample.on_surface, sample.looked_at
+        ));
+    }
 }
 
 fn tell(point_count: usize, chosen: &Chosen, counted: &BatchCounters, screen: &Screen) {

@@ -9,6 +9,7 @@ mod build;
 mod identity;
 mod nearest;
 mod query;
+mod rounding;
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -23,7 +24,9 @@ use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
 
 pub use build::{OccludersBuilder, OccludersError};
 pub use identity::UnidentifiedCoverage;
+pub use nearest::Gap;
 pub use query::StartTriangle;
+pub use rounding::Precision;
 
 /// Names one surface: a triangle of a face, a sphere, a tube (cone wall) or a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

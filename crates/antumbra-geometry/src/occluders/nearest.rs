@@ -9,26 +9,51 @@ use super::{CurvedShape, NO_AXIS, Occluders, Surface, SurfaceId};
 use crate::intersect::DiskPlane;
 use crate::{Cone, Start, flat};
 
+/// The shortest way from a point to a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// How long it is, world units.
+    pub distance: f64,
+    /// Its direction, a unit vector up to rounding; zero where the point is on the surface.
+    pub(super) direction: DVec3,
+}
+
+impl Gap {
+    fn along(way: DVec3) -> Self {
+        Self {
+            distance: length(way),
+            direction: unit(way).unwrap_or(DVec3::ZERO),
+        }
+    }
+}
+
 impl Occluders {
-    /// Returns how far a point of world space is from the nearest point of a surface, rounded: with an error
-    /// of some 2^-50 of the surface's size and the distance, more beside needle-thin triangles. A sphere and
-    /// a tube are their walls, without what they enclose. `None` for degenerate surfaces, which hold no
-    /// start.
+    /// Returns how far a point of world space is from the nearest point of a surface, in the order of operations
+    /// that EXACTNESS.md gives ("Distances"). It is rounded: with an error of some 2^-50 of the surface's size and
+    /// the distance, more beside needle-thin triangles. A sphere and a tube are their walls, without what they
+    /// enclose. `None` for degenerate surfaces, which hold no start.
     pub fn distance(&self, surface: SurfaceId, point_in_world: DVec3) -> Option<f64> {
+        self.gap(surface, point_in_world).map(|gap| gap.distance)
+    }
+
+    /// Returns the shortest way from a point to a surface, as [`Occluders::distance`] does its length.
+    pub fn gap(&self, surface: SurfaceId, point_in_world: DVec3) -> Option<Gap> {
         match self.surface(surface) {
             Surface::Triangle(triangle) => (triangle.axis != NO_AXIS).then(|| {
-                length(onto_triangle(
+                Gap::along(onto_triangle(
                     self.positions_of(triangle).map(|x| x - point_in_world),
                 ))
             }),
             Surface::Curved(curved) => match &curved.shape {
                 CurvedShape::Sphere(sphere) => (sphere.radius > 0.0).then(|| {
-                    let from_center = length(point_in_world - sphere.center);
-                    (from_center - sphere.radius).abs()
+                    let from_center = point_in_world - sphere.center;
+                    Gap {
+                        distance: (length(from_center) - sphere.radius).abs(),
+                        direction: unit(from_center).unwrap_or(DVec3::X),
+                    }
                 }),
                 CurvedShape::Tube(cone) => {
-                    let from_base = point_in_world - cone.base;
-                    is_solid(cone).then(|| length(onto_tube(cone, from_base) - from_base))
+                    is_solid(cone).then(|| to_tube(cone, point_in_world - cone.base))
                 }
                 CurvedShape::Cap(disk, cone) => {
                     is_solid(cone).then(|| to_disk(disk, point_in_world - disk.center))
@@ -59,7 +84,9 @@ impl Occluders {
                     sphere.center + radial * sphere.radius
                 }
                 CurvedShape::Tube(cone) if is_solid(cone) => {
-                    cone.base + onto_tube(cone, point_in_world - cone.base)
+                    let profile = Profile::of(cone, point_in_world - cone.base);
+                    let [z, radius] = profile.nearest;
+                    cone.base + (profile.axis * z + profile.out * radius)
                 }
                 CurvedShape::Tube(_) | CurvedShape::Cap(..) | CurvedShape::Disk(..) => {
                     point_in_world
@@ -140,27 +167,57 @@ fn nearest_of_triangle(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     normal * (normal.dot(a) / normal.length_squared())
 }
 
-fn to_disk(disk: &DiskPlane, from_center: DVec3) -> f64 {
+fn to_disk(disk: &DiskPlane, from_center: DVec3) -> Gap {
     let axis = unit(disk.normal()).unwrap_or(DVec3::ZERO);
     let height = from_center.dot(axis);
-    let beyond_rim = length(from_center - axis * height) - disk.radius;
-    length(DVec3::new(height, beyond_rim.max(0.0), 0.0))
+    let across = from_center - axis * height;
+    let beyond_rim = (length(across) - disk.radius).max(0.0);
+    Gap {
+        distance: length(DVec3::new(height, beyond_rim, 0.0)),
+        direction: unit(axis * height + unit(across).unwrap_or(DVec3::ZERO) * beyond_rim)
+            .unwrap_or(DVec3::ZERO),
+    }
 }
 
-/// In the plane of the axis and the point the wall is a line from `(0, base_radius)` to
-/// `(length, apex_radius)`. From the base, and to a point seen from the base.
-fn onto_tube(cone: &Cone, from_base: DVec3) -> DVec3 {
-    let along = cone.apex - cone.base;
-    let axis = unit(along).unwrap_or(DVec3::ZERO);
-    let z = from_base.dot(axis);
-    let across = from_base - axis * z;
-    let out = unit(across).unwrap_or_else(|| axis.any_orthonormal_vector());
-    let wall_base = DVec3::new(0.0, cone.base_radius, 0.0);
-    let wall = DVec3::new(length(along), cone.apex_radius, 0.0) - wall_base;
-    let direction = unit(wall).unwrap_or(DVec3::ZERO);
-    let reach = (DVec3::new(z, length(across), 0.0) - wall_base).dot(direction);
-    let nearest = wall_base + direction * reach.clamp(0.0, length(wall));
-    axis * nearest.x + out * nearest.y
+fn to_tube(cone: &Cone, from_base: DVec3) -> Gap {
+    let profile = Profile::of(cone, from_base);
+    let [along, away] = [0, 1].map(|i: usize| profile.nearest[i] - profile.point[i]);
+    Gap {
+        distance: length(DVec3::new(along, away, 0.0)),
+        direction: unit(profile.axis * along + profile.out * away).unwrap_or(DVec3::ZERO),
+    }
+}
+
+/// A tube in the half plane that its axis and a point span, where its wall is a line from `(0, base_radius)` to
+/// `(length, apex_radius)`. Points are given by how far they are along the axis and off it.
+struct Profile {
+    axis: DVec3,
+    out: DVec3,
+    point: [f64; 2],
+    /// The point of the wall.
+    nearest: [f64; 2],
+}
+
+impl Profile {
+    fn of(cone: &Cone, from_base: DVec3) -> Self {
+        let along = cone.apex - cone.base;
+        let axis = unit(along).unwrap_or(DVec3::ZERO);
+        let z = from_base.dot(axis);
+        let across = from_base - axis * z;
+        let out = unit(across).unwrap_or_else(|| axis.any_orthonormal_vector());
+        let off = length(across);
+        let wall_base = DVec3::new(0.0, cone.base_radius, 0.0);
+        let wall = DVec3::new(length(along), cone.apex_radius, 0.0) - wall_base;
+        let direction = unit(wall).unwrap_or(DVec3::ZERO);
+        let reach = (DVec3::new(z, off, 0.0) - wall_base).dot(direction);
+        let nearest = wall_base + direction * reach.clamp(0.0, length(wall));
+        Self {
+            axis,
+            out,
+            point: [z, off],
+            nearest: [nearest.x, nearest.y],
+        }
+    }
 }
 
 #[cfg(test)]

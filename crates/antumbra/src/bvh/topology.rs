@@ -52,6 +52,11 @@ impl Tree {
         }
     }
 
+    /// Returns the tree if it is built already.
+    pub(crate) fn get_built(&self) -> Option<&Bvh> {
+        self.built.get()
+    }
+
     /// On one thread: one that waits for others may take up a query that waits for this tree.
     #[cold]
     #[inline(never)]

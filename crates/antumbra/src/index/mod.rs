@@ -115,6 +115,16 @@ impl ShadowIndex {
         self.tree.as_ref().map(|tree| tree.get(&self.occluders))
     }
 
+    /// Returns the tree, where it is built already.
+    pub(crate) fn built_bvh(&self) -> Option<&Bvh> {
+        self.tree.as_ref().and_then(Tree::get_built)
+    }
+
+    /// Returns whether there is a grid.
+    pub(crate) fn has_grid(&self) -> bool {
+        self.grid.is_some()
+    }
+
     /// Returns the lights.
     pub fn lights(&self) -> &[LightShape] {
         &self.lights
@@ -153,8 +163,8 @@ impl ShadowIndex {
 
     /// Answers a shadow query exactly. Counts under `counters.shadow`.
     ///
-    /// The answer does not depend on the method. A start on a surface is expected to lie on it up
-    /// to rounding, 2^-40 of the scene's size.
+    /// The answer does not depend on the method, however far a start lies from the surface that it names:
+    /// EXACTNESS.md defines it for all.
     ///
     /// # Errors
     /// The start is not finite or beyond 2^100, or its surface or the light does not exist.

@@ -3,7 +3,7 @@
 //! In: a start. Out: an audience, if the start is within the room of its point; or where else one is that answers the
 //! same. What is not surely told is left to rays.
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Start, SurfaceId};
 use fearless_simd::Simd;
 
 use super::lattice::Lattice;
@@ -105,7 +105,8 @@ impl<S: Simd> Lookup<'_, S> {
                 if self.occluders.own_rule_blocks(&segment) {
                     return Moved::OwnShadow;
                 }
-                if self.is_on_curved(surface, start.point, room) {
+                let point = segment.origin();
+                if self.occluders.is_surely_near_curved(surface, point, room) {
                     Asks::In(Audience::Front)
                 } else {
                     Asks::Doubt
@@ -129,19 +130,6 @@ impl<S: Simd> Lookup<'_, S> {
             return Entry::Unknown;
         }
         enter(lattice, point, self.light())
-    }
-
-    /// Returns whether a point is nearly on a curved surface.
-    fn is_on_curved(&self, surface: SurfaceId, point: DVec3, room: f64) -> bool {
-        if let Some(sphere) = self.occluders.sphere(surface) {
-            let distance = (point - sphere.center).length();
-            return (distance - sphere.radius).abs() < room;
-        }
-        let around = Bounds {
-            min: point - room,
-            max: point + room,
-        };
-        self.occluders.may_meet_box(surface, &around)
     }
 }
 

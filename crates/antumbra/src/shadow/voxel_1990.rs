@@ -17,7 +17,7 @@ pub(crate) fn by_voxel_1990(
     if let Some(is_shadowed) = first_pass(occluders, grid, values, segment) {
         return Answer::new(is_shadowed, Decided::FirstPass);
     }
-    if !grid.can_walk(segment) {
+    if !may_believe(occluders, grid, segment) {
         return super::by_grid(occluders, grid, segment, counters);
     }
 
@@ -38,6 +38,16 @@ pub(crate) fn by_voxel_1990(
     Answer::new(false, Decided::Ray)
 }
 
+/// Returns whether values speak of a start. What covers a voxel may be the start's own solid, which covers no start
+/// that lies on it with its side to the light; a start off a curved surface, on either side, is none of those.
+fn may_believe(occluders: &Occluders, grid: &Grid, segment: &Segment) -> bool {
+    grid.can_walk(segment)
+        && segment.start().surface.is_none_or(|own| {
+            let reach = 0.5 * grid.layout.margin;
+            occluders.is_surely_near_curved(own, segment.origin(), reach)
+        })
+}
+
 /// Returns what the own rule and the value of the start's voxel know.
 pub(crate) fn first_pass(
     occluders: &Occluders,
@@ -50,7 +60,7 @@ pub(crate) fn first_pass(
     if occluders.own_rule_blocks(segment) {
         return Some(true);
     }
-    if !grid.can_walk(segment) {
+    if !may_believe(occluders, grid, segment) {
         return None;
     }
     let voxel = grid.layout.voxel_holding(segment.origin())?;

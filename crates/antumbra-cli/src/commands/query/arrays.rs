@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
+use antumbra_geometry::Precision;
 use antumbra_render::whole_file;
 use npyz::{DType, NpyFile, NpyHeader, Order, WriteOptions, WriterBuilder as _};
 
@@ -88,6 +89,14 @@ impl PointFile {
     /// Returns the bytes that the points take once they are read.
     pub(super) fn bytes(&self) -> u64 {
         24 * self.count
+    }
+
+    /// Returns how finely they are given.
+    pub(super) fn precision(&self) -> Precision {
+        match self.is_double {
+            true => Precision::Double,
+            false => Precision::Single,
+        }
     }
 
     /// Reads the points.
