@@ -278,11 +278,11 @@ impl ShadowIndex {
     ) -> PyResult<Option<(usize, usize)>> {
         let sample = match &points {
             Rows::Double(points) => {
-                let points = rows(points, "points")?;
+                let points = rows::<f64, 3>(points, "points")?;
                 py.detach(|| self.index.sample_on_surfaces(points))
             }
             Rows::Single(points) => {
-                let points = rows(points, "points")?;
+                let points = rows::<f32, 3>(points, "points")?;
                 py.detach(|| self.index.sample_on_surfaces(points))
             }
         };
