@@ -253,7 +253,7 @@ fn memory_is_refused_before_it_is_taken_and_by_name() {
                 "--memory-limit",
                 "500MiB",
             ],
-            "grid 7.5 GiB",
+            "values of the grid",
             "--grid fewer voxels",
         ),
     ];

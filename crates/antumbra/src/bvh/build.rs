@@ -42,7 +42,9 @@ impl Bvh {
     /// nodes are hardly depends on the scene (`crates/antumbra/tests/memory.rs`).
     pub(crate) fn predict_bytes(occluders: &Occluders) -> [u64; 2] {
         /// Shapes in a group, and groups below a node.
-        const FULL: [f64; 2] = [2.5, 5.0];
+        const FULL: [f64; 2] = [1.6, 5.0];
+        /// What the binary tree takes while it is built, for each surface.
+        const BINARY: usize = 320;
         let surface_count = occluders.surface_count();
         let (triangles, others) = (
             occluders.triangle_count() as f64,
@@ -60,7 +62,8 @@ impl Bvh {
         // The boxes, and for each node of the binary tree how it is cut, until all is written.
         let binary = 2 * (size_of::<BinaryNode>() + Plan::NODE_BYTES);
         let height = (size_of::<FrameBox>() + binary) * surface_count;
-        [taken + height as u64, taken]
+        let height = taken + height as u64;
+        [height.max((BINARY * surface_count) as u64), taken]
     }
 
     /// Cuts a binary tree over all surfaces.

@@ -77,7 +77,7 @@ impl Grid {
             .sum();
         // Entries live twice while they are sorted: as pairs and in place; and where they start, too.
         let voxels = 4 * (layout.voxel_count() as u64 + 1);
-        [2 * voxels + 14 * entries, voxels + 4 * entries]
+        [2 * voxels + 15 * entries, voxels + 4 * entries]
     }
 }
 

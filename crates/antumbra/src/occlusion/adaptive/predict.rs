@@ -18,8 +18,9 @@ use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_COLUMNS};
 
 /// Bytes of packed values and lists for a surface and light; fewer where cells are so coarse that shadows cross few of
 /// them, by the square of the finest along an axis.
-const PACKED_EACH: u64 = 160;
-const PACKED_SQUARE: u64 = 16;
+const PACKED_EACH: u64 = 300;
+const PACKED_EACH_CURVED: u64 = 900;
+const PACKED_SQUARE: u64 = 48;
 /// Bytes of the store for one of what is packed from it.
 const STORE_SHARE: u64 = 2;
 /// Bytes of the store that queries fill, for a surface.
@@ -45,7 +46,10 @@ impl AdaptiveValues {
         }
         let (light_count, surface_count) = (light_count as u64, occluders.surface_count() as u64);
         let triangle_count = occluders.triangle_count() as u64;
-        let wanted = Wanted::For(query_count.unwrap_or(u64::MAX));
+        let wanted = match making.refine {
+            Refine::Eager => Wanted::For(u64::MAX),
+            Refine::Lazy | Refine::Asked => Wanted::For(query_count.unwrap_or(u64::MAX)),
+        };
         let has_columns = making.depth.long_list > 0;
         let [columns, columns_height] = match has_columns {
             true => Columns::usual_bytes(occluders, wanted),
@@ -57,7 +61,9 @@ impl AdaptiveValues {
         let all = match making.refine {
             Refine::Eager => {
                 let square = 1 << (2 * making.depth.surfaces);
-                let packed = (PACKED_EACH * surface_count).min(PACKED_SQUARE * square);
+                let most = PACKED_EACH * triangle_count
+                    + PACKED_EACH_CURVED * (surface_count - triangle_count);
+                let packed = most.min(PACKED_SQUARE * square);
                 let store = STORE_SHARE * packed + roots;
                 let stays = of_light + columns + packed + roots;
                 let mesh = Mesh::height_bytes(occluders.triangle_count()) / 2;
