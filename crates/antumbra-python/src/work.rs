@@ -51,9 +51,9 @@ pub(crate) fn stoppable<T: Send>(
     let pool = pool(threads)?;
     let task = Task::default();
     let (sender, receiver) = channel();
-    let mut interrupted = None;
-    let done = py.detach(|| {
-        pool.in_place_scope(|scope| {
+    let (interrupted, done) = py.detach(move || {
+        let mut interrupted = None;
+        let done = pool.in_place_scope(|scope| {
             scope.spawn(|_| {
                 // Nobody waits any more only after a panic of this very thread.
                 let _ = sender.send(task.run(|| work(&task)));
@@ -73,7 +73,8 @@ pub(crate) fn stoppable<T: Send>(
                     }
                 }
             }
-        })
+        });
+        (interrupted, done)
     });
     match (interrupted, done) {
         (Some(signal), _) => Err(signal),

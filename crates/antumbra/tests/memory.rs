@@ -178,7 +178,10 @@ fn taken(
     BYTES.reset_peak_usage();
     let batch = Batch {
         points,
-        kind: BatchKind::OnSurfaces { surfaces },
+        kind: BatchKind::OnSurfaces {
+            surfaces,
+            tolerance: None,
+        },
     };
     // As many points at a time as need not much for their answers.
     let mut answers = vec![0; points.len()];
@@ -314,7 +317,10 @@ fn a_thousand_lights_made_eagerly_keep_to_the_memory_of_lights() {
         .expect("an index");
     let batch = Batch {
         points: &asked.0,
-        kind: BatchKind::OnSurfaces { surfaces: &asked.1 },
+        kind: BatchKind::OnSurfaces {
+            surfaces: &asked.1,
+            tolerance: None,
+        },
     };
     for light in [0, 1, 2, 500, 999] {
         let answers = [&index, &by_rays].map(|index| {
@@ -353,7 +359,10 @@ fn a_hundred_thousand_lights_cost_nothing_until_they_are_asked() {
     // One that is asked often comes to know something, whatever its number, and alone.
     let batch = Batch {
         points: &asked.0,
-        kind: BatchKind::OnSurfaces { surfaces: &asked.1 },
+        kind: BatchKind::OnSurfaces {
+            surfaces: &asked.1,
+            tolerance: None,
+        },
     };
     let mut answers = vec![0; asked.0.len()];
     for _ in 0..200 {
