@@ -74,81 +74,115 @@ enum Content {
     Mixed,
 }
 
+/// How the subtree of one node of the binary tree is cut best, in 32 bits.
+///
+/// For each of the seven numbers of children after 1 three bits: how many of them the left side takes; 0: one
+/// child fewer is as good. For a single child the same of the wide node's eight. Then whether a single child
+/// is a group, and what the subtree holds.
+#[derive(Clone, Copy, Debug)]
+struct Choice(u32);
+
+impl Choice {
+    fn new(left_shares: [u8; WIDTH], is_group: bool, content: Content) -> Self {
+        let shares = (0..)
+            .zip(left_shares)
+            .fold(0, |bits, (i, share)| bits | u32::from(share) << (3 * i));
+        Self(shares | u32::from(is_group) << 24 | (content as u32) << 25)
+    }
+
+    fn left_share(self, child_count: usize) -> usize {
+        (self.0 >> (3 * (child_count - 1)) & 7) as usize
+    }
+
+    fn is_group(self) -> bool {
+        self.0 >> 24 & 1 != 0
+    }
+
+    fn content(self) -> Content {
+        match self.0 >> 25 {
+            0 => Content::Triangles,
+            1 => Content::Spheres,
+            2 => Content::Other,
+            _ => Content::Mixed,
+        }
+    }
+}
+
+/// What a node's parent must know to choose.
+#[derive(Clone, Copy, Debug)]
+struct Costs {
+    /// Cheapest cost of the subtree as at most `i + 1` children of a wide node.
+    of_children: [f32; WIDTH],
+    surface_count: u32,
+    content: Content,
+}
+
 /// For each node of the binary tree how its subtree is cut best.
 struct Plan<'a> {
     binary: &'a Binary,
-    /// Cheapest cost of the subtree as at most `i + 1` children of a wide node.
-    costs: Vec<[f32; WIDTH]>,
-    /// How many of `i + 1` children the left side takes; 0: one child fewer is as good, or, for a
-    /// single child, a choice between node and group.
-    left_shares: Vec<[u8; WIDTH]>,
-    is_group: Vec<bool>,
-    /// Surfaces and kind of each subtree.
-    counts: Vec<u32>,
-    contents: Vec<Content>,
+    choices: Vec<Choice>,
 }
 
 impl<'a> Plan<'a> {
     fn new(occluders: &Occluders, binary: &'a Binary) -> Self {
         let count = binary.nodes.len();
-        let mut plan = Self {
-            binary,
-            costs: vec![[0.0; WIDTH]; count],
-            left_shares: vec![[0; WIDTH]; count],
-            is_group: vec![false; count],
-            counts: vec![0; count],
-            contents: vec![Content::Mixed; count],
-        };
-        // Parents before children, then backwards. A subtree may be deep: no recursion.
-        let mut order = Vec::with_capacity(count);
-        let mut pending = vec![0usize];
-        while let Some(node) = pending.pop() {
-            order.push(node);
-            if let Some(children) = plan.children(node) {
-                pending.extend(children);
-            }
+        let mut choices = vec![Choice(0); count];
+        // Nodes come depth first. From the last to the first, the two subtrees that were decided last and wait
+        // for their parents are a node's own, the left one on top.
+        let mut waiting: Vec<Costs> = Vec::new();
+        for node in (0..count).rev() {
+            let area = binary.nodes[node].bounds.half_area();
+            let (choice, costs) = match binary.nodes[node].surface() {
+                Some(surface) => Self::of_surface(occluders, surface, area),
+                None => match (waiting.pop(), waiting.pop()) {
+                    (Some(left), Some(right)) => Self::of_sides(area, &left, &right),
+                    // No node is without sides.
+                    _ => break,
+                },
+            };
+            choices[node] = choice;
+            waiting.push(costs);
         }
-        for &node in order.iter().rev() {
-            plan.decide(occluders, node);
-        }
-        plan
-    }
-
-    fn children(&self, node: usize) -> Option<[usize; 2]> {
-        self.binary.nodes[node].children()
+        Self { binary, choices }
     }
 
     fn bounds(&self, node: usize) -> &FrameBox {
         &self.binary.nodes[node].bounds
     }
 
-    fn decide(&mut self, occluders: &Occluders, node: usize) {
-        let area = self.bounds(node).half_area();
-        let Some([left, right]) = self.children(node) else {
-            let surface = self.binary.nodes[node].surface();
-            let (content, cost) = if occluders.triangle_positions(surface).is_some() {
-                (Content::Triangles, GROUP_COST)
-            } else if occluders.sphere(surface).is_some() {
-                (Content::Spheres, GROUP_COST)
-            } else {
-                (Content::Other, OTHER_COST)
-            };
-            self.counts[node] = 1;
-            self.contents[node] = content;
-            self.is_group[node] = true;
-            self.costs[node] = [area * cost; WIDTH];
-            return;
-        };
-        self.counts[node] = self.counts[left] + self.counts[right];
-        let (ours, theirs) = (self.contents[left], self.contents[right]);
-        self.contents[node] = if ours == theirs { ours } else { Content::Mixed };
+    fn is_group(&self, node: usize) -> bool {
+        self.choices[node].is_group()
+    }
 
+    fn of_surface(occluders: &Occluders, surface: SurfaceId, area: f32) -> (Choice, Costs) {
+        let (content, cost) = if (surface.0 as usize) < occluders.triangle_count() {
+            (Content::Triangles, GROUP_COST)
+        } else if occluders.sphere(surface).is_some() {
+            (Content::Spheres, GROUP_COST)
+        } else {
+            (Content::Other, OTHER_COST)
+        };
+        let costs = Costs {
+            of_children: [area * cost; WIDTH],
+            surface_count: 1,
+            content,
+        };
+        (Choice::new([0; WIDTH], true, content), costs)
+    }
+
+    fn of_sides(area: f32, left: &Costs, right: &Costs) -> (Choice, Costs) {
+        let surface_count = left.surface_count + right.surface_count;
+        let content = if left.content == right.content {
+            left.content
+        } else {
+            Content::Mixed
+        };
         // As exactly `i + 1` children: the best split between left and right.
         let mut costs = [f32::INFINITY; WIDTH];
         let mut shares = [0u8; WIDTH];
         for i in 1..WIDTH {
             for share in 1..=i {
-                let cost = self.costs[left][share - 1] + self.costs[right][i - share];
+                let cost = left.of_children[share - 1] + right.of_children[i - share];
                 if cost < costs[i] {
                     costs[i] = cost;
                     shares[i] = share as u8;
@@ -156,15 +190,15 @@ impl<'a> Plan<'a> {
             }
         }
         // As one child: a group of shapes, or a node with eight children.
-        let is_groupable = self.counts[node] <= LANES as u32
-            && matches!(self.contents[node], Content::Triangles | Content::Spheres);
+        let is_groupable = surface_count <= LANES as u32
+            && matches!(content, Content::Triangles | Content::Spheres);
         let as_node = area * NODE_COST + costs[WIDTH - 1];
         let as_group = if is_groupable {
             area * GROUP_COST
         } else {
             f32::INFINITY
         };
-        self.is_group[node] = as_group <= as_node;
+        let is_group = as_group <= as_node;
         costs[0] = as_group.min(as_node);
         // Fewer children may do; the node that this would be a child of knows 0 as that.
         let as_whole = shares;
@@ -176,26 +210,31 @@ impl<'a> Plan<'a> {
         }
         // A node of its own always divides: its eight children are not itself.
         shares[0] = as_whole[WIDTH - 1];
-        self.costs[node] = costs;
-        self.left_shares[node] = shares;
+        let costs = Costs {
+            of_children: costs,
+            surface_count,
+            content,
+        };
+        (Choice::new(shares, is_group, content), costs)
     }
 
     /// Returns the children of the wide node that a subtree becomes.
     fn wide_children(&self, node: usize) -> Vec<usize> {
         let mut children = Vec::with_capacity(WIDTH);
-        let Some([left, right]) = self.children(node).filter(|_| !self.is_group[node]) else {
+        let Some([left, right]) = self.binary.children(node).filter(|_| !self.is_group(node))
+        else {
             // The root of a scene of a few shapes.
             return vec![node];
         };
-        let share = usize::from(self.left_shares[node][0]);
+        let share = self.choices[node].left_share(1);
         let mut pending = vec![(right, WIDTH - share), (left, share)];
         while let Some((node, mut slots)) = pending.pop() {
-            while slots > 1 && self.left_shares[node][slots - 1] == 0 {
+            while slots > 1 && self.choices[node].left_share(slots) == 0 {
                 slots -= 1;
             }
-            match self.children(node) {
+            match self.binary.children(node) {
                 Some([left, right]) if slots > 1 => {
-                    let share = usize::from(self.left_shares[node][slots - 1]);
+                    let share = self.choices[node].left_share(slots);
                     pending.push((right, slots - share));
                     pending.push((left, share));
                 }
@@ -241,7 +280,7 @@ impl Writer<'_> {
             // Leaves first; then those that a ray hits most likely.
             let area = |node: usize| self.plan.bounds(node).half_area();
             children.sort_by(|&a, &b| {
-                let is_node = |node: usize| !self.plan.is_group[node];
+                let is_node = |node: usize| !self.plan.is_group(node);
                 is_node(a)
                     .cmp(&is_node(b))
                     .then(area(b).total_cmp(&area(a)))
@@ -257,7 +296,7 @@ impl Writer<'_> {
                     node.planes[axis][slot] = bounds.min[axis];
                     node.planes[axis + 3][slot] = bounds.max[axis];
                 }
-                if self.plan.is_group[child] {
+                if self.plan.is_group(child) {
                     node.children[slot] = self.group(child);
                 } else {
                     pending.push(Pending {
@@ -276,14 +315,14 @@ impl Writer<'_> {
         let mut surfaces = Vec::with_capacity(LANES);
         let mut pending = vec![node];
         while let Some(node) = pending.pop() {
-            match self.plan.children(node) {
+            match self.plan.binary.children(node) {
                 Some(children) => pending.extend(children),
-                None => surfaces.push(self.plan.binary.nodes[node].surface()),
+                None => surfaces.extend(self.plan.binary.nodes[node].surface()),
             }
         }
         surfaces.sort_unstable();
         let bvh = &mut *self.bvh;
-        match self.plan.contents[node] {
+        match self.plan.choices[node].content() {
             Content::Triangles => {
                 let group = TriangleGroup::new(self.occluders, &bvh.frame, &surfaces);
                 bvh.triangles.push(group);

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use antumbra_geometry::Occluders;
 
-use super::binary::Binary;
+use super::binary::{Binary, BinaryNode};
 use super::data::Bvh;
 
 /// In place of a surface.
@@ -96,20 +96,9 @@ impl Bvh {
         if boxes.is_empty() {
             return Vec::new();
         }
-        let binary = Binary::new(&boxes);
-        let mut words = Vec::with_capacity(binary.nodes.len());
-        let mut pending = vec![0];
-        while let Some(node) = pending.pop() {
-            let node = &binary.nodes[node];
-            match node.children() {
-                Some([left, right]) => {
-                    words.push(INNER);
-                    pending.extend([right, left]);
-                }
-                None => words.push(node.surface().0),
-            }
-        }
-        words
+        let nodes = Binary::new(&boxes).nodes;
+        let word = |node: &BinaryNode| node.surface().map_or(INNER, |surface| surface.0);
+        nodes.iter().map(word).collect()
     }
 
     /// Builds the tree over the surfaces that words were made of.
