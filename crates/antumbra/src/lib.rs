@@ -10,9 +10,11 @@ mod kept;
 mod locate;
 mod occlusion;
 mod own_rays;
+mod parts;
 mod rays;
 mod shadow;
 mod stats;
+mod sweep;
 
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};
 pub use index::{

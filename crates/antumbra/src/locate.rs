@@ -7,6 +7,7 @@
 use antumbra_geometry::{Bounds, DVec3, Start, SurfaceId};
 
 use crate::ShadowIndex;
+use crate::grid::Layout;
 
 /// Largest distance taken for rounding, in shares of the scene's size (largest coordinate plus extent):
 /// rounding to `f32` moves a coordinate by 2^-24 of itself, so a point by less than 2^-23 of that size.
@@ -23,7 +24,7 @@ impl ShadowIndex {
     /// units: 2^-22 of the scene's size (its largest coordinate plus its extent), which is more than
     /// rounding to `f32` moves a point.
     pub fn default_tolerance(&self) -> f64 {
-        self.layout.margin / MARGIN * ROUNDING
+        self.margin() / MARGIN * ROUNDING
     }
 
     /// Returns the start that a point means which is meant to lie on a surface: on the nearest, if that is no
@@ -51,7 +52,7 @@ impl ShadowIndex {
     ) -> Option<Start> {
         let (distance, surface) = self.nearest_surface(point_in_world, normal, tolerance)?;
         // What every method assumes of starts, with room for the rounding of the distance.
-        if distance <= 0.25 * self.layout.margin {
+        if distance <= 0.25 * self.margin() {
             return Some(Start {
                 point: point_in_world,
                 surface: Some(surface),
@@ -107,8 +108,13 @@ impl ShadowIndex {
 
     /// Visits at least the surfaces within `reach` of a point; some of them twice.
     fn visit_near(&self, point: DVec3, reach: f64, mut visit: impl FnMut(SurfaceId) -> f64) {
+        let mut reach = reach;
         if let Some(bvh) = self.bvh() {
-            return bvh.visit_near(point, reach, visit);
+            bvh.visit_near(point, reach, |surface| {
+                reach = visit(surface);
+                reach
+            });
+            return self.parts.visit_near(point, reach, &mut visit);
         }
         let around = Bounds {
             min: point - reach,
@@ -120,6 +126,12 @@ impl ShadowIndex {
                 visit(surface);
             }
         }
+        self.parts.visit_near(point, reach, &mut visit);
+    }
+
+    /// The margin of all surfaces together.
+    fn margin(&self) -> f64 {
+        Layout::margin_of(&self.occluders().bounds())
     }
 }
 

@@ -5,7 +5,7 @@
 //! so no scene takes more than `n log n`, nested boxes, fans and heaps with one middle included. One thread,
 //! no hashing, no clock: the tree is a function of the boxes.
 
-use antumbra_geometry::{Bounds, DVec3, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 
@@ -75,9 +75,9 @@ impl BinaryNode {
         }
     }
 
-    /// Returns a leaf's surface.
-    pub(super) fn surface(&self) -> Option<SurfaceId> {
-        (self.link & Self::IS_SURFACE != 0).then_some(SurfaceId(self.link & !Self::IS_SURFACE))
+    /// Returns the number of a leaf's surface among the boxes.
+    pub(super) fn surface(&self) -> Option<u32> {
+        (self.link & Self::IS_SURFACE != 0).then_some(self.link & !Self::IS_SURFACE)
     }
 }
 
@@ -89,11 +89,13 @@ impl Binary {
     }
 
     /// Builds the tree over boxes; surfaces are numbered as these.
-    pub(super) fn new(boxes: &[FrameBox]) -> Self {
+    pub(super) fn new(boxes: Vec<FrameBox>) -> Self {
         let mut items: Vec<Item> = (0..)
-            .zip(boxes)
+            .zip(&boxes)
             .map(|(surface, bounds)| Item::new(bounds, surface))
             .collect();
+        // There are millions, and the items say the same.
+        drop(boxes);
         let mut binary = Self {
             nodes: Vec::with_capacity((2 * items.len()).saturating_sub(1)),
         };
@@ -368,13 +370,7 @@ impl<S: Simd> Cutting<S> {
 
     /// Returns the cut that costs least, in groups of surfaces.
     #[inline(always)]
-    fn best_cut(
-        &mut self,
-        simd: S,
-        items: &[Item],
-        bins: &Bins,
-        bin_count: usize,
-    ) -> Option<Cut> {
+    fn best_cut(&mut self, simd: S, items: &[Item], bins: &Bins, bin_count: usize) -> Option<Cut> {
         for axis in 0..3 {
             self.bins[axis][..bin_count].fill(self.empty);
         }
@@ -445,7 +441,7 @@ mod tests {
     fn piles_are_balanced_and_complete() {
         for share in [0.0, 1.0] {
             let boxes = nested(100_000, share);
-            let binary = Binary::new(&boxes);
+            let binary = Binary::new(boxes.clone());
             let mut seen = vec![false; boxes.len()];
             let mut pending = vec![(0, 1)];
             let mut deepest = 0;
@@ -454,7 +450,7 @@ mod tests {
                 if let Some(children) = binary.children(node) {
                     pending.extend(children.map(|child| (child, depth + 1)));
                 }
-                if let Some(SurfaceId(surface)) = binary.nodes[node].surface() {
+                if let Some(surface) = binary.nodes[node].surface() {
                     let surface = surface as usize;
                     assert!(!std::mem::replace(&mut seen[surface], true));
                     assert_eq!(binary.nodes[node].bounds, boxes[surface]);

@@ -9,7 +9,7 @@ use super::binary::{Binary, FrameBox};
 use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH};
 use super::ray::{FilterBounds, USUAL_ORIGIN_ERROR};
 use crate::frame::Frame;
-use antumbra_geometry::{Occluders, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Occluders, SurfaceId};
 use fearless_simd::Level;
 
 /// Cost of visiting a node, in units of testing a group of shapes. Measured together with the build
@@ -22,27 +22,72 @@ const OTHER_COST: f32 = 4.0;
 /// Where empty children are, on all axes: beyond every ray's end or before its start.
 const FAR_AWAY: f32 = 1e20;
 
-impl Bvh {
-    /// Builds the tree over all surfaces.
-    pub(crate) fn build(occluders: &Occluders) -> Self {
-        let boxes = Self::boxes(occluders);
-        Self::of_binary(occluders, &Binary::new(&boxes))
+/// The surfaces that a tree is over.
+pub(super) struct Held<'a> {
+    occluders: &'a Occluders,
+    /// Which these are; nothing for all.
+    surfaces: Option<Vec<SurfaceId>>,
+    bounds: Bounds,
+}
+
+impl<'a> Held<'a> {
+    /// All surfaces that are not left out.
+    pub(super) fn all(occluders: &'a Occluders) -> Self {
+        let has_all = occluders.present_surfaces().count() == occluders.surface_count();
+        Self {
+            occluders,
+            surfaces: (!has_all).then(|| occluders.present_surfaces().collect()),
+            bounds: occluders.bounds(),
+        }
     }
 
-    /// Returns the boxes of all surfaces.
-    pub(super) fn boxes(occluders: &Occluders) -> Vec<FrameBox> {
-        let frame = Frame::new(occluders.bounds());
-        occluders
-            .surfaces()
-            .map(|surface| FrameBox::new(&frame, &occluders.surface_bounds(surface)))
+    pub(super) fn count(&self) -> usize {
+        let all = self.occluders.surface_count();
+        self.surfaces.as_ref().map_or(all, Vec::len)
+    }
+
+    /// Returns the surface that the tree knows by a number.
+    fn surface(&self, number: u32) -> SurfaceId {
+        let surfaces = self.surfaces.as_ref();
+        surfaces.map_or(SurfaceId(number), |surfaces| surfaces[number as usize])
+    }
+
+    /// Returns the boxes of the surfaces.
+    pub(super) fn boxes(&self) -> Vec<FrameBox> {
+        let frame = Frame::new(self.bounds);
+        (0..self.count() as u32)
+            .map(|number| self.occluders.surface_bounds(self.surface(number)))
+            .map(|bounds| FrameBox::new(&frame, &bounds))
             .collect()
     }
+}
 
-    /// Cuts a binary tree over all surfaces.
-    pub(super) fn of_binary(occluders: &Occluders, binary: &Binary) -> Self {
-        let frame = Frame::new(occluders.bounds());
+impl Bvh {
+    /// Builds the tree over all surfaces that are not left out.
+    pub(crate) fn build(occluders: &Occluders) -> Self {
+        Self::over(&Held::all(occluders))
+    }
+
+    /// Builds a tree over some surfaces.
+    pub(crate) fn build_of(occluders: &Occluders, surfaces: &[SurfaceId]) -> Self {
+        let bounds = surfaces.iter().map(|&one| occluders.surface_bounds(one));
+        Self::over(&Held {
+            occluders,
+            bounds: bounds.fold(Bounds::EMPTY, Bounds::union),
+            surfaces: Some(surfaces.to_vec()),
+        })
+    }
+
+    fn over(held: &Held) -> Self {
+        Self::of_binary(held, &Binary::new(held.boxes()))
+    }
+
+    /// Cuts a binary tree over the surfaces.
+    pub(super) fn of_binary(held: &Held, binary: &Binary) -> Self {
+        let frame = Frame::new(held.bounds);
         let mut bvh = Self {
             frame,
+            bounds: held.bounds.inflated(DVec3::splat(frame.margin)),
             nodes: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
@@ -54,9 +99,9 @@ impl Bvh {
         if binary.nodes.is_empty() {
             return bvh;
         }
-        let plan = Plan::new(occluders, binary);
+        let plan = Plan::new(held, binary);
         Writer {
-            occluders,
+            held,
             plan: &plan,
             bvh: &mut bvh,
         }
@@ -124,7 +169,7 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(occluders: &Occluders, binary: &'a Binary) -> Self {
+    fn new(held: &Held, binary: &'a Binary) -> Self {
         let count = binary.nodes.len();
         let mut choices = vec![Choice(0); count];
         // Nodes come depth first. From the last to the first, the two subtrees that were decided last and wait
@@ -133,7 +178,7 @@ impl<'a> Plan<'a> {
         for node in (0..count).rev() {
             let area = binary.nodes[node].bounds.half_area();
             let (choice, costs) = match binary.nodes[node].surface() {
-                Some(surface) => Self::of_surface(occluders, surface, area),
+                Some(number) => Self::of_surface(held.occluders, held.surface(number), area),
                 None => match (waiting.pop(), waiting.pop()) {
                     (Some(left), Some(right)) => Self::of_sides(area, &left, &right),
                     // No node is without sides.
@@ -247,7 +292,7 @@ impl<'a> Plan<'a> {
 
 /// Writes the wide tree.
 struct Writer<'a> {
-    occluders: &'a Occluders,
+    held: &'a Held<'a>,
     plan: &'a Plan<'a>,
     bvh: &'a mut Bvh,
 }
@@ -317,19 +362,22 @@ impl Writer<'_> {
         while let Some(node) = pending.pop() {
             match self.plan.binary.children(node) {
                 Some(children) => pending.extend(children),
-                None => surfaces.extend(self.plan.binary.nodes[node].surface()),
+                None => {
+                    let number = self.plan.binary.nodes[node].surface();
+                    surfaces.extend(number.map(|number| self.held.surface(number)));
+                }
             }
         }
         surfaces.sort_unstable();
         let bvh = &mut *self.bvh;
         match self.plan.choices[node].content() {
             Content::Triangles => {
-                let group = TriangleGroup::new(self.occluders, &bvh.frame, &surfaces);
+                let group = TriangleGroup::new(self.held.occluders, &bvh.frame, &surfaces);
                 bvh.triangles.push(group);
                 Child::new(ChildKind::Triangles, bvh.triangles.len() - 1)
             }
             Content::Spheres => {
-                let group = SphereGroup::new(self.occluders, &bvh.frame, &surfaces);
+                let group = SphereGroup::new(self.held.occluders, &bvh.frame, &surfaces);
                 bvh.spheres.push(group);
                 Child::new(ChildKind::Spheres, bvh.spheres.len() - 1)
             }
