@@ -138,17 +138,17 @@ fn work(index: &ShadowIndex, triangles: &[Triangle], count: usize) -> u64 {
 
 #[test]
 fn one_far_triangle_costs_queries_on_a_ball_next_to_nothing() {
-    let ball = ball(DVec3::ZERO, 24);
+    let ball = ball(DVec3::ZERO, 16);
     let lights = [
         LightShape::Direction(v(0.3, 0.2, 1.0)),
         LightShape::Point(v(3.0, 4.0, 5.0)),
     ];
     let alone: Vec<u64> = indices(&occluders(&ball), &lights)
         .iter()
-        .map(|(_, index)| work(index, &ball, 1000))
+        .map(|(_, index)| work(index, &ball, 400))
         .collect();
-    for distance in [1e4, 1e6, 1e8, 1e12] {
-        for direction in [v(1.0, 0.0, 0.0), v(-0.3, -1.0, 0.7), v(0.0, 0.0, 1.0)] {
+    for distance in [1e4, 1e8, 1e12] {
+        for direction in [v(1.0, 0.0, 0.0), v(-0.3, -1.0, 0.7)] {
             let corner = distance * direction;
             let floor = v(0.0, 0.0, -1.5);
             let strays = [
@@ -167,9 +167,9 @@ fn one_far_triangle_costs_queries_on_a_ball_next_to_nothing() {
                 triangles.push(stray);
                 let indices = indices(&occluders(&triangles), &lights);
                 for ((name, index), &alone) in indices.iter().zip(&alone) {
-                    let work = work(index, &ball, 1000);
+                    let work = work(index, &ball, 400);
                     // A test more a query at most.
-                    let most = alone + alone * 3 / 10 + 2000;
+                    let most = alone + alone * 3 / 10 + 800;
                     assert!(work <= most, "{name} {stray:?}: {work}, alone {alone}");
                 }
             }
