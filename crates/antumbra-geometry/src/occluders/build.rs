@@ -92,7 +92,14 @@ impl OccludersBuilder {
         self.occluders.elements.reserve_exact(faces);
         self.occluders.triangles.reserve_exact(triangles);
         self.occluders.positions.reserve_exact(vertices);
-        self.vertex_of.reserve(vertices);
+        let Self {
+            occluders: Occluders { positions, .. },
+            hashing,
+            ..
+        } = self;
+        self.vertices.reserve(vertices, |&vertex| {
+            hash_of(hashing, positions[vertex as usize])
+        });
     }
 
     /// Returns the bytes that so many faces, triangles and vertices take while they are collected,
@@ -366,15 +373,10 @@ impl OccludersBuilder {
             hashing,
             ..
         } = self;
-        // Adding zero makes -0 equal to 0.
-        let hash = |position: DVec3| {
-            let key = (position + DVec3::ZERO).to_array().map(f64::to_bits);
-            hashing.hash_one(key)
-        };
         let found = vertices.entry(
-            hash(position),
+            hash_of(hashing, position),
             |&vertex| positions[vertex as usize] == position,
-            |&vertex| hash(positions[vertex as usize]),
+            |&vertex| hash_of(hashing, positions[vertex as usize]),
         );
         match found {
             Entry::Occupied(vertex) => *vertex.get(),
@@ -425,6 +427,12 @@ impl OccludersBuilder {
     fn next_element(&self) -> usize {
         self.occluders.elements.len()
     }
+}
+
+fn hash_of(hashing: &DefaultHashBuilder, position: DVec3) -> u64 {
+    // Adding zero makes -0 equal to 0.
+    let key = (position + DVec3::ZERO).to_array().map(f64::to_bits);
+    hashing.hash_one(key)
 }
 
 /// Equal for shapes with the same numbers; open and closed cones differ.
