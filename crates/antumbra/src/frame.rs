@@ -19,8 +19,8 @@ pub(crate) struct Frame {
 
 impl Frame {
     pub(crate) fn new(scene: Bounds) -> Self {
-        // The grid knows the margin; its resolution does not matter for it.
-        let margin = Layout::new(scene, [1; 3]).margin;
+        // The grid knows the margin.
+        let margin = Layout::margin_of(&scene);
         let scene = if scene.is_empty() {
             Bounds {
                 min: DVec3::ZERO,

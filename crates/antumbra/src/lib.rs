@@ -11,9 +11,11 @@ mod locate;
 mod named;
 mod occlusion;
 mod own_rays;
+mod parts;
 mod rays;
 mod shadow;
 mod stats;
+mod sweep;
 
 pub use antumbra_task::{Stopped, Task};
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};

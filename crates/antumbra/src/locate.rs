@@ -214,8 +214,13 @@ impl ShadowIndex {
             true => None,
             false => self.bvh(),
         });
+        let mut reach = reach;
         if let Some(bvh) = tree {
-            return bvh.visit_near(point, reach, visit);
+            bvh.visit_near(point, reach, |surface| {
+                reach = visit(surface);
+                reach
+            });
+            return self.parts.visit_near(point, reach, &mut visit);
         }
         let around = Bounds {
             min: point - reach,
@@ -227,6 +232,7 @@ impl ShadowIndex {
                 visit(surface);
             }
         }
+        self.parts.visit_near(point, reach, &mut visit);
     }
 }
 

@@ -79,12 +79,22 @@ impl<R: AnyHit> WithRays<'_, R> {
     ) -> Result<Answer, QueryError> {
         self.index.check_query(start, light)?;
         let by_ray = |start: &Start, _: &mut Counters| self.is_blocked(start, light);
+        let is_far = self.index.parts.is_far(start);
         let answer = match self.index.by_voxel_or(light, by_ray) {
+            _ if is_far => Answer::new(self.is_blocked(start, light), Decided::Ray),
             Some(by_voxel) => by_voxel.answer_one(start, counters),
             None => match self.first_pass(start, light) {
                 Some(is_shadowed) => Answer::new(is_shadowed, Decided::FirstPass),
                 None => Answer::new(self.is_blocked(start, light), Decided::Ray),
             },
+        };
+        // Values know the near surfaces only, rays all.
+        let answer = match answer.decided {
+            Decided::Ray => answer,
+            _ => {
+                let light = &self.index.lights()[light];
+                self.index.with_far(answer, start, light, counters)
+            }
         };
         counters.shadow.count(answer);
         Ok(answer)
@@ -109,7 +119,9 @@ impl<R: AnyHit> WithRays<'_, R> {
             return Err(QueryError::UnknownLight(light));
         }
         let by_ray = |start: &Start, _: &mut Counters| self.is_blocked(start, light);
-        if let Some(by_voxel) = self.index.by_voxel_or(light, by_ray) {
+        if let Some(by_voxel) = self.index.by_voxel_or(light, by_ray)
+            && self.index.parts.is_whole()
+        {
             return by_voxel.answer(starts, is_shadowed, counters, |start| {
                 self.index.check_query(start, light)
             });

@@ -34,6 +34,8 @@ impl Occluders {
             elements,
             // Follows from the rest.
             bounds: _,
+            // What is left out is transparent.
+            left_out: _,
         } = self;
         for (number, coverage) in coverages.iter().enumerate() {
             let mut said = Vec::new();

@@ -138,6 +138,8 @@ pub struct Occluders {
     elements: Vec<Element>,
     /// Made when first asked for: that visits every surface.
     bounds: OnceLock<Bounds>,
+    /// A bit for each surface that is left out; nothing where none is.
+    left_out: Vec<u64>,
 }
 
 impl Occluders {
@@ -159,6 +161,51 @@ impl Occluders {
     /// Returns all surfaces' ids.
     pub fn surfaces(&self) -> impl Iterator<Item = SurfaceId> + use<> {
         (0..self.surface_count() as u32).map(SurfaceId)
+    }
+
+    /// Returns the same surfaces with some elements left out. They keep their numbers, and starts on them are
+    /// what they were, but they block nothing and are in no box.
+    #[must_use]
+    pub fn without(&self, elements: &[ElementId]) -> Self {
+        let mut left = Self {
+            positions: self.positions.clone(),
+            triangles: self.triangles.clone(),
+            alpha_tests: self.alpha_tests.clone(),
+            coverages: self.coverages.clone(),
+            curved: self.curved.clone(),
+            // Starts on what is left out keep their own rules.
+            is_solid_opaque: self.is_solid_opaque.clone(),
+            elements: self.elements.clone(),
+            bounds: OnceLock::new(),
+            left_out: vec![0; self.surface_count().div_ceil(64)],
+        };
+        for &ElementId(element) in elements {
+            let element = &mut left.elements[element as usize];
+            element.opacity = Opacity::Transparent;
+            for surface in element.surfaces.clone() {
+                let surface = surface as usize;
+                left.left_out[surface / 64] |= 1 << (surface % 64);
+                match surface.checked_sub(left.triangles.len()) {
+                    None => left.triangles[surface].is_opaque = false,
+                    Some(curved) => left.curved[curved].is_opaque = false,
+                }
+            }
+        }
+        left
+    }
+
+    /// Returns whether a surface is one of those that [`Occluders::without`] left out.
+    #[inline]
+    pub fn is_left_out(&self, surface: SurfaceId) -> bool {
+        let surface = surface.0 as usize;
+        let bits = self.left_out.get(surface / 64);
+        bits.is_some_and(|bits| bits >> (surface % 64) & 1 != 0)
+    }
+
+    /// Returns the ids of all surfaces that are not left out.
+    pub fn present_surfaces(&self) -> impl Iterator<Item = SurfaceId> {
+        self.surfaces()
+            .filter(|&surface| !self.is_left_out(surface))
     }
 
     /// Returns all elements in the order of adding.
@@ -281,8 +328,9 @@ impl Occluders {
     /// Returns the box around everything; empty if there is nothing.
     pub fn bounds(&self) -> Bounds {
         *self.bounds.get_or_init(|| {
-            let all = self.surfaces().map(|surface| self.surface_bounds(surface));
-            all.fold(Bounds::EMPTY, Bounds::union)
+            let all = self.present_surfaces();
+            all.map(|surface| self.surface_bounds(surface))
+                .fold(Bounds::EMPTY, Bounds::union)
         })
     }
 

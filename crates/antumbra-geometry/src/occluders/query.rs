@@ -273,9 +273,10 @@ impl Occluders {
         if record.kind == ElementKind::Face {
             return self.face_umbra(element, light).unwrap_or(nothing);
         }
-        if is_too_small(&self.element_bounds(element)) {
+        let bounds = self.element_bounds(element);
+        if is_too_small(&bounds) {
             return Umbra {
-                shape: UmbraShape::Unknown,
+                shape: UmbraShape::Tiny(bounds),
                 is_self_clear,
                 has_holes,
             };
@@ -324,8 +325,9 @@ impl Occluders {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&(_, corners)| corners).collect();
         let is_one_sided = sides[1] == 0 && (sides[0] == 0 || sides[2] == 0);
         let boundary = boundary_edges(&triangles);
-        let shape = if is_too_small(&Bounds::of_points(corners.iter().copied().flatten())) {
-            UmbraShape::Unknown
+        let bounds = Bounds::of_points(corners.iter().copied().flatten());
+        let shape = if is_too_small(&bounds) {
+            UmbraShape::Tiny(bounds)
         } else {
             UmbraShape::Face(FaceUmbra::new(
                 corners.clone(),

@@ -12,6 +12,8 @@ mod face;
 mod shaft;
 mod sphere;
 
+use crate::Bounds;
+
 pub use shaft::Shaft;
 pub(crate) use shaft::{MAX_CORNERS, SidePlane};
 
@@ -44,8 +46,8 @@ pub struct Umbra {
 pub(crate) enum UmbraShape {
     /// Never blocks: transparent, degenerate, or seen from the edge.
     Nothing,
-    /// Too small for arithmetic with error bounds.
-    Unknown,
+    /// In a box too small for arithmetic with error bounds.
+    Tiny(Bounds),
     Face(FaceUmbra),
     Sphere(SphereUmbra),
     Cone(ConeUmbra),
@@ -57,7 +59,8 @@ impl Umbra {
     pub fn relation(&self, shaft: &Shaft) -> Relation {
         let relation = match &self.shape {
             UmbraShape::Nothing => Relation::Misses,
-            UmbraShape::Unknown => Relation::Crosses,
+            UmbraShape::Tiny(bounds) if shaft.misses_box(bounds) => Relation::Misses,
+            UmbraShape::Tiny(_) => Relation::Crosses,
             UmbraShape::Face(face) => face.relation(shaft),
             UmbraShape::Sphere(sphere) => sphere.relation(shaft),
             UmbraShape::Cone(cone) => cone.relation(shaft),

@@ -271,6 +271,12 @@ impl Shaft {
             .map(|&corner| self.segment_from(corner))
     }
 
+    /// Returns whether the shaft surely misses a box, which the caller has by rounding only.
+    pub fn misses_box(&self, bounds: &Bounds) -> bool {
+        let corners = bounds.corners();
+        self.misses(|plane| corners.iter().all(|&corner| plane.is_above(corner)))
+    }
+
     /// Returns whether the shaft surely misses the segment between two points.
     pub fn misses_edge(&self, ends: &[DVec3; 2]) -> bool {
         self.misses(|plane| ends.iter().all(|&end| plane.is_above(end)))

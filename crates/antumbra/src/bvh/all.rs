@@ -1,6 +1,6 @@
 //! Every surface that a ray meets.
 
-use antumbra_geometry::{Hit, LightShape, Occluders, Segment, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Hit, LightShape, Occluders, Segment, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::data::{Bvh, Child, ChildKind};
@@ -8,6 +8,7 @@ use super::filter;
 use super::ray::{FrameRay, Prepared};
 use super::walk::{enters, lanes, offset};
 use crate::Counters;
+use crate::sweep::may_meet;
 
 impl Bvh {
     /// Visits every surface that the segment crosses, opaque or not, in the order of the tree.
@@ -23,14 +24,13 @@ impl Bvh {
                 visit(occluders.hit(surface, segment));
             }
         };
-        dispatch!(self.level, simd => self.all_with(simd, occluders, segment, counters, crossed));
+        dispatch!(self.level, simd => self.all_with(simd, segment, counters, crossed));
     }
 
     #[inline(always)]
     fn all_with<S: Simd>(
         &self,
         simd: S,
-        occluders: &Occluders,
         segment: &Segment,
         counters: &mut Counters,
         mut test: impl FnMut(SurfaceId),
@@ -41,15 +41,34 @@ impl Bvh {
             Prepared::Miss => {}
             Prepared::Ray(_) if self.nodes.is_empty() => {}
             Prepared::Ray(ray) => self.all_along(simd, &ray, counters, test),
-            Prepared::Unfit => {
-                counters.intersections += occluders.surface_count() as u64;
-                occluders.surfaces().for_each(&mut test);
-            }
+            Prepared::Unfit => self.all_by_rule(segment, counters, &mut test),
+        }
+    }
+
+    /// Tests every surface, if the segment may come near them.
+    #[cold]
+    pub(super) fn all_by_rule(
+        &self,
+        segment: &Segment,
+        counters: &mut Counters,
+        mut test: impl FnMut(SurfaceId),
+    ) {
+        let (point, light) = (segment.origin(), LightShape::Direction(segment.direction()));
+        let start = Bounds {
+            min: point,
+            max: point,
+        }
+        .inflated(DVec3::splat(segment.origin_error()));
+        if may_meet(&start, &light, &self.bounds) {
+            self.surfaces().for_each(|surface| {
+                counters.intersections += 1;
+                test(surface);
+            });
         }
     }
 
     #[inline(always)]
-    fn all_along<S: Simd>(
+    pub(super) fn all_along<S: Simd>(
         &self,
         simd: S,
         ray: &FrameRay,

@@ -1,25 +1,23 @@
-//! The binary tree over the surfaces' boxes, by obvhs.
+//! The binary tree over the surfaces' boxes, from the top down.
 //!
-//! Boxes with one middle, nested or coincident, are taken out first and halved by hand: bottom-up
-//! building merges such a pile one by one, which makes a tree as deep as the pile and takes the
-//! square of its size.
+//! Each range of boxes is cut where the surface area heuristic costs least among planes at even distances along
+//! each axis (Wald 2007). Where the cuts of one range after another take little off, ranges are halved by number:
+//! so no scene takes more than `n log n`, nested boxes, fans and heaps with one middle included. One thread,
+//! no hashing, no clock: the tree is a function of the boxes.
 
-use antumbra_geometry::{Bounds, DVec3, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3};
 use antumbra_task::check;
-use obvhs::Boundable;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8};
 
+use super::data::LANES;
 use super::ray::PLANE_ROOM;
 use crate::frame::Frame;
 
-/// As many boxes with one middle make a pile.
-const PILE: usize = 32;
-
-/// Ten times what the library's medium setting starts with: a fifth fewer nodes on the way among the
-/// boxes of a city, for twice the time to build.
-const REINSERTION_RATIO: f32 = 0.5;
+/// Places along an axis between which a range may be cut: so many, and more in larger ranges.
+const FEWEST_BINS: usize = 8;
+const MOST_BINS: usize = 32;
+const BOXES_A_BIN: usize = 16;
 
 /// A surface's box in the frame's units, moved outwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,23 +50,9 @@ impl FrameBox {
             max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
         }
     }
-
-    /// Returns the cell of the middle, of edge `2^-19`.
-    fn cell(&self) -> [i32; 3] {
-        std::array::from_fn(|axis| {
-            let middle = 0.5 * (self.min[axis] + self.max[axis]);
-            (middle * (1u32 << 19) as f32).floor() as i32
-        })
-    }
 }
 
-impl Boundable for FrameBox {
-    fn aabb(&self) -> Aabb {
-        Aabb::new(self.min.into(), self.max.into())
-    }
-}
-
-/// The tree; the root is the first node.
+/// The tree, depth first: a node's left side comes right after it.
 #[derive(Debug)]
 pub(super) struct Binary {
     pub(super) nodes: Vec<BinaryNode>,
@@ -78,101 +62,49 @@ pub(super) struct Binary {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinaryNode {
     pub(super) bounds: FrameBox,
-    content: NodeContent,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum NodeContent {
-    Children([u32; 2]),
-    Surface(SurfaceId),
+    /// The right child, or a surface and [`Self::IS_SURFACE`].
+    link: u32,
 }
 
 impl BinaryNode {
-    pub(super) fn children(&self) -> Option<[usize; 2]> {
-        match self.content {
-            NodeContent::Children(children) => Some(children.map(|child| child as usize)),
-            NodeContent::Surface(_) => None,
+    const IS_SURFACE: u32 = 1 << 31;
+
+    fn of_surface(bounds: FrameBox, surface: u32) -> Self {
+        Self {
+            bounds,
+            link: surface | Self::IS_SURFACE,
         }
     }
 
-    /// Returns a leaf's surface; an inner node's is none's.
-    pub(super) fn surface(&self) -> SurfaceId {
-        match self.content {
-            NodeContent::Children(_) => SurfaceId(u32::MAX),
-            NodeContent::Surface(surface) => surface,
-        }
+    /// Returns the number of a leaf's surface among the boxes.
+    pub(super) fn surface(&self) -> Option<u32> {
+        (self.link & Self::IS_SURFACE != 0).then_some(self.link & !Self::IS_SURFACE)
     }
 }
 
 impl Binary {
-    /// Builds the tree over boxes; surfaces are numbered as these.
-    pub(super) fn new(boxes: &[FrameBox]) -> Self {
-        if boxes.is_empty() {
-            return Self { nodes: Vec::new() };
-        }
-        // Runs of boxes with one middle, smaller boxes first.
-        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        let keys: Vec<[i32; 3]> = boxes.iter().map(FrameBox::cell).collect();
-        let bounds_of = |surface: u32| &boxes[surface as usize];
-        order.sort_unstable_by(|&a, &b| {
-            keys[a as usize]
-                .cmp(&keys[b as usize])
-                .then_with(|| {
-                    let area = |surface: u32| bounds_of(surface).half_area();
-                    area(a).total_cmp(&area(b))
-                })
-                .then(a.cmp(&b))
-        });
-        let mut runs: Vec<&[u32]> = Vec::with_capacity(boxes.len());
-        for run in order.chunk_by(|&a, &b| keys[a as usize] == keys[b as usize]) {
-            if run.len() >= PILE {
-                runs.push(run);
-            } else {
-                runs.extend(run.chunks(1));
-            }
-        }
-        // In the order of the surfaces again, which decides ties of the builder.
-        runs.sort_unstable_by_key(|run| run[0]);
+    /// Returns the children of a node.
+    pub(super) fn children(&self, node: usize) -> Option<[usize; 2]> {
+        let link = self.nodes[node].link;
+        (link & BinaryNode::IS_SURFACE == 0).then_some([node + 1, link as usize])
+    }
 
-        let run_boxes: Vec<FrameBox> = runs
-            .iter()
-            .map(|run| {
-                let first = *bounds_of(run[0]);
-                run.iter()
-                    .fold(first, |all, &surface| all.union(bounds_of(surface)))
-            })
+    /// Builds the tree over boxes; surfaces are numbered as these.
+    pub(super) fn new(boxes: Vec<FrameBox>) -> Self {
+        let mut items: Vec<Item> = (0..)
+            .zip(&boxes)
+            .map(|(surface, bounds)| Item::new(bounds, surface))
             .collect();
         check();
-        let mut tree = PlocBuilder::with_capacity(runs.len()).build(
-            PlocSearchDistance::Medium,
-            &run_boxes,
-            (0..runs.len() as u32).collect(),
-            SortPrecision::U64,
-            3,
-        );
-        check();
-        ReinsertionOptimizer::default().run(&mut tree, REINSERTION_RATIO, None);
-        check();
-
-        // Copy it, with the piles in the places of their leaves.
+        // There are millions, and the items say the same.
+        drop(boxes);
         let mut binary = Self {
-            nodes: Vec::with_capacity(2 * boxes.len()),
+            nodes: Vec::with_capacity((2 * items.len()).saturating_sub(1)),
         };
-        let mut pending = vec![(0usize, None)];
-        while let Some((node, parent)) = pending.pop() {
-            let node = &tree.nodes[node];
-            let first = node.first_index as usize;
-            if node.is_leaf() {
-                binary.add_pile(boxes, runs[tree.primitive_indices[first] as usize], parent);
-            } else {
-                // Its box comes with those of its children.
-                let bounds = boxes[0];
-                let here = binary.add(bounds, NodeContent::Children([0; 2]), parent);
-                pending.push((first + 1, Some((here, 1))));
-                pending.push((first, Some((here, 0))));
-            }
+        if !items.is_empty() {
+            dispatch!(Level::new(), simd => Cutting::new(simd).cut(simd, &mut items, &mut binary));
+            binary.fit();
         }
-        binary.fit();
         binary
     }
 
@@ -181,61 +113,312 @@ impl Binary {
         let mut binary = Self {
             nodes: Vec::with_capacity(words.len()),
         };
-        let mut pending = vec![None];
+        // Nodes whose right sides are due.
+        let mut due = Vec::new();
         for &word in words {
-            let parent = pending.pop().flatten();
             if word == inner {
-                let here = binary.add(boxes[0], NodeContent::Children([0; 2]), parent);
-                pending.extend([Some((here, 1)), Some((here, 0))]);
+                due.push(binary.nodes.len());
+                binary.add_inner();
             } else {
-                let surface = NodeContent::Surface(SurfaceId(word));
-                binary.add(boxes[word as usize], surface, parent);
+                let leaf = BinaryNode::of_surface(boxes[word as usize], word);
+                binary.nodes.push(leaf);
+                if let Some(parent) = due.pop() {
+                    binary.nodes[parent].link = binary.nodes.len() as u32;
+                }
             }
         }
         binary.fit();
         binary
     }
 
+    /// Adds a node whose right side and box are still to come.
+    fn add_inner(&mut self) {
+        let bounds = FrameBox {
+            min: [0.0; 3],
+            max: [0.0; 3],
+        };
+        self.nodes.push(BinaryNode { bounds, link: 0 });
+    }
+
     /// Fits boxes around their children's, from below: children come after their parents.
     fn fit(&mut self) {
         for node in (0..self.nodes.len()).rev() {
-            if let Some([left, right]) = self.nodes[node].children() {
+            if let Some([left, right]) = self.children(node) {
                 self.nodes[node].bounds = self.nodes[left].bounds.union(&self.nodes[right].bounds);
             }
         }
     }
+}
 
-    /// Adds a node and tells its parent.
-    fn add(
-        &mut self,
-        bounds: FrameBox,
-        content: NodeContent,
-        parent: Option<(usize, usize)>,
-    ) -> usize {
-        let here = self.nodes.len();
-        self.nodes.push(BinaryNode { bounds, content });
-        if let Some((parent, side)) = parent
-            && let NodeContent::Children(children) = &mut self.nodes[parent].content
-        {
-            children[side] = here as u32;
-        }
-        here
+/// A surface's box, on its way into the tree: the lowest corner, the surface's bits, and the highest corner
+/// negated, so that one minimum joins two boxes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+struct Item([f32; 8]);
+
+impl Item {
+    fn new(bounds: &FrameBox, surface: u32) -> Self {
+        let ([a, b, c], [d, e, f]) = (bounds.min, bounds.max);
+        Self([a, b, c, f32::from_bits(surface), -d, -e, -f, 0.0])
     }
 
-    /// Adds surfaces as a balanced tree.
-    fn add_pile(&mut self, boxes: &[FrameBox], run: &[u32], parent: Option<(usize, usize)>) {
-        let mut pending = vec![(run, parent)];
-        while let Some((run, parent)) = pending.pop() {
-            let bounds = boxes[run[0] as usize];
-            if let [surface] = *run {
-                self.add(bounds, NodeContent::Surface(SurfaceId(surface)), parent);
+    fn surface(&self) -> u32 {
+        self.0[3].to_bits()
+    }
+
+    fn bounds(&self) -> FrameBox {
+        let [a, b, c, _, d, e, f, _] = self.0;
+        FrameBox {
+            min: [a, b, c],
+            max: [-d, -e, -f],
+        }
+    }
+
+    fn half_area(&self) -> f32 {
+        half_area(&self.0)
+    }
+
+    /// Returns twice the middle along an axis.
+    #[inline(always)]
+    fn middle(&self, axis: usize) -> f32 {
+        self.0[axis] - self.0[axis + 4]
+    }
+}
+
+/// Half the area of a box as an [`Item`] has it.
+#[inline(always)]
+fn half_area(x: &[f32; 8]) -> f32 {
+    let [x, y, z] = [-x[4] - x[0], -x[5] - x[1], -x[6] - x[2]];
+    x * y + y * z + z * x
+}
+
+/// Boxes of the items with their middles between two planes.
+#[derive(Clone, Copy, Debug)]
+struct Bin<S: Simd> {
+    bounds: f32x8<S>,
+    count: u32,
+}
+
+/// How a range is cut.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    axis: usize,
+    /// Items of bins up to this one are on the left.
+    last: u32,
+}
+
+/// Bins along one axis of a range.
+#[derive(Clone, Copy, Debug)]
+struct Bins {
+    from: [f32; 3],
+    rate: [f32; 3],
+}
+
+/// Added to a number, this leaves the nearest whole one in the last bits.
+const WHOLE: f32 = 12_582_912.0; // 3 * 2^22
+
+impl Bins {
+    /// Lays bins over the middles of some items; `None` if these are one.
+    #[inline(always)]
+    fn over(items: &[Item], count: usize) -> Option<Self> {
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for item in items {
+            for axis in 0..3 {
+                let middle = item.middle(axis);
+                low[axis] = low[axis].min(middle);
+                high[axis] = high[axis].max(middle);
+            }
+        }
+        let mut rate = [0.0; 3];
+        for axis in 0..3 {
+            let most = (count - 1) as f32 * (1.0 - 1e-6);
+            let extent = high[axis] - low[axis];
+            // Not where the division overflows, either.
+            let fine = most / extent;
+            rate[axis] = if fine.is_finite() { fine } else { 0.0 };
+        }
+        (rate != [0.0; 3]).then_some(Self { from: low, rate })
+    }
+
+    #[inline(always)]
+    fn bin(&self, item: &Item, axis: usize) -> u32 {
+        let place = (item.middle(axis) - self.from[axis]) * self.rate[axis] + WHOLE;
+        place.to_bits() & (MOST_BINS as u32 - 1)
+    }
+}
+
+/// Room for the cutting of ranges, taken once.
+struct Cutting<S: Simd> {
+    bins: [[Bin<S>; MOST_BINS]; 3],
+    empty: Bin<S>,
+}
+
+impl<S: Simd> Cutting<S> {
+    fn new(simd: S) -> Self {
+        let empty = Bin {
+            bounds: f32x8::splat(simd, f32::INFINITY),
+            count: 0,
+        };
+        Self {
+            bins: [[empty; MOST_BINS]; 3],
+            empty,
+        }
+    }
+
+    /// Writes the tree over items, which it puts in order.
+    #[inline(always)]
+    fn cut(&mut self, simd: S, items: &mut [Item], binary: &mut Binary) {
+        // Ranges deeper than any sensible tree's are halved.
+        let usual_depth = 2 * items.len().ilog2() + 8;
+        struct Pending {
+            from: usize,
+            to: usize,
+            parent: Option<usize>,
+            depth: u32,
+        }
+        let mut pending = vec![Pending {
+            from: 0,
+            to: items.len(),
+            parent: None,
+            depth: 0,
+        }];
+        while let Some(Pending {
+            from,
+            to,
+            parent,
+            depth,
+        }) = pending.pop()
+        {
+            let here = binary.nodes.len();
+            if let Some(parent) = parent {
+                binary.nodes[parent].link = here as u32;
+            }
+            let range = &mut items[from..to];
+            if let [item] = range {
+                let leaf = BinaryNode::of_surface(item.bounds(), item.surface());
+                binary.nodes.push(leaf);
                 continue;
             }
-            let here = self.add(bounds, NodeContent::Children([0; 2]), parent);
-            let (low, high) = run.split_at(run.len() / 2);
-            pending.push((high, Some((here, 1))));
-            pending.push((low, Some((here, 0))));
+            binary.add_inner();
+            let middle = from + self.split(simd, range, depth > usual_depth);
+            pending.push(Pending {
+                from: middle,
+                to,
+                parent: Some(here),
+                depth: depth + 1,
+            });
+            pending.push(Pending {
+                from,
+                to: middle,
+                parent: None,
+                depth: depth + 1,
+            });
         }
+    }
+
+    /// Puts the items of one side first and returns how many these are: some, and not all.
+    #[inline(always)]
+    fn split(&mut self, simd: S, items: &mut [Item], is_deep: bool) -> usize {
+        if items.len() <= 2 {
+            return 1;
+        }
+        let bin_count = (FEWEST_BINS + items.len() / BOXES_A_BIN).min(MOST_BINS);
+        let bins = Bins::over(items, bin_count);
+        let cut = bins
+            .filter(|_| !is_deep)
+            .and_then(|bins| Some((bins, self.best_cut(simd, items, &bins, bin_count)?)));
+        match (cut, bins) {
+            (Some((bins, cut)), _) => {
+                let (mut low, mut high) = (0, items.len());
+                while low < high {
+                    if bins.bin(&items[low], cut.axis) <= cut.last {
+                        low += 1;
+                    } else {
+                        high -= 1;
+                        items.swap(low, high);
+                    }
+                }
+                low
+            }
+            (None, Some(bins)) => {
+                // The axis on which middles are farthest apart.
+                let axis = (0..3)
+                    .min_by(|&a, &b| {
+                        let spread = |axis: usize| match bins.rate[axis] {
+                            0.0 => f32::INFINITY,
+                            rate => rate,
+                        };
+                        spread(a).total_cmp(&spread(b))
+                    })
+                    .unwrap_or(0);
+                let half = items.len() / 2;
+                items.select_nth_unstable_by(half, |a, b| {
+                    let by_middle = a.middle(axis).total_cmp(&b.middle(axis));
+                    by_middle.then(a.surface().cmp(&b.surface()))
+                });
+                half
+            }
+            // Boxes with one middle lie one in the other: the smaller ones apart from the larger.
+            (None, None) => {
+                let half = items.len() / 2;
+                items.select_nth_unstable_by(half, |a, b| {
+                    let by_area = a.half_area().total_cmp(&b.half_area());
+                    by_area.then(a.surface().cmp(&b.surface()))
+                });
+                half
+            }
+        }
+    }
+
+    /// Returns the cut that costs least, in groups of surfaces.
+    #[inline(always)]
+    fn best_cut(&mut self, simd: S, items: &[Item], bins: &Bins, bin_count: usize) -> Option<Cut> {
+        for axis in 0..3 {
+            self.bins[axis][..bin_count].fill(self.empty);
+        }
+        for item in items {
+            let bounds = f32x8::from_slice(simd, &item.0);
+            for axis in 0..3 {
+                let bin = &mut self.bins[axis][bins.bin(item, axis) as usize];
+                bin.bounds = bin.bounds.min(bounds);
+                bin.count += 1;
+            }
+        }
+        let group_count = |count: u32| count.div_ceil(LANES as u32) as f32;
+        let mut best = None;
+        let mut least = f32::INFINITY;
+        for axis in 0..3 {
+            if bins.rate[axis] == 0.0 {
+                continue;
+            }
+            let row = &self.bins[axis][..bin_count];
+            // Costs of what is right of each cut, from the right; then of what is left.
+            let mut right_costs = [0.0; MOST_BINS];
+            let mut right = self.empty;
+            for (i, bin) in row.iter().enumerate().skip(1).rev() {
+                right.bounds = right.bounds.min(bin.bounds);
+                right.count += bin.count;
+                right_costs[i - 1] = half_area(&right.bounds.into()) * group_count(right.count);
+            }
+            let mut left = self.empty;
+            for (i, bin) in row[..bin_count - 1].iter().enumerate() {
+                left.bounds = left.bounds.min(bin.bounds);
+                left.count += bin.count;
+                if left.count == 0 || left.count as usize == items.len() {
+                    continue;
+                }
+                let cost =
+                    half_area(&left.bounds.into()) * group_count(left.count) + right_costs[i];
+                if cost < least {
+                    least = cost;
+                    best = Some(Cut {
+                        axis,
+                        last: i as u32,
+                    });
+                }
+            }
+        }
+        best
     }
 }
 
@@ -260,20 +443,19 @@ mod tests {
     fn piles_are_balanced_and_complete() {
         for share in [0.0, 1.0] {
             let boxes = nested(100_000, share);
-            let binary = Binary::new(&boxes);
+            let binary = Binary::new(boxes.clone());
             let mut seen = vec![false; boxes.len()];
             let mut pending = vec![(0, 1)];
             let mut deepest = 0;
             while let Some((node, depth)) = pending.pop() {
                 deepest = deepest.max(depth);
-                let node = &binary.nodes[node];
-                match node.children() {
-                    Some(children) => pending.extend(children.map(|child| (child, depth + 1))),
-                    None => {
-                        let surface = node.surface().0 as usize;
-                        assert!(!std::mem::replace(&mut seen[surface], true));
-                        assert_eq!(node.bounds, boxes[surface]);
-                    }
+                if let Some(children) = binary.children(node) {
+                    pending.extend(children.map(|child| (child, depth + 1)));
+                }
+                if let Some(surface) = binary.nodes[node].surface() {
+                    let surface = surface as usize;
+                    assert!(!std::mem::replace(&mut seen[surface], true));
+                    assert_eq!(binary.nodes[node].bounds, boxes[surface]);
                 }
             }
             assert!(seen.iter().all(|&seen| seen));

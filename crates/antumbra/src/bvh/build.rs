@@ -9,7 +9,7 @@ use super::binary::{Binary, BinaryNode, FrameBox};
 use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, SphereGroup, TriangleGroup, WIDTH};
 use super::ray::{FilterBounds, USUAL_ORIGIN_ERROR};
 use crate::frame::Frame;
-use antumbra_geometry::{Occluders, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Occluders, SurfaceId};
 use antumbra_task::{check, checked};
 use fearless_simd::Level;
 
@@ -23,19 +23,60 @@ const OTHER_COST: f32 = 4.0;
 /// Where empty children are, on all axes: beyond every ray's end or before its start.
 const FAR_AWAY: f32 = 1e20;
 
-impl Bvh {
-    /// Builds the tree over all surfaces.
-    pub(crate) fn build(occluders: &Occluders) -> Self {
-        let boxes = Self::boxes(occluders);
-        Self::of_binary(occluders, &Binary::new(&boxes))
+/// The surfaces that a tree is over.
+pub(super) struct Held<'a> {
+    occluders: &'a Occluders,
+    /// Which these are; nothing for all.
+    surfaces: Option<Vec<SurfaceId>>,
+    bounds: Bounds,
+}
+
+impl<'a> Held<'a> {
+    /// All surfaces that are not left out.
+    pub(super) fn all(occluders: &'a Occluders) -> Self {
+        let has_all = occluders.present_surfaces().count() == occluders.surface_count();
+        Self {
+            occluders,
+            surfaces: (!has_all).then(|| occluders.present_surfaces().collect()),
+            bounds: occluders.bounds(),
+        }
     }
 
-    /// Returns the boxes of all surfaces.
-    pub(super) fn boxes(occluders: &Occluders) -> Vec<FrameBox> {
-        let frame = Frame::new(occluders.bounds());
-        checked(occluders.surfaces())
-            .map(|surface| FrameBox::new(&frame, &occluders.surface_bounds(surface)))
+    pub(super) fn count(&self) -> usize {
+        let all = self.occluders.surface_count();
+        self.surfaces.as_ref().map_or(all, Vec::len)
+    }
+
+    /// Returns the surface that the tree knows by a number.
+    fn surface(&self, number: u32) -> SurfaceId {
+        let surfaces = self.surfaces.as_ref();
+        surfaces.map_or(SurfaceId(number), |surfaces| surfaces[number as usize])
+    }
+
+    /// Returns the boxes of the surfaces.
+    pub(super) fn boxes(&self) -> Vec<FrameBox> {
+        let frame = Frame::new(self.bounds);
+        checked(0..self.count() as u32)
+            .map(|number| self.occluders.surface_bounds(self.surface(number)))
+            .map(|bounds| FrameBox::new(&frame, &bounds))
             .collect()
+    }
+}
+
+impl Bvh {
+    /// Builds the tree over all surfaces that are not left out.
+    pub(crate) fn build(occluders: &Occluders) -> Self {
+        Self::over(&Held::all(occluders))
+    }
+
+    /// Builds a tree over some surfaces.
+    pub(crate) fn build_of(occluders: &Occluders, surfaces: &[SurfaceId]) -> Self {
+        let bounds = surfaces.iter().map(|&one| occluders.surface_bounds(one));
+        Self::over(&Held {
+            occluders,
+            bounds: bounds.fold(Bounds::EMPTY, Bounds::union),
+            surfaces: Some(surfaces.to_vec()),
+        })
     }
 
     /// Returns about the bytes that building the tree takes at its height, and those of the tree. How full groups and
@@ -43,8 +84,6 @@ impl Bvh {
     pub(crate) fn predict_bytes(occluders: &Occluders) -> [u64; 2] {
         /// Shapes in a group, and groups below a node.
         const FULL: [f64; 2] = [1.6, 5.0];
-        /// What the binary tree takes while it is built, for each surface.
-        const BINARY: usize = 320;
         let surface_count = occluders.surface_count();
         let (triangles, others) = (
             occluders.triangle_count() as f64,
@@ -59,18 +98,21 @@ impl Bvh {
         let groups = triangles * triangle_group + others * sphere_group;
         let nodes = surface_count as f64 * node / FULL[1];
         let taken = ((groups + nodes) / FULL[0]) as u64;
-        // The boxes, and for each node of the binary tree how it is cut, until all is written.
-        let binary = 2 * (size_of::<BinaryNode>() + Plan::NODE_BYTES);
-        let height = (size_of::<FrameBox>() + binary) * surface_count;
-        let height = taken + height as u64;
-        [height.max((BINARY * surface_count) as u64), taken]
+        // For each surface two nodes of the binary tree and how they are cut, until all is written.
+        let binary = 2 * (size_of::<BinaryNode>() + size_of::<Choice>());
+        [taken + (binary * surface_count) as u64, taken]
     }
 
-    /// Cuts a binary tree over all surfaces.
-    pub(super) fn of_binary(occluders: &Occluders, binary: &Binary) -> Self {
-        let frame = Frame::new(occluders.bounds());
+    fn over(held: &Held) -> Self {
+        Self::of_binary(held, &Binary::new(held.boxes()))
+    }
+
+    /// Cuts a binary tree over the surfaces.
+    pub(super) fn of_binary(held: &Held, binary: &Binary) -> Self {
+        let frame = Frame::new(held.bounds);
         let mut bvh = Self {
             frame,
+            bounds: held.bounds.inflated(DVec3::splat(frame.margin)),
             nodes: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
@@ -82,9 +124,9 @@ impl Bvh {
         if binary.nodes.is_empty() {
             return bvh;
         }
-        let plan = Plan::new(occluders, binary);
+        let plan = Plan::new(held, binary);
         Writer {
-            occluders,
+            held,
             plan: &plan,
             bvh: &mut bvh,
         }
@@ -102,88 +144,115 @@ enum Content {
     Mixed,
 }
 
+/// How the subtree of one node of the binary tree is cut best, in 32 bits.
+///
+/// For each of the seven numbers of children after 1 three bits: how many of them the left side takes; 0: one
+/// child fewer is as good. For a single child the same of the wide node's eight. Then whether a single child
+/// is a group, and what the subtree holds.
+#[derive(Clone, Copy, Debug)]
+struct Choice(u32);
+
+impl Choice {
+    fn new(left_shares: [u8; WIDTH], is_group: bool, content: Content) -> Self {
+        let shares = (0..)
+            .zip(left_shares)
+            .fold(0, |bits, (i, share)| bits | u32::from(share) << (3 * i));
+        Self(shares | u32::from(is_group) << 24 | (content as u32) << 25)
+    }
+
+    fn left_share(self, child_count: usize) -> usize {
+        (self.0 >> (3 * (child_count - 1)) & 7) as usize
+    }
+
+    fn is_group(self) -> bool {
+        self.0 >> 24 & 1 != 0
+    }
+
+    fn content(self) -> Content {
+        match self.0 >> 25 {
+            0 => Content::Triangles,
+            1 => Content::Spheres,
+            2 => Content::Other,
+            _ => Content::Mixed,
+        }
+    }
+}
+
+/// What a node's parent must know to choose.
+#[derive(Clone, Copy, Debug)]
+struct Costs {
+    /// Cheapest cost of the subtree as at most `i + 1` children of a wide node.
+    of_children: [f32; WIDTH],
+    surface_count: u32,
+    content: Content,
+}
+
 /// For each node of the binary tree how its subtree is cut best.
 struct Plan<'a> {
     binary: &'a Binary,
-    /// Cheapest cost of the subtree as at most `i + 1` children of a wide node.
-    costs: Vec<[f32; WIDTH]>,
-    /// How many of `i + 1` children the left side takes; 0: one child fewer is as good, or, for a
-    /// single child, a choice between node and group.
-    left_shares: Vec<[u8; WIDTH]>,
-    is_group: Vec<bool>,
-    /// Surfaces and kind of each subtree.
-    counts: Vec<u32>,
-    contents: Vec<Content>,
+    choices: Vec<Choice>,
 }
 
 impl<'a> Plan<'a> {
-    /// Bytes of a node of the binary tree.
-    const NODE_BYTES: usize = size_of::<[f32; WIDTH]>()
-        + size_of::<[u8; WIDTH]>()
-        + size_of::<bool>()
-        + size_of::<u32>()
-        + size_of::<Content>();
-
-    fn new(occluders: &Occluders, binary: &'a Binary) -> Self {
+    fn new(held: &Held, binary: &'a Binary) -> Self {
         let count = binary.nodes.len();
-        let mut plan = Self {
-            binary,
-            costs: vec![[0.0; WIDTH]; count],
-            left_shares: vec![[0; WIDTH]; count],
-            is_group: vec![false; count],
-            counts: vec![0; count],
-            contents: vec![Content::Mixed; count],
-        };
-        // Parents before children, then backwards. A subtree may be deep: no recursion.
-        let mut order = Vec::with_capacity(count);
-        let mut pending = vec![0usize];
-        while let Some(node) = pending.pop() {
-            order.push(node);
-            if let Some(children) = plan.children(node) {
-                pending.extend(children);
-            }
+        let mut choices = vec![Choice(0); count];
+        // Nodes come depth first. From the last to the first, the two subtrees that were decided last and wait
+        // for their parents are a node's own, the left one on top.
+        let mut waiting: Vec<Costs> = Vec::new();
+        for node in checked((0..count).rev()) {
+            let area = binary.nodes[node].bounds.half_area();
+            let (choice, costs) = match binary.nodes[node].surface() {
+                Some(number) => Self::of_surface(held.occluders, held.surface(number), area),
+                None => match (waiting.pop(), waiting.pop()) {
+                    (Some(left), Some(right)) => Self::of_sides(area, &left, &right),
+                    // No node is without sides.
+                    _ => break,
+                },
+            };
+            choices[node] = choice;
+            waiting.push(costs);
         }
-        for &node in checked(order.iter().rev()) {
-            plan.decide(occluders, node);
-        }
-        plan
-    }
-
-    fn children(&self, node: usize) -> Option<[usize; 2]> {
-        self.binary.nodes[node].children()
+        Self { binary, choices }
     }
 
     fn bounds(&self, node: usize) -> &FrameBox {
         &self.binary.nodes[node].bounds
     }
 
-    fn decide(&mut self, occluders: &Occluders, node: usize) {
-        let area = self.bounds(node).half_area();
-        let Some([left, right]) = self.children(node) else {
-            let surface = self.binary.nodes[node].surface();
-            let (content, cost) = if occluders.triangle_positions(surface).is_some() {
-                (Content::Triangles, GROUP_COST)
-            } else if occluders.sphere(surface).is_some() {
-                (Content::Spheres, GROUP_COST)
-            } else {
-                (Content::Other, OTHER_COST)
-            };
-            self.counts[node] = 1;
-            self.contents[node] = content;
-            self.is_group[node] = true;
-            self.costs[node] = [area * cost; WIDTH];
-            return;
-        };
-        self.counts[node] = self.counts[left] + self.counts[right];
-        let (ours, theirs) = (self.contents[left], self.contents[right]);
-        self.contents[node] = if ours == theirs { ours } else { Content::Mixed };
+    fn is_group(&self, node: usize) -> bool {
+        self.choices[node].is_group()
+    }
 
+    fn of_surface(occluders: &Occluders, surface: SurfaceId, area: f32) -> (Choice, Costs) {
+        let (content, cost) = if (surface.0 as usize) < occluders.triangle_count() {
+            (Content::Triangles, GROUP_COST)
+        } else if occluders.sphere(surface).is_some() {
+            (Content::Spheres, GROUP_COST)
+        } else {
+            (Content::Other, OTHER_COST)
+        };
+        let costs = Costs {
+            of_children: [area * cost; WIDTH],
+            surface_count: 1,
+            content,
+        };
+        (Choice::new([0; WIDTH], true, content), costs)
+    }
+
+    fn of_sides(area: f32, left: &Costs, right: &Costs) -> (Choice, Costs) {
+        let surface_count = left.surface_count + right.surface_count;
+        let content = if left.content == right.content {
+            left.content
+        } else {
+            Content::Mixed
+        };
         // As exactly `i + 1` children: the best split between left and right.
         let mut costs = [f32::INFINITY; WIDTH];
         let mut shares = [0u8; WIDTH];
         for i in 1..WIDTH {
             for share in 1..=i {
-                let cost = self.costs[left][share - 1] + self.costs[right][i - share];
+                let cost = left.of_children[share - 1] + right.of_children[i - share];
                 if cost < costs[i] {
                     costs[i] = cost;
                     shares[i] = share as u8;
@@ -191,15 +260,15 @@ impl<'a> Plan<'a> {
             }
         }
         // As one child: a group of shapes, or a node with eight children.
-        let is_groupable = self.counts[node] <= LANES as u32
-            && matches!(self.contents[node], Content::Triangles | Content::Spheres);
+        let is_groupable = surface_count <= LANES as u32
+            && matches!(content, Content::Triangles | Content::Spheres);
         let as_node = area * NODE_COST + costs[WIDTH - 1];
         let as_group = if is_groupable {
             area * GROUP_COST
         } else {
             f32::INFINITY
         };
-        self.is_group[node] = as_group <= as_node;
+        let is_group = as_group <= as_node;
         costs[0] = as_group.min(as_node);
         // Fewer children may do; the node that this would be a child of knows 0 as that.
         let as_whole = shares;
@@ -211,26 +280,31 @@ impl<'a> Plan<'a> {
         }
         // A node of its own always divides: its eight children are not itself.
         shares[0] = as_whole[WIDTH - 1];
-        self.costs[node] = costs;
-        self.left_shares[node] = shares;
+        let costs = Costs {
+            of_children: costs,
+            surface_count,
+            content,
+        };
+        (Choice::new(shares, is_group, content), costs)
     }
 
     /// Returns the children of the wide node that a subtree becomes.
     fn wide_children(&self, node: usize) -> Vec<usize> {
         let mut children = Vec::with_capacity(WIDTH);
-        let Some([left, right]) = self.children(node).filter(|_| !self.is_group[node]) else {
+        let Some([left, right]) = self.binary.children(node).filter(|_| !self.is_group(node))
+        else {
             // The root of a scene of a few shapes.
             return vec![node];
         };
-        let share = usize::from(self.left_shares[node][0]);
+        let share = self.choices[node].left_share(1);
         let mut pending = vec![(right, WIDTH - share), (left, share)];
         while let Some((node, mut slots)) = pending.pop() {
-            while slots > 1 && self.left_shares[node][slots - 1] == 0 {
+            while slots > 1 && self.choices[node].left_share(slots) == 0 {
                 slots -= 1;
             }
-            match self.children(node) {
+            match self.binary.children(node) {
                 Some([left, right]) if slots > 1 => {
-                    let share = usize::from(self.left_shares[node][slots - 1]);
+                    let share = self.choices[node].left_share(slots);
                     pending.push((right, slots - share));
                     pending.push((left, share));
                 }
@@ -243,7 +317,7 @@ impl<'a> Plan<'a> {
 
 /// Writes the wide tree.
 struct Writer<'a> {
-    occluders: &'a Occluders,
+    held: &'a Held<'a>,
     plan: &'a Plan<'a>,
     bvh: &'a mut Bvh,
 }
@@ -257,8 +331,8 @@ impl Writer<'_> {
         while let Some(node) = pending.pop() {
             node_count += 1;
             for child in self.plan.wide_children(node) {
-                if self.plan.is_group[child] {
-                    counts[self.plan.contents[child] as usize] += 1;
+                if self.plan.is_group(child) {
+                    counts[self.plan.choices[child].content() as usize] += 1;
                 } else {
                     pending.push(child);
                 }
@@ -300,7 +374,7 @@ impl Writer<'_> {
             // Leaves first; then those that a ray hits most likely.
             let area = |node: usize| self.plan.bounds(node).half_area();
             children.sort_by(|&a, &b| {
-                let is_node = |node: usize| !self.plan.is_group[node];
+                let is_node = |node: usize| !self.plan.is_group(node);
                 is_node(a)
                     .cmp(&is_node(b))
                     .then(area(b).total_cmp(&area(a)))
@@ -316,7 +390,7 @@ impl Writer<'_> {
                     node.planes[axis][slot] = bounds.min[axis];
                     node.planes[axis + 3][slot] = bounds.max[axis];
                 }
-                if self.plan.is_group[child] {
+                if self.plan.is_group(child) {
                     node.children[slot] = self.group(child);
                 } else {
                     pending.push(Pending {
@@ -335,21 +409,24 @@ impl Writer<'_> {
         let mut surfaces = Vec::with_capacity(LANES);
         let mut pending = vec![node];
         while let Some(node) = pending.pop() {
-            match self.plan.children(node) {
+            match self.plan.binary.children(node) {
                 Some(children) => pending.extend(children),
-                None => surfaces.push(self.plan.binary.nodes[node].surface()),
+                None => {
+                    let number = self.plan.binary.nodes[node].surface();
+                    surfaces.extend(number.map(|number| self.held.surface(number)));
+                }
             }
         }
         surfaces.sort_unstable();
         let bvh = &mut *self.bvh;
-        match self.plan.contents[node] {
+        match self.plan.choices[node].content() {
             Content::Triangles => {
-                let group = TriangleGroup::new(self.occluders, &bvh.frame, &surfaces);
+                let group = TriangleGroup::new(self.held.occluders, &bvh.frame, &surfaces);
                 bvh.triangles.push(group);
                 Child::new(ChildKind::Triangles, bvh.triangles.len() - 1)
             }
             Content::Spheres => {
-                let group = SphereGroup::new(self.occluders, &bvh.frame, &surfaces);
+                let group = SphereGroup::new(self.held.occluders, &bvh.frame, &surfaces);
                 bvh.spheres.push(group);
                 Child::new(ChildKind::Spheres, bvh.spheres.len() - 1)
             }

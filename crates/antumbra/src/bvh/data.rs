@@ -1,6 +1,6 @@
 //! What the tree is made of.
 
-use antumbra_geometry::SurfaceId;
+use antumbra_geometry::{Bounds, SurfaceId};
 use fearless_simd::Level;
 
 use super::ray::FilterBounds;
@@ -16,6 +16,8 @@ pub(super) const LANES: usize = 4;
 #[derive(Debug)]
 pub(crate) struct Bvh {
     pub(super) frame: Frame,
+    /// The box of the surfaces, with room for every rounding.
+    pub(super) bounds: Bounds,
     /// The root is the first; children come after their parents. Empty for an empty scene.
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<TriangleGroup>,
@@ -133,6 +135,19 @@ impl Members {
         (0..LANES).fold(0, |bits, lane| {
             bits | u32::from(self.surfaces[lane].0 == surface) << lane
         })
+    }
+}
+
+impl Bvh {
+    /// Returns all surfaces of the tree.
+    pub(super) fn surfaces(&self) -> impl Iterator<Item = SurfaceId> {
+        let triangles = self.triangles.iter().map(|group| &group.members);
+        let members = triangles.chain(self.spheres.iter().map(|group| &group.members));
+        let in_groups = members.flat_map(|members| {
+            let lanes = (0..LANES).filter(|lane| members.present >> lane & 1 != 0);
+            lanes.map(|lane| members.surfaces[lane])
+        });
+        in_groups.chain(self.others.iter().copied())
     }
 }
 

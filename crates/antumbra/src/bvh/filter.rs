@@ -22,8 +22,9 @@
 //! * `N . C`: `(48 + 12 + 20) M^2 u + 6 M^2 p`; `d . N` the same with `e`; `M <= 2`.
 //! * `w_bc`: twice the bound of `w_ab`, that of `d . N` as `(160 u + 12 e) M`, and `144 M u` for two
 //!   sums: `(36 e + 24 p + 576 u) M`.
-//! * the light's height, `t <= 9/4`: those of `N . C` and of `t` times `d . N`, and `120 M^2 u` for
-//!   the rounding of `t`, product and sum: `(6 p + 15.5 e + 400 u) M^2`.
+//! * the light's height, `t <= 9/4`: those of `N . C` and of `t` times `d . N`, `120 M^2 u` for
+//!   the rounding of `t`, product and sum, and `4 M^2 u` for a `t` that is counted from a far start, which errs
+//!   by `2^-26` of the frame: `(6 p + 15.5 e + 404 u) M^2`.
 //!
 //! # Spheres
 //!

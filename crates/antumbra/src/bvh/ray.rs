@@ -46,7 +46,7 @@ pub(super) const PLANE_ROOM: f64 = 10.01 * U;
 pub(super) const FARTHEST: f64 = 2.25;
 
 /// Starts farther out than this many frames are left to the reference.
-const FARTHEST_START: f64 = (1u64 << 20) as f64;
+const FARTHEST_START: f64 = (1u64 << 27) as f64;
 
 /// Starts beyond this lie outside; 2^-19 covers what 1 in `f64` may be.
 pub(super) const INSIDE: f64 = 1.0;
@@ -109,7 +109,7 @@ impl FilterBounds {
         let edge = 12.0 * direction + 12.0 * position + 136.0 * U;
         let third_edge = 36.0 * direction + 24.0 * position + 576.0 * U;
         let height = 6.0 * position + 80.0 * U;
-        let light_height = 6.0 * position + 15.5 * direction + 400.0 * U;
+        let light_height = 6.0 * position + 15.5 * direction + 404.0 * U;
         Self {
             edge: generous(edge),
             third_edge_scale: (0.98 * edge / third_edge) as f32,
@@ -224,9 +224,9 @@ fn enter(frame: &Frame, segment: &Segment, origin: DVec3) -> Entry {
     if distance.is_nan() || distance > FARTHEST_START {
         return Entry::Unfit;
     }
-    // A slab test in f64. Each parameter errs by less than 2^-50 of itself, which is 2^-30 of the
-    // frame: the box is taken that much larger, and the entry that much earlier.
-    let room = INSIDE + 1.0 / (1u64 << 28) as f64;
+    // A slab test in f64. Each parameter errs by less than 2^-50 of itself, which is 2^-23 of the frame at
+    // most: the box is taken that much larger, and the entry that much earlier.
+    let room = INSIDE + distance / (1u64 << 49) as f64 + 1.0 / (1u64 << 28) as f64;
     let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
     let step = direction * frame.scale;
     for axis in 0..3 {

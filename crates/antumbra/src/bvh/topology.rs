@@ -9,7 +9,8 @@ use std::sync::OnceLock;
 
 use antumbra_geometry::Occluders;
 
-use super::binary::Binary;
+use super::binary::{Binary, BinaryNode};
+use super::build::Held;
 use super::data::Bvh;
 
 /// In place of a surface.
@@ -69,9 +70,13 @@ impl Tree {
 }
 
 impl Topology {
-    /// Returns words as a tree's; `None` if they are not those of a binary tree over so many surfaces, at least
-    /// one.
-    pub(crate) fn new(words: Vec<u32>, surface_count: usize) -> Option<Self> {
+    /// Returns words as a tree's; `None` if they are not those of a binary tree over all surfaces that are not
+    /// left out, at least one.
+    pub(crate) fn new(words: Vec<u32>, occluders: &Occluders) -> Option<Self> {
+        Self::over(words, occluders.present_surfaces().count())
+    }
+
+    fn over(words: Vec<u32>, surface_count: usize) -> Option<Self> {
         if words.len() != (2 * surface_count).checked_sub(1)? {
             return None;
         }
@@ -97,30 +102,15 @@ impl Bvh {
     /// Returns the binary tree over all surfaces in words; none for an empty scene. Takes as long as building
     /// the tree.
     pub(crate) fn topology(occluders: &Occluders) -> Vec<u32> {
-        let boxes = Self::boxes(occluders);
-        if boxes.is_empty() {
-            return Vec::new();
-        }
-        let binary = Binary::new(&boxes);
-        let mut words = Vec::with_capacity(binary.nodes.len());
-        let mut pending = vec![0];
-        while let Some(node) = pending.pop() {
-            let node = &binary.nodes[node];
-            match node.children() {
-                Some([left, right]) => {
-                    words.push(INNER);
-                    pending.extend([right, left]);
-                }
-                None => words.push(node.surface().0),
-            }
-        }
-        words
+        let nodes = Binary::new(Held::all(occluders).boxes()).nodes;
+        let word = |node: &BinaryNode| node.surface().unwrap_or(INNER);
+        nodes.iter().map(word).collect()
     }
 
     /// Builds the tree over the surfaces that words were made of.
     fn of_topology(occluders: &Occluders, Topology(words): &Topology) -> Self {
-        let boxes = Self::boxes(occluders);
-        Self::of_binary(occluders, &Binary::of_words(words, &boxes, INNER))
+        let held = Held::all(occluders);
+        Self::of_binary(&held, &Binary::of_words(words, &held.boxes(), INNER))
     }
 }
 
@@ -147,7 +137,7 @@ mod tests {
             let occluders = leaves(count);
             let words = Bvh::topology(&occluders);
             let built = Bvh::build(&occluders);
-            let topology = Topology::new(words, count as usize).expect("a tree");
+            let topology = Topology::over(words, count as usize).expect("a tree");
             let tree = Tree::later(topology);
             assert!(tree.built.get().is_none());
             for tree in [tree, Tree::now(&occluders)] {
@@ -156,12 +146,12 @@ mod tests {
             }
         }
         assert!(Bvh::topology(&leaves(0)).is_empty());
-        assert!(Topology::new(Vec::new(), 0).is_none());
+        assert!(Topology::over(Vec::new(), 0).is_none());
     }
 
     #[test]
     fn words_that_are_no_tree_make_none() {
-        let is_tree = |words: &[u32]| Topology::new(words.to_vec(), 4).is_some();
+        let is_tree = |words: &[u32]| Topology::over(words.to_vec(), 4).is_some();
         assert!(is_tree(&[INNER, INNER, 0, 1, INNER, 2, 3]));
         assert!(is_tree(&[INNER, 3, INNER, 2, INNER, 1, 0]));
         for words in [

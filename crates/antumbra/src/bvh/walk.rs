@@ -1,6 +1,6 @@
 //! Any-hit and nearest-hit through the tree.
 
-use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Segment, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Hit, LightShape, Occluders, Segment, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8};
 
@@ -8,7 +8,8 @@ use super::data::{Bvh, Child, ChildKind, Members, Node, WIDTH};
 use super::filter::{self, Verdicts};
 use super::ray::{FrameRay, Prepared};
 use crate::Counters;
-use crate::grid::{any_hit_by_reference, nearest_of};
+use crate::grid::nearest_of;
+use crate::sweep::may_meet;
 
 /// Trees deeper than this, which no common scene makes, walk with a stack on the heap.
 pub(super) const USUAL_DEPTH: usize = 32;
@@ -54,10 +55,7 @@ impl Bvh {
         }
         match self.prepare(simd, origin.0, origin.1, light, || question.segment()) {
             Prepared::Miss => false,
-            Prepared::Unfit => {
-                counters.intersections += occluders.surface_count() as u64;
-                any_hit_by_reference(occluders, &question.segment())
-            }
+            Prepared::Unfit => self.any_hit_by_rule(question, origin, counters),
             Prepared::Ray(_) if self.nodes.is_empty() => false,
             Prepared::Ray(ray) => {
                 let query = AnyHit {
@@ -72,6 +70,34 @@ impl Bvh {
                 }
             }
         }
+    }
+
+    /// Asks the rule about every surface, if the segment may come near them.
+    #[cold]
+    #[inline(never)]
+    fn any_hit_by_rule(
+        &self,
+        question: &Question,
+        (point, offset): (DVec3, f64),
+        counters: &mut Counters,
+    ) -> bool {
+        let start = Bounds {
+            min: point,
+            max: point,
+        };
+        if !may_meet(
+            &start.inflated(DVec3::splat(offset)),
+            question.light,
+            &self.bounds,
+        ) {
+            return false;
+        }
+        let segment = question.segment();
+        let mut surfaces = self.surfaces();
+        surfaces.any(|surface| {
+            counters.intersections += 1;
+            question.occluders.blocks(surface, &segment)
+        })
     }
 
     /// Returns the nearest surface; ties go to the lowest id.
@@ -99,7 +125,8 @@ impl Bvh {
         let distance = self.frame.point_in_frame(point).abs().max_element();
         let is_near = 2.0 * f64::EPSILON * distance <= 0.25 * self.frame.margin_in_frame;
         match self.prepare(simd, point, offset, &light, || segment.clone()) {
-            Prepared::Miss if is_near => None,
+            // What it misses does not depend on the rounding of distances.
+            Prepared::Miss => None,
             Prepared::Ray(_) if self.nodes.is_empty() => None,
             Prepared::Ray(ray) if is_near => {
                 let query = Nearest {
@@ -114,9 +141,20 @@ impl Bvh {
                     query.walk_deep(simd, self.depth, counters)
                 }
             }
-            _ => {
-                counters.intersections += occluders.surface_count() as u64;
-                nearest_of(occluders, occluders.surfaces(), segment, None)
+            // From afar all that it crosses are compared.
+            Prepared::Ray(ray) => {
+                let mut best = None;
+                self.all_along(simd, &ray, counters, |surface| {
+                    best = nearest_of(occluders, [surface].into_iter(), segment, best);
+                });
+                best
+            }
+            Prepared::Unfit => {
+                let mut best = None;
+                self.all_by_rule(segment, counters, |surface| {
+                    best = nearest_of(occluders, [surface].into_iter(), segment, best);
+                });
+                best
             }
         }
     }

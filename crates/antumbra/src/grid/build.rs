@@ -1,6 +1,6 @@
 //! Putting surfaces into voxels, conservatively.
 
-use antumbra_geometry::{Occluders, SurfaceId};
+use antumbra_geometry::{Bounds, Occluders, SurfaceId};
 use rayon::prelude::*;
 
 use super::{Block, Layout};
@@ -66,19 +66,68 @@ impl Grid {
     pub(crate) fn predict_bytes(occluders: &Occluders, layout: &Layout) -> [u64; 2] {
         let entries: u64 = occluders
             .surfaces()
-            .map(|surface| {
-                let block = layout.block_around(&occluders.surface_bounds(surface));
-                // A surface meets a layer of its box, not all of it.
-                let sides: [u64; 3] =
-                    std::array::from_fn(|axis| u64::from(block.to[axis] - block.from[axis]));
-                let layer = |a: usize, b: usize| sides[a] * sides[b];
-                (layer(0, 1) + layer(1, 2) + layer(2, 0)).min(block.voxel_count())
-            })
+            .map(|surface| voxels_of_layer(occluders, layout, surface))
             .sum();
         // Entries live twice while they are sorted: as pairs and in place; and where they start, too.
         let voxels = 4 * (layout.voxel_count() as u64 + 1);
         [2 * voxels + 15 * entries, voxels + 4 * entries]
     }
+}
+
+/// Entries of a grid of automatic resolution, for each surface and at least: where every surface meets many
+/// voxels, as in a heap of large triangles, finer voxels tell them apart no better.
+const MOST_ENTRIES_EACH: f64 = 48.0;
+const MOST_ENTRIES: f64 = (1 << 20) as f64;
+
+/// Returns a resolution, made coarser until the surfaces meet a bearable number of voxels. Of many surfaces some
+/// are looked at.
+pub(crate) fn affordable_resolution(
+    occluders: &Occluders,
+    bounds: Bounds,
+    usual: [u32; 3],
+) -> [u32; 3] {
+    const SAMPLES: usize = 256;
+    let count = occluders.surface_count();
+    let step = count.div_ceil(SAMPLES).max(1);
+    let samples = || occluders.surfaces().step_by(step);
+    let share = 1.0 / samples().count().max(1) as f64;
+    let most = MOST_ENTRIES_EACH.max(MOST_ENTRIES / count as f64);
+
+    let layout = Layout::new(bounds, usual);
+    let in_boxes: u64 = samples()
+        .map(|surface| voxels_of_layer(occluders, &layout, surface))
+        .sum();
+    if in_boxes as f64 * share <= most {
+        return usual;
+    }
+    // From coarse to fine, so that looking costs no more than building.
+    let scaled = |shift: i32| {
+        let factor = 2.0_f64.powf(-0.5 * f64::from(shift));
+        usual.map(|n| (f64::from(n) * factor).ceil().max(1.0) as u32)
+    };
+    let finest = usual.into_iter().max().unwrap_or(1);
+    let mut best = [1; 3];
+    let mut entries = Vec::new();
+    for shift in (0..=2 * finest.ilog2() as i32).rev() {
+        let layout = Layout::new(bounds, scaled(shift));
+        entries.clear();
+        for surface in samples() {
+            insert(occluders, &layout, surface, &mut entries);
+        }
+        if entries.len() as f64 * share > most {
+            break;
+        }
+        best = layout.resolution;
+    }
+    best
+}
+
+/// Returns how many voxels a layer of a surface's box has: it meets about so many, not all of the box.
+fn voxels_of_layer(occluders: &Occluders, layout: &Layout, surface: SurfaceId) -> u64 {
+    let block = layout.block_around(&occluders.surface_bounds(surface));
+    let sides: [u64; 3] = std::array::from_fn(|axis| u64::from(block.to[axis] - block.from[axis]));
+    let layer = |a: usize, b: usize| sides[a] * sides[b];
+    (layer(0, 1) + layer(1, 2) + layer(2, 0)).min(block.voxel_count())
 }
 
 /// Appends the voxels that a surface may meet.

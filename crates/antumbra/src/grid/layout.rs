@@ -44,9 +44,7 @@ impl Layout {
         } else {
             scene
         };
-        let scale = scene.largest_coordinate() + scene.size().max_element();
-        // A scene that is a point at the origin still needs a voxel.
-        let margin = (MARGIN * scale).max(f64::MIN_POSITIVE * 1e30);
+        let margin = Self::margin_of(&scene);
         let bounds = scene.inflated(DVec3::splat(2.0 * margin));
         let counts = DVec3::from_array(resolution.map(f64::from));
         let voxel_size = bounds.size() / counts;
@@ -57,6 +55,17 @@ impl Layout {
             voxels_per_unit: voxel_size.recip(),
             margin,
         }
+    }
+
+    /// Returns the margin for surfaces in a box.
+    pub(crate) fn margin_of(scene: &Bounds) -> f64 {
+        let scale = if scene.is_empty() {
+            0.0
+        } else {
+            scene.largest_coordinate() + scene.size().max_element()
+        };
+        // A scene that is a point at the origin still needs a voxel.
+        (MARGIN * scale).max(f64::MIN_POSITIVE * 1e30)
     }
 
     /// Returns the resolution by Woo's rule: voxels as near to cubes as can be, their number along

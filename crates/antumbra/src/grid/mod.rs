@@ -10,7 +10,7 @@ mod layout;
 mod query;
 mod walk;
 
-pub(crate) use build::Grid;
+pub(crate) use build::{Grid, affordable_resolution};
 pub(crate) use layout::{Block, Layout};
 pub(crate) use query::{Mailbox, any_hit_by_reference, nearest_of};
 pub(crate) use walk::{Walk, point_along};

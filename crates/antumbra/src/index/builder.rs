@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use antumbra_geometry::{DVec3, LightShape, Occluders};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders};
 
 use super::predict::{Asked, Prediction};
 use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
 use super::{LARGEST, ShadowIndex};
 use crate::bvh::Tree;
-use crate::grid::{Grid, Layout};
+use crate::grid::{Grid, Layout, affordable_resolution};
 use crate::kept::{Kept, LoadError};
 use crate::occlusion::{AdaptiveValues, mark, quick_check};
+use crate::parts::{Parts, Split};
 
 /// Why an index cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -166,16 +167,16 @@ impl Builder {
             let left = left.ok_or(BuildError::Memory { predicted, limit })?;
             refinement.memory = refinement.memory.min(left);
         }
-        let layout = layout(&self.occluders, self.resolution)?;
-        let grid = self
-            .needs_grid()
-            .then(|| Grid::build(&self.occluders, layout));
+        let parts = Parts::new(&self.occluders, self.split());
+        let occluders = &*parts.near;
+        let layout = layout(occluders, occluders.bounds(), self.resolution)?;
+        let grid = self.needs_grid().then(|| Grid::build(occluders, layout));
 
         // Paper 7.3: perhaps the values are not worth it.
         let verdict = match (self.quick_check, &grid) {
             (QuickCheck::Off, _) | (_, None) => None,
             (QuickCheck::Report | QuickCheck::Obey, Some(grid)) => {
-                Some(quick_check(&self.occluders, grid))
+                Some(quick_check(occluders, grid))
             }
         };
         let is_advised_against = self.quick_check == QuickCheck::Obey
@@ -188,11 +189,11 @@ impl Builder {
             (Method::Voxel1990, Some(grid)) => self
                 .lights
                 .iter()
-                .map(|light| mark(&self.occluders, grid, light))
+                .map(|light| mark(occluders, grid, light))
                 .collect(),
             _ => Vec::new(),
         };
-        let (occluders, lights) = (&*self.occluders, &self.lights);
+        let lights = &self.lights;
         let mut adaptive = (method == Method::Voxel).then(|| {
             let mut making = refinement.making();
             if !self.has_tree {
@@ -203,7 +204,7 @@ impl Builder {
         });
         let kept = match (&self.occlusion_file, &adaptive) {
             (None, _) => None,
-            (Some(path), Some(values)) => Some(Kept::open(path, values, occluders)?),
+            (Some(path), Some(values)) => Some(Kept::open(path, values, &self.occluders)?),
             (Some(path), None) => return Err(LoadError::no_values(path).into()),
         };
         let tree = if self.makes_tree() {
@@ -229,6 +230,7 @@ impl Builder {
         Ok(ShadowIndex {
             surface_count: self.occluders.surface_count(),
             occluders: self.occluders,
+            parts,
             lights: self.lights,
             method,
             rays: self.rays,
@@ -244,6 +246,14 @@ impl Builder {
 }
 
 impl Builder {
+    fn split(&self) -> Split {
+        match self.method {
+            Method::Grid | Method::Voxel1990 => Split::Narrow,
+            _ if self.needs_grid() => Split::Narrow,
+            Method::Voxel | Method::Bvh | Method::Naive => Split::Wide,
+        }
+    }
+
     /// Returns whether anything will walk the grid or look at it.
     fn needs_grid(&self) -> bool {
         needs_grid(self.method, self.rays) || self.quick_check != QuickCheck::Off || !self.has_tree
@@ -283,12 +293,13 @@ pub(super) fn needs_bvh(method: Method, rays: RayMethod) -> bool {
 
 pub(super) fn layout(
     occluders: &Occluders,
+    bounds: Bounds,
     resolution: GridResolution,
 ) -> Result<Layout, BuildError> {
-    let bounds = occluders.bounds();
     let resolution = match resolution {
         GridResolution::Automatic => {
-            Layout::automatic_resolution(bounds, occluders.elements().len())
+            let usual = Layout::automatic_resolution(bounds, occluders.elements().len());
+            affordable_resolution(occluders, bounds, usual)
         }
         GridResolution::Fixed(resolution) => resolution,
     };

@@ -7,7 +7,7 @@ mod settings;
 
 use std::sync::Arc;
 
-use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Segment, Start, SurfaceId};
 
 use crate::Counters;
 use crate::bvh::{Bvh, Tree};
@@ -15,6 +15,7 @@ use crate::grid::{Grid, Layout};
 use crate::kept::KeptLight;
 use crate::occlusion::{AdaptiveValues, DenseValues};
 use crate::own_rays::{AnyHit, WithRays};
+use crate::parts::{Parts, Split};
 use crate::shadow::{self, ByVoxel, Rays};
 
 use self::builder::{layout, needs_bvh, needs_grid};
@@ -79,6 +80,8 @@ pub(crate) const LARGEST: f64 = 1.2676506002282294e30;
 #[derive(Debug)]
 pub struct ShadowIndex {
     occluders: Arc<Occluders>,
+    /// Grid, tree and values are over the near ones.
+    pub(crate) parts: Parts,
     surface_count: usize,
     lights: Vec<LightShape>,
     method: Method,
@@ -115,7 +118,7 @@ impl ShadowIndex {
     /// Returns the tree, where the settings ask for it.
     #[inline(always)]
     pub(crate) fn bvh(&self) -> Option<&Bvh> {
-        self.tree.as_ref().map(|tree| tree.get(&self.occluders))
+        self.tree.as_ref().map(|tree| tree.get(&self.parts.near))
     }
 
     /// Returns the tree, where it is built already.
@@ -142,14 +145,20 @@ impl ShadowIndex {
     /// Returns the nearest surface along `ray`; transparent ones count. Ties go to the lowest id.
     pub fn nearest(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         let segment = self.occluders.ray_segment(ray);
+        let near = self.nearest_near(&segment, counters);
+        self.parts
+            .nearest(&self.occluders, &segment, near, counters)
+    }
+
+    fn nearest_near(&self, segment: &Segment, counters: &mut Counters) -> Option<Hit> {
         let tree = match self.rays {
             RayMethod::Bvh => self.bvh(),
             // It may have to be built yet.
             RayMethod::Grid => None,
         };
         match tree {
-            Some(bvh) => bvh.nearest(&self.occluders, &segment, counters),
-            None => self.grid().nearest(&self.occluders, &segment, counters),
+            Some(bvh) => bvh.nearest(&self.parts.near, segment, counters),
+            None => self.grid().nearest(&self.parts.near, segment, counters),
         }
     }
 
@@ -178,13 +187,23 @@ impl ShadowIndex {
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.check_query(start, light)?;
-        let occluders = &*self.occluders;
-        if let Some(by_voxel) = self.by_voxel(light) {
-            let answer = by_voxel.answer_one(start, counters);
-            counters.shadow.count(answer);
-            return Ok(answer);
+        let answer = self.near_answer(start, light, counters);
+        let answer = self.with_far(answer, start, &self.lights[light], counters);
+        counters.shadow.count(answer);
+        Ok(answer)
+    }
+
+    /// Answers as far as the near surfaces go.
+    #[inline]
+    fn near_answer(&self, start: &Start, light: usize, counters: &mut Counters) -> Answer {
+        let occluders = &*self.parts.near;
+        if self.parts.is_far(start) && self.method != Method::Naive {
+            return self.by_ray(start, &self.lights[light], counters);
         }
-        let answer = match self.method {
+        if let Some(by_voxel) = self.by_voxel(light) {
+            return by_voxel.answer_one(start, counters);
+        }
+        match self.method {
             Method::Voxel1990 => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 let values = &self.values[light];
@@ -194,13 +213,32 @@ impl ShadowIndex {
             Method::Grid | Method::Naive => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 match self.method {
-                    Method::Naive => shadow::by_reference(occluders, &segment, counters),
+                    Method::Naive => shadow::by_reference(&self.occluders, &segment, counters),
                     _ => shadow::by_grid(occluders, self.grid(), &segment, counters),
                 }
             }
-        };
-        counters.shadow.count(answer);
-        Ok(answer)
+        }
+    }
+
+    /// Returns what becomes of an answer about the near surfaces by the far ones.
+    #[inline]
+    pub(crate) fn with_far(
+        &self,
+        near: Answer,
+        start: &Start,
+        light: &LightShape,
+        counters: &mut Counters,
+    ) -> Answer {
+        let is_blocked = near.shadow == Shadow::Lit
+            && self.method != Method::Naive
+            && self
+                .parts
+                .far_blocks(&self.occluders, start, light, counters);
+        if is_blocked {
+            Answer::new(true, Decided::Ray)
+        } else {
+            near
+        }
     }
 
     /// Answers shadow queries of one light, each as [`ShadowIndex::shadow`] does, and writes whether
@@ -222,10 +260,17 @@ impl ShadowIndex {
         if light >= self.lights.len() {
             return Err(QueryError::UnknownLight(light));
         }
+        if starts.iter().any(|start| self.parts.is_far(start)) {
+            // Few, as a rule: one by one.
+            for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
+            }
+            return Ok(());
+        }
         match self.by_voxel(light) {
             Some(by_voxel) => by_voxel.answer(starts, is_shadowed, counters, |start| {
                 self.check_query(start, light)
-            }),
+            })?,
             None if self.method == Method::Bvh => {
                 starts
                     .iter()
@@ -234,7 +279,6 @@ impl ShadowIndex {
                 let shadowed = is_shadowed.iter().filter(|&&is_shadowed| is_shadowed);
                 counters.shadow.shadowed += shadowed.count() as u64;
                 counters.shadow.rays += starts.len() as u64;
-                Ok(())
             }
             None => {
                 // A walk through the grid may take a millisecond.
@@ -245,9 +289,15 @@ impl ShadowIndex {
                     }
                     *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
                 }
-                Ok(())
+                return Ok(());
             }
         }
+        let (all, light) = (&*self.occluders, &self.lights[light]);
+        let blocked = self
+            .parts
+            .mark_blocked(all, starts, light, is_shadowed, counters);
+        counters.shadow.shadowed += blocked;
+        Ok(())
     }
 
     fn by_voxel(&self, light: usize) -> Option<ByVoxel<'_, OwnRays<'_>>> {
@@ -257,7 +307,7 @@ impl ShadowIndex {
     /// `rays` answer what values and lists do not know.
     pub(crate) fn by_voxel_or<R: Rays>(&self, light: usize, rays: R) -> Option<ByVoxel<'_, R>> {
         self.adaptive.as_ref().map(|values| ByVoxel {
-            occluders: &self.occluders,
+            occluders: &self.parts.near,
             // What is all there needs none, and it may have to be built yet.
             bvh: values.packed(light).map_or_else(|| self.bvh(), |_| None),
             values,
@@ -266,10 +316,11 @@ impl ShadowIndex {
         })
     }
 
-    /// Answers by a ray through the tree, or through the grid where there is no tree.
+    /// Answers by a ray through the tree, or through the grid where there is no tree, as far as the near surfaces
+    /// go.
     #[inline]
     fn by_ray(&self, start: &Start, light: &LightShape, counters: &mut Counters) -> Answer {
-        let occluders = &*self.occluders;
+        let occluders = &*self.parts.near;
         match self.bvh() {
             Some(bvh) => shadow::by_bvh(occluders, bvh, start, light, counters),
             None => {
@@ -286,18 +337,22 @@ impl ShadowIndex {
         light: &LightShape,
         counters: &mut Counters,
     ) -> Answer {
-        let occluders = &*self.occluders;
+        let occluders = &*self.parts.near;
         let answer = match self.method {
             Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
+            Method::Voxel1990 | Method::Grid if self.parts.is_far(start) => {
+                self.by_ray(start, light, counters)
+            }
             Method::Voxel1990 | Method::Grid => {
                 let segment = occluders.segment(start, light);
                 shadow::by_grid(occluders, self.grid(), &segment, counters)
             }
             Method::Naive => {
                 let segment = occluders.segment(start, light);
-                shadow::by_reference(occluders, &segment, counters)
+                shadow::by_reference(&self.occluders, &segment, counters)
             }
         };
+        let answer = self.with_far(answer, start, light, counters);
         counters.shadow.count(answer);
         answer
     }
@@ -311,7 +366,10 @@ impl ShadowIndex {
     ) {
         let segment = self.occluders.ray_segment(ray);
         if let Some(bvh) = self.bvh() {
-            return bvh.all(&self.occluders, &segment, counters, visit);
+            bvh.all(&self.parts.near, &segment, counters, &mut visit);
+            return self
+                .parts
+                .all(&self.occluders, &segment, counters, &mut visit);
         }
         counters.intersections += self.surface_count as u64;
         for surface in self.occluders.surfaces() {
@@ -321,7 +379,7 @@ impl ShadowIndex {
         }
     }
 
-    /// Answers by rays through the tree, or through the grid where there is no tree.
+    /// Answers as [`ShadowIndex::by_ray`] does.
     fn by_rays(
         &self,
         starts: &[Start],
@@ -336,7 +394,7 @@ impl ShadowIndex {
             }
             return;
         };
-        let (occluders, light) = (&*self.occluders, &self.lights[light]);
+        let (occluders, light) = (&*self.parts.near, &self.lights[light]);
         shadow::many_by_bvh(occluders, bvh, starts, light, is_shadowed, counters);
     }
 
@@ -499,7 +557,8 @@ impl ShadowIndex {
         occluders: &Occluders,
         resolution: GridResolution,
     ) -> Result<[u32; 3], BuildError> {
-        Ok(layout(occluders, resolution)?.resolution)
+        let bounds = Parts::near_bounds(occluders, Split::Narrow);
+        Ok(layout(occluders, bounds, resolution)?.resolution)
     }
 
     /// Returns what the quick check found, if it was asked for.

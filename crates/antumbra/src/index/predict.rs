@@ -12,6 +12,7 @@ use super::settings::{GridResolution, Method, Refinement};
 use crate::bvh::Bvh;
 use crate::grid::Grid;
 use crate::occlusion::{AdaptiveValues, DenseValues, mark_bytes};
+use crate::parts::{Parts, Split};
 
 /// Bytes that building and asking an index takes at the height, by what takes them. Surfaces, lights and answers come
 /// beside.
@@ -78,7 +79,12 @@ pub(super) struct Asked<'a> {
 impl Asked<'_> {
     /// Returns the bytes.
     pub(super) fn predict(&self) -> Result<Prediction, BuildError> {
-        let layout = layout(self.occluders, self.resolution)?;
+        let split = match self.has_grid {
+            true => Split::Narrow,
+            false => Split::Wide,
+        };
+        let bounds = Parts::near_bounds(self.occluders, split);
+        let layout = layout(self.occluders, bounds, self.resolution)?;
         let [mut grid_height, mut grid] = [0; 2];
         if self.has_grid {
             [grid_height, grid] = Grid::predict_bytes(self.occluders, &layout);

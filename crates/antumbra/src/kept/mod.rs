@@ -230,7 +230,7 @@ impl ShadowIndex {
         let values = self.adaptive().ok_or(SaveError::NoValues)?;
         Self::check_save(path)?;
         let scene = identity::of_scene(self.occluders())?;
-        let tree = Bvh::topology(self.occluders());
+        let tree = Bvh::topology(&self.parts.near);
         let mut head = Head {
             settings: Settings::of(values),
             scene,
@@ -339,7 +339,7 @@ impl<'a> Kept<'a> {
         if words.is_empty() {
             return Ok(None);
         }
-        let tree = Topology::new(words, occluders.surface_count());
+        let tree = Topology::new(words, occluders);
         let what = "no tree over the surfaces";
         tree.map(Some)
             .ok_or_else(|| self.malformed(Part::Tree, 0, what))

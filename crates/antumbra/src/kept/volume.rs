@@ -2,7 +2,7 @@
 //!
 //! In: an index. Out: a [`Volume`]. Invariant: what is said of a cell holds for every point in it.
 
-use antumbra_geometry::DVec3;
+use antumbra_geometry::{Bounds, DVec3};
 
 use crate::ShadowIndex;
 use crate::occlusion::{Cells, LIT, MIXED, SHADOWED};
@@ -56,7 +56,30 @@ impl ShadowIndex {
         for light in 0..light_count {
             values.fill_cells(light, &cells, &mut volume.values[light..], light_count);
         }
+        self.doubt_far_lights(&mut volume);
         Some(volume)
+    }
+
+    /// Values know nothing of far surfaces: where these may block, nothing is surely lit.
+    fn doubt_far_lights(&self, volume: &mut Volume) {
+        if self.parts.is_whole() {
+            return;
+        }
+        let [_, ny, nz] = volume.cells.map(|count| count as usize);
+        for (number, value) in volume.values.iter_mut().enumerate() {
+            let (cell, light) = (number / volume.light_count, number % volume.light_count);
+            let at = [cell / nz / ny, cell / nz % ny, cell % nz];
+            let min = volume.min + DVec3::from_array(at.map(|place| place as f64)) * volume.edge;
+            // Twice as much as a cell, for the rounding of where it is.
+            let bounds = Bounds {
+                min,
+                max: min + volume.edge,
+            }
+            .inflated(DVec3::splat(0.5 * volume.edge));
+            if *value == LIT && self.parts.may_block(&bounds, &self.lights()[light]) {
+                *value = MIXED;
+            }
+        }
     }
 
     /// Returns the bytes of the values of a [`Volume`], before any is taken; none by another method.
@@ -67,7 +90,7 @@ impl ShadowIndex {
 
     fn volume_cells(&self, resolution: u32) -> Option<Cells> {
         let level = resolution.clamp(1, Volume::MOST_CELLS).next_power_of_two();
-        let scene = self.occluders().bounds();
+        let scene = self.parts.near.bounds();
         let values = self.adaptive()?;
         (!scene.is_empty()).then(|| values.cells(&scene, level.ilog2()))
     }
