@@ -243,7 +243,8 @@ def test_a_scene_is_that_of_the_file_it_was_written_to(tmp_path: Path) -> None:
 def test_lights_of_a_file_are_taken_by_default(tmp_path: Path) -> None:
     path = tmp_path / "one.nff"
     path.write_text("l 0 0 5\nf 1 1 1 1 0 0 0 1\np 3\n-1 -1 1\n1 -1 1\n0 1 1\ns 0 0 3 0.5\n")
-    scene = antumbra.Scene.load(path)
+    with pytest.warns(antumbra.AntumbraWarning, match="no view"):
+        scene = antumbra.Scene.load(path)
     assert scene.surface_count == 2 and scene.triangle_count == 1
     index = antumbra.ShadowIndex(scene)
     assert [light.position for light in index.lights if isinstance(light, antumbra.PointLight)] == [(0.0, 0.0, 5.0)]

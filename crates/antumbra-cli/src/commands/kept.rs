@@ -53,11 +53,11 @@ pub(super) fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &
         match kept {
             KeptLight::Taken => taken_count += 1,
             KeptLight::Absent => screen.note(format!(
-                "{}: has no values of {name}, which is new or was moved; they are made anew",
+                "{}: has no values of {name}, which is new or was moved; they are computed again",
                 path.display()
             )),
             KeptLight::NoRoom => screen.note(format!(
-                "{}: the values of {name} need more than --occlusion-memory; they are made anew",
+                "{}: the values of {name} need more than --occlusion-memory; they are computed again",
                 path.display()
             )),
         }

@@ -224,15 +224,6 @@ fn index(
         ..Need::default()
     };
     need.check(limit)?;
-    if typed.shadows.rival().is_some() {
-        return Err(Failure::input(
-            format!(
-                "{} is a rival: it renders and is verified and measured, and answers no batches",
-                typed.shadows.name()
-            ),
-            "leave --shadows out",
-        ));
-    }
     let gathered = Gathered::of(scene)?;
     let mut options = PrepareOptions {
         method: typed.shadows.method(),

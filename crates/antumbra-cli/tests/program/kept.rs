@@ -72,7 +72,7 @@ fn pictures_are_the_same_and_need_no_rays() {
         let more = [&with_file[..], &["--refine", refine]].concat();
         let (picture, said, _) = world.render(&LAMPS, &more);
         assert!(picture == expected, "{refine}");
-        assert!(!said.contains("made anew"), "{said}");
+        assert!(!said.contains("computed again"), "{said}");
     }
     let (_, _, known) = world.render(&LAMPS, &[&with_file[..], &["--refine", "eager"]].concat());
     let all = count(&by_rays, "/shadow/rays");
@@ -87,7 +87,7 @@ fn power_colour_and_camera_are_no_part_of_it_and_the_pose_is() {
     let bright = ["point:3,-2,5/9,0.5,0", "point:-1,-4,3/0,0,1"];
     let camera = ["--camera", "eye:2,-5,4/at:0,0,0/fov:30", "--size", "50x70"];
     let (picture, said, _) = world.render(&bright, &[&with_file[..], &camera].concat());
-    assert!(!said.contains("made anew"), "{said}");
+    assert!(!said.contains("computed again"), "{said}");
     assert!(picture == world.render(&bright, &camera).0);
 
     let moved = ["point:3,-2,5", "point:-1,-4,3.0000001"];
@@ -102,9 +102,9 @@ fn power_colour_and_camera_are_no_part_of_it_and_the_pose_is() {
     // Baking again makes that light only, and nothing the next time.
     let output = world.bake(&moved);
     assert_code(&output, 0);
-    assert!(stdout(&output).contains("2 lights, of which 1 as they were"));
+    assert!(stdout(&output).contains("2 lights, of which 1 were kept"));
     let before = fs::read(&world.file).unwrap();
-    assert!(stdout(&world.bake(&moved)).contains("of which 2 as they were"));
+    assert!(stdout(&world.bake(&moved)).contains("of which 2 were kept"));
     assert!(fs::read(&world.file).unwrap() == before);
 }
 
@@ -145,7 +145,7 @@ fn files_that_hold_no_longer_are_refused_with_the_reason() {
     // Baking replaces what holds no longer, and says so; it replaces nothing else.
     let output = other.bake(&LAMPS);
     assert_code(&output, 0);
-    assert!(stderr(&output).contains("all values are made anew"));
+    assert!(stderr(&output).contains("all values are computed again"));
     assert_code(&world.bake(&LAMPS), 0);
     assert!(fs::read(&world.file).unwrap() == whole);
 
