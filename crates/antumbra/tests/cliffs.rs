@@ -319,7 +319,7 @@ fn start_in(
 fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
     let random = &mut Random(11);
     let (mut shadowed_count, mut lit_count, mut hit_count) = (0, 0, 0);
-    for _ in 0..40 {
+    for _ in 0..12 {
         let (occluders, places, center, scale) = torn_scene(random);
         let occluders = Arc::new(occluders);
         let lights = [
@@ -425,7 +425,7 @@ fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
         }
     }
     assert!(
-        shadowed_count > 1000 && lit_count > 1000 && hit_count > 500,
+        shadowed_count > 500 && lit_count > 500 && hit_count > 300,
         "{shadowed_count} {lit_count} {hit_count}"
     );
 }
