@@ -806,17 +806,17 @@ fn an_index_without_a_tree_answers_the_same() {
             assert_eq!(nearest(&bare), nearest(&plain));
         }
     }
-    // Less memory is asked for.
+    // Less memory is asked for, where there is a grid besides.
     let predicted = ShadowIndex::predict(
         &occluders,
         3,
         GridResolution::Automatic,
-        (Method::Bvh, RayMethod::Bvh),
+        (Method::Bvh, RayMethod::Grid),
         Refinement::default(),
         None,
     );
     let limit = predicted.expect("fine settings").needed() - 1;
-    let limited = |builder: antumbra::Builder| builder.memory_limit(limit);
+    let limited = |builder: antumbra::Builder| builder.rays(RayMethod::Grid).memory_limit(limit);
     assert!(
         limited(builder_of(&occluders, Method::Bvh))
             .build()
