@@ -4,6 +4,8 @@
 //! is the exact rule's. Invariant: the start is a function of the scene and the point, whatever the tree, the
 //! grid and the threads, and lies as near to its surface as every method assumes.
 
+use std::cmp::Ordering;
+
 use antumbra_geometry::{Bounds, DVec3, Precision, Start, SurfaceId};
 
 use crate::batch::is_fine;
@@ -195,8 +197,8 @@ impl ShadowIndex {
                 }
                 reach
             });
-            // Not for NaN.
-            if nearest.is_some() || !(within < most) {
+            // For NaN, too.
+            if nearest.is_some() || within.partial_cmp(&most) != Some(Ordering::Less) {
                 return nearest;
             }
             widenings += 1;

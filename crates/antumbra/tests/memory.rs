@@ -191,7 +191,6 @@ fn taken(
             .expect("fine points");
     }
     let asked = BYTES.peak_usage() - before - answers.len();
-    eprintln!("  built {built} stays/asked {asked}");
     (built.max(asked) as u64, index)
 }
 
@@ -252,7 +251,6 @@ fn predictions_are_no_less_than_what_is_taken_and_no_more_than_half_more() {
                 occluders.surface_count(),
                 index.knowledge_bytes(),
             );
-            eprintln!("{row}");
             // Whatever is predicted, lights keep to their memory.
             assert!(
                 taken <= predicted.needed() * 11 / 10 + refinement.memory,
