@@ -55,10 +55,10 @@ pub fn write<E>(
     }
 }
 
-/// Writes bytes as [`write`] does.
+/// Writes bytes as [`write()`] does.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write(path, |error| error, |file| file.write_all(bytes))
 }

@@ -93,7 +93,7 @@ impl ShadowIndex {
     /// Returns how many of some points, spread evenly over all, lie on a surface up to rounding to `f32`, and how
     /// many were looked at: at most a thousand, and few against all.
     ///
-    /// Who asks about points of space ([`BatchKind::Free`]) of which many lie on surfaces most likely means points
+    /// Who asks about points of space ([`crate::BatchKind::Free`]) of which many lie on surfaces most likely means points
     /// on surfaces: as points of space, rounding puts about half of them behind their own surface. Where there is
     /// neither a tree yet nor a grid none is looked at.
     pub fn sample_on_surfaces<P: Coordinates>(&self, points: &[P]) -> Sample {

@@ -64,7 +64,7 @@ pub struct OffSurfaces {
 
 impl ShadowIndex {
     /// Returns which points of a batch are not on the surfaces that they name: what
-    /// [`BatchError::OffSurface`] is about, of the whole batch. `None` if all are.
+    /// [`crate::BatchError::OffSurface`] is about, of the whole batch. `None` if all are.
     ///
     /// Points that are not finite and surfaces that do not exist are left out. Runs on all threads.
     pub fn off_surfaces<P: Coordinates>(&self, batch: &Batch<P>) -> Option<OffSurfaces> {
