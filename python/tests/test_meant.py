@@ -130,7 +130,8 @@ def test_packed_answers_have_the_first_point_in_the_lowest_bit() -> None:
 def test_a_start_inside_its_own_sphere_is_not_shadowed_by_what_covers_the_voxel(method: Any, tmp_path: Any) -> None:
     path = tmp_path / "ball.nff"
     path.write_text("f 1 1 1 1 0 0 0 1\ns 0 0 0 1\n")
-    scene = antumbra.Scene.load(path)
+    with pytest.warns(antumbra.AntumbraWarning, match="no view"):
+        scene = antumbra.Scene.load(path)
     for light in (antumbra.DirectionalLight((1, 0, 0)), antumbra.PointLight((1, 0, 0))):
         index = antumbra.ShadowIndex(scene, [light], method=method, grid=8)
         found = index.occluded([[0.125, 0.125, 0.625]], face_ids=[0], tolerance=math.inf)
