@@ -467,7 +467,10 @@ fn other_peoples_scenes_survive() {
             let largest = before.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             for (x, y) in before.iter().zip(&after) {
                 let path = path.display();
-                assert!((x - y).abs() <= largest / f64::from(1 << 24), "{path}: {x} {y}");
+                assert!(
+                    (x - y).abs() <= largest / f64::from(1 << 24),
+                    "{path}: {x} {y}"
+                );
             }
             assert_eq!(second.scene.textures, first.scene.textures);
             let kinds = |scene: &Scene| -> Vec<_> {
