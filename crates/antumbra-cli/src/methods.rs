@@ -111,7 +111,7 @@ impl Shadows {
     }
 }
 
-/// What the answers of `verify` are compared with.
+/// Method that `verify` compares answers with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Against {
     /// A test of every surface
@@ -121,7 +121,7 @@ pub(crate) enum Against {
     Bvh,
 }
 
-/// What finds the nearest hit of a ray.
+/// Method that finds the nearest hit of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Rays {
     /// The bounding volume hierarchy

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// What a path leads to. Equal for paths of one file, whatever links are on the way.
+/// Identity of the file that a path leads to. Equal for all paths of one file, whatever links are on the way.
 ///
 /// On Unix hard links count, too. Elsewhere two hard links are two files.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

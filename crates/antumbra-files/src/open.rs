@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::Path;
 
-/// What a path names that is no regular file: a folder, a device, a pipe, a socket.
+/// Kind of a path that names no regular file: a folder, a device, a pipe, a socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("it is no regular file")]
 pub struct NotRegular;

@@ -1,4 +1,4 @@
-//! What stands where a file is to be written.
+//! Kinds of things that stand where a file is to be written.
 
 use std::fs;
 use std::io;

@@ -1,4 +1,4 @@
-//! What the program says about itself, and how long its lines are.
+//! Texts in which the program explains itself, and the length of their lines.
 
 use super::support::{antumbra, assert_code, stderr, stdout};
 
