@@ -8,6 +8,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 /// Who answers shadow queries: our methods, then the rivals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shadows {
+    /// Whatever is fastest: an exact shadow map for each light, where it pays, and rays
+    Auto,
     /// Voxel occlusion testing as published in 1990
     #[value(name = "voxel-1990")]
     Voxel1990,
@@ -47,7 +49,8 @@ impl std::fmt::Display for Shadows {
 
 impl Shadows {
     /// Our methods: each gives the reference's answers.
-    pub(crate) const OURS: [Self; 5] = [
+    pub(crate) const OURS: [Self; 6] = [
+        Self::Auto,
         Self::Voxel,
         Self::Voxel1990,
         Self::Grid,
@@ -59,6 +62,7 @@ impl Shadows {
     pub(crate) fn method(self) -> Method {
         match self {
             Self::Voxel1990 => Method::Voxel1990,
+            Self::Auto => Method::Auto,
             Self::Voxel => Method::Voxel,
             Self::Grid => Method::Grid,
             Self::Bvh => Method::Bvh,
@@ -72,7 +76,7 @@ impl Shadows {
     /// Returns the rival that answers, if it is one.
     pub(crate) fn rival(self) -> Option<RivalKind> {
         match self {
-            Self::Voxel1990 | Self::Voxel | Self::Grid | Self::Bvh | Self::Naive => None,
+            Self::Auto | Self::Voxel1990 | Self::Voxel | Self::Grid | Self::Bvh | Self::Naive => None,
             Self::LightBuffer => Some(RivalKind::LightBuffer),
             Self::Hybrid => Some(RivalKind::Hybrid),
             Self::ShadowVolumes => Some(RivalKind::ShadowVolumes),
@@ -88,6 +92,7 @@ impl Shadows {
     pub(crate) fn of(method: Method) -> Self {
         match method {
             Method::Voxel1990 => Self::Voxel1990,
+            Method::Auto => Self::Auto,
             Method::Voxel => Self::Voxel,
             Method::Grid => Self::Grid,
             Method::Bvh => Self::Bvh,
@@ -99,6 +104,7 @@ impl Shadows {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Voxel1990 => "voxel-1990",
+            Self::Auto => "auto",
             Self::Voxel => "voxel",
             Self::Grid => "grid",
             Self::Bvh => "bvh",

@@ -6,6 +6,7 @@
 //! each set of three positions once. Absent here: lights, boxes.
 
 use antumbra_task::{check, checked};
+use glam::BVec3;
 
 use crate::intersect::plane_side;
 use crate::number::Sign;
@@ -40,6 +41,9 @@ pub struct Mesh {
     edges: Vec<MeshEdge>,
     /// For each triangle the numbers of its edges, [`NO_EDGE`] where it takes part in none.
     triangle_edges: Vec<[u32; 3]>,
+    /// For each side of a triangle, from corner to corner, twice the triangle beyond, and 1 if the two turn along it in
+    /// opposite directions; [`NO_EDGE`] where not exactly one is beyond.
+    across: Vec<[u32; 3]>,
     components: Vec<u32>,
     flat_groups: Vec<u32>,
 }
@@ -92,6 +96,7 @@ impl Mesh {
         let edge_count = at_edges.chunk_by(|a, b| a.0 == b.0).count();
         let mut edges = Vec::with_capacity(edge_count);
         let mut triangle_edges = vec![[NO_EDGE; 3]; count];
+        let mut across = vec![[NO_EDGE; 3]; count];
         let mut members = Vec::new();
         for all in checked(at_edges.chunk_by(|a, b| a.0 == b.0)) {
             let (vertices, first) = all[0];
@@ -109,12 +114,21 @@ impl Mesh {
             let faces = match *members {
                 [] => continue,
                 [first, second] => {
-                    let runs_up = |surface: u32| {
-                        sides_of(occluders.triangles[surface as usize].vertices).contains(&vertices)
+                    // Which side it is, and whether it runs up.
+                    let side = |surface: u32| {
+                        let sides = sides_of(occluders.triangles[surface as usize].vertices);
+                        let is_it = |[from, to]: &[u32; 2]| [*from.min(to), *from.max(to)] == vertices;
+                        let number = sides.iter().position(is_it).unwrap_or(0);
+                        (number, sides[number] == vertices)
                     };
+                    let (one, other) = (side(first), side(second));
+                    let is_consistent = one.1 != other.1;
+                    let beyond = |surface: u32| surface << 1 | u32::from(is_consistent);
+                    across[first as usize][one.0] = beyond(second);
+                    across[second as usize][other.0] = beyond(first);
                     Faces::Two {
                         surfaces: [SurfaceId(first), SurfaceId(second)],
-                        is_consistent: runs_up(first) != runs_up(second),
+                        is_consistent,
                     }
                 }
                 _ => Faces::Rim,
@@ -146,6 +160,7 @@ impl Mesh {
         Self {
             edges,
             triangle_edges,
+            across,
             components,
             flat_groups,
         }
@@ -160,6 +175,23 @@ impl Mesh {
     /// everywhere, or that repeat another.
     pub fn edges_of(&self, triangle: SurfaceId) -> [u32; 3] {
         self.triangle_edges[triangle.0 as usize]
+    }
+
+    /// Returns for each side of a triangle, from corner to corner, the triangle beyond it; `None` where the side may
+    /// cast an edge of a shadow ([`Mesh::is_contour`]). `sides` are those of [`Occluders::light_sides`].
+    pub fn beyond(&self, triangle: SurfaceId, sides: &[i8]) -> [Option<SurfaceId>; 3] {
+        self.across[triangle.0 as usize].map(|across| {
+            let (other, is_consistent) = (across >> 1, across & 1 != 0);
+            let side = sides.get(other as usize)?;
+            let is_contour = is_edge_contour([sides[triangle.0 as usize], *side], is_consistent);
+            (across != NO_EDGE && !is_contour).then_some(SurfaceId(other))
+        })
+    }
+
+    /// Returns whether a triangle repeats another one that blocks everywhere, corner by corner in any order: one of them
+    /// has edges, this one has none.
+    pub fn is_repeated(&self, triangle: SurfaceId) -> bool {
+        self.component(triangle) != NO_COMPONENT && self.edges_of(triangle) == [NO_EDGE; 3]
     }
 
     /// Returns the component of a triangle, [`NO_COMPONENT`] for those that do not block everywhere.
@@ -184,18 +216,23 @@ impl Mesh {
         else {
             return true;
         };
-        // The light sees two triangles that turn alike from the same side, iff they lie on opposite
-        // sides of the plane through their edge and the light.
-        let product = sides[first.0 as usize] * sides[second.0 as usize];
-        product != if is_consistent { 1 } else { -1 }
+        is_edge_contour(
+            [sides[first.0 as usize], sides[second.0 as usize]],
+            is_consistent,
+        )
     }
 
     /// Returns the most bytes that [`Mesh::new`] takes at its height, for so many triangles: what it makes, and beside
     /// it three sides and their sets of each triangle.
     pub fn height_bytes(triangle_count: usize) -> u64 {
-        let made = 3 * size_of::<MeshEdge>() + size_of::<[u32; 3]>() + 2 * size_of::<u32>();
+        let made = 3 * size_of::<MeshEdge>() + 2 * size_of::<[u32; 3]>() + 2 * size_of::<u32>();
         let beside = 3 * size_of::<([u32; 2], u32)>() + 2 * size_of::<u32>() + size_of::<bool>();
         ((made + beside) * triangle_count) as u64
+    }
+
+    /// Returns whether it says how triangles are joined: not of no triangles, nor after [`Mesh::keep_planes`].
+    pub fn is_joined(&self) -> bool {
+        !self.triangle_edges.is_empty()
     }
 
     /// Drops all but what says which triangles lie in one plane. There are no edges then.
@@ -211,9 +248,17 @@ impl Mesh {
     pub fn memory_bytes(&self) -> u64 {
         (self.edges.capacity() * size_of::<MeshEdge>()
             + size_of_val(self.triangle_edges.as_slice())
+            + size_of_val(self.across.as_slice())
             + size_of_val(self.components.as_slice())
             + size_of_val(self.flat_groups.as_slice())) as u64
     }
+}
+
+/// Returns whether an edge of two triangles may cast an edge of a shadow, on whose sides the light is so.
+fn is_edge_contour([first, second]: [i8; 2], is_consistent: bool) -> bool {
+    // The light sees two triangles that turn alike from the same side, iff they lie on opposite
+    // sides of the plane through their edge and the light.
+    first * second != if is_consistent { 1 } else { -1 }
 }
 
 fn sides_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
@@ -283,7 +328,24 @@ impl Occluders {
         let [first, second] = [first, second].map(|s| &self.triangles[s.0 as usize]);
         first.axis != NO_AXIS
             && second.axis != NO_AXIS
-            && self.vertex_sides(first, second) == [Sign::Zero; 3]
+            && (self.are_upright_in_one_plane(first, second)
+                || self.vertex_sides(first, second) == [Sign::Zero; 3])
+    }
+
+    /// Returns whether all corners of two triangles have one coordinate in common. Of walls and floors that is soon told.
+    fn are_upright_in_one_plane(
+        &self,
+        first: &crate::occluders::Triangle,
+        second: &crate::occluders::Triangle,
+    ) -> bool {
+        let corner = |vertex: u32| self.positions[vertex as usize];
+        let shared = corner(first.vertices[0]);
+        let corners = first.vertices[1..].iter().chain(&second.vertices);
+        let mut is_shared = BVec3::TRUE;
+        for &vertex in corners {
+            is_shared &= corner(vertex).cmpeq(shared);
+        }
+        is_shared.any()
     }
 
     /// Returns on which side of the first triangle's plane the corners of the second lie, exactly.

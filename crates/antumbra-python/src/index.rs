@@ -43,13 +43,14 @@ pub(crate) struct Settings {
 impl Settings {
     pub(crate) fn options(&self) -> PyResult<PrepareOptions> {
         let method = match self.method.as_str() {
+            "auto" => Method::Auto,
             "voxel" => Method::Voxel,
             "voxel-1990" => Method::Voxel1990,
             "grid" => Method::Grid,
             "bvh" => Method::Bvh,
             "naive" => Method::Naive,
             other => {
-                let known = "\"voxel\", \"voxel-1990\", \"grid\", \"bvh\" or \"naive\"";
+                let known = "\"auto\", \"voxel\", \"voxel-1990\", \"grid\", \"bvh\" or \"naive\"";
                 let message = format!("method is {other:?}: expected {known}");
                 return Err(PyValueError::new_err(message));
             }
@@ -84,6 +85,7 @@ impl Settings {
 
 fn method_name(method: Method) -> &'static str {
     match method {
+        Method::Auto => "auto",
         Method::Voxel => "voxel",
         Method::Voxel1990 => "voxel-1990",
         Method::Grid => "grid",

@@ -493,6 +493,10 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     ) -> Result<BatchCounters, BatchError> {
         // Nothing behind a chunk with a bad point needs an answer; all before it may hold a worse one.
         let first_bad = AtomicUsize::new(usize::MAX);
+        for &light in self.lights {
+            let index = self.answers.index();
+            index.expect_queries(light, self.batch.points.len() as u64);
+        }
         let task = antumbra_task::current();
         let counted = outs
             .into_par_iter()

@@ -11,7 +11,7 @@ use super::{LARGEST, ShadowIndex};
 use crate::bvh::Tree;
 use crate::grid::{Grid, Layout, affordable_resolution};
 use crate::kept::{Kept, LoadError};
-use crate::occlusion::{AdaptiveValues, mark, quick_check};
+use crate::occlusion::{AdaptiveValues, Knowledge, mark, quick_check};
 use crate::parts::{Parts, Split};
 
 /// Why an index cannot be built.
@@ -194,8 +194,9 @@ impl Builder {
             _ => Vec::new(),
         };
         let lights = &self.lights;
-        let mut adaptive = (method == Method::Voxel).then(|| {
-            let mut making = refinement.making();
+        let knowledge = knowledge(method);
+        let mut adaptive = knowledge.map(|knowledge| {
+            let mut making = refinement.making(knowledge);
             if !self.has_tree {
                 // While there is one.
                 making.refine = Refine::Eager;
@@ -250,7 +251,7 @@ impl Builder {
         match self.method {
             Method::Grid | Method::Voxel1990 => Split::Narrow,
             _ if self.needs_grid() => Split::Narrow,
-            Method::Voxel | Method::Bvh | Method::Naive => Split::Wide,
+            Method::Auto | Method::Voxel | Method::Bvh | Method::Naive => Split::Wide,
         }
     }
 
@@ -288,7 +289,16 @@ fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
 
 /// Returns whether the settings ask for the tree.
 pub(super) fn needs_bvh(method: Method, rays: RayMethod) -> bool {
-    matches!(method, Method::Bvh | Method::Voxel) || rays == RayMethod::Bvh
+    matches!(method, Method::Bvh | Method::Voxel | Method::Auto) || rays == RayMethod::Bvh
+}
+
+/// Returns what lights know with a method.
+pub(super) fn knowledge(method: Method) -> Option<Knowledge> {
+    match method {
+        Method::Auto => Some(Knowledge::Maps),
+        Method::Voxel => Some(Knowledge::Values),
+        _ => None,
+    }
 }
 
 pub(super) fn layout(

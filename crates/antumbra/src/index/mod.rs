@@ -209,7 +209,9 @@ impl ShadowIndex {
                 let values = &self.values[light];
                 shadow::by_voxel_1990(occluders, self.grid(), values, &segment, counters)
             }
-            Method::Voxel | Method::Bvh => self.by_ray(start, &self.lights[light], counters),
+            Method::Auto | Method::Voxel | Method::Bvh => {
+                self.by_ray(start, &self.lights[light], counters)
+            },
             Method::Grid | Method::Naive => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 match self.method {
@@ -339,7 +341,7 @@ impl ShadowIndex {
     ) -> Answer {
         let occluders = &*self.parts.near;
         let answer = match self.method {
-            Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
+            Method::Auto | Method::Voxel | Method::Bvh => self.by_ray(start, light, counters),
             Method::Voxel1990 | Method::Grid if self.parts.is_far(start) => {
                 self.by_ray(start, light, counters)
             }
@@ -457,6 +459,16 @@ impl ShadowIndex {
     pub fn set_refining(&self, is_refining: bool) {
         if let Some(adaptive) = &self.adaptive {
             adaptive.set_refining(is_refining);
+        }
+    }
+
+    /// Says that about so many queries of a light will come soon, batch by batch or one by one: what pays for many is
+    /// made at the first then. Answers do not depend on it. Batches say it themselves. No light, no effect.
+    pub fn expect_queries(&self, light: usize, queries: u64) {
+        if let Some(adaptive) = &self.adaptive
+            && light < self.lights.len()
+        {
+            adaptive.expect(light, queries);
         }
     }
 

@@ -7,7 +7,7 @@ use std::fmt;
 
 use antumbra_geometry::Occluders;
 
-use super::builder::{BuildError, layout};
+use super::builder::{knowledge, BuildError, layout};
 use super::settings::{GridResolution, Method, Refinement};
 use crate::bvh::Bvh;
 use crate::grid::Grid;
@@ -101,9 +101,9 @@ impl Asked<'_> {
         if self.has_tree {
             [tree_height, tree] = Bvh::predict_bytes(self.occluders);
         }
-        let known = match self.method {
-            Method::Voxel => {
-                let making = self.refinement.making();
+        let known = match knowledge(self.method) {
+            Some(knowledge) => {
+                let making = self.refinement.making(knowledge);
                 AdaptiveValues::predict_bytes(
                     self.occluders,
                     self.light_count,
@@ -111,7 +111,7 @@ impl Asked<'_> {
                     self.query_count,
                 )
             }
-            _ => 0,
+            None => 0,
         };
         Ok(Prediction {
             grid,

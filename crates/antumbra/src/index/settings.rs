@@ -1,15 +1,18 @@
 //! What an index is asked to be.
 
-use crate::occlusion::{Depth, Making};
+use crate::occlusion::{Depth, Knowledge, Making};
 
 /// How shadow queries are answered. Every method gives the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// Voxel occlusion testing as published in 1990.
     Voxel1990,
+    /// Whatever is fastest: for each light an exact shadow map of its directions, made where it pays, and rays for the
+    /// rest.
+    #[default]
+    Auto,
     /// Values that are exact on meshes, in voxels refined where surfaces are; blocker lists; rays for
     /// the rest.
-    #[default]
     Voxel,
     /// A walk through the uniform grid for each query.
     Grid,
@@ -79,9 +82,10 @@ impl Default for Refinement {
 }
 
 impl Refinement {
-    pub(super) fn making(self) -> Making {
+    pub(super) fn making(self, knowledge: Knowledge) -> Making {
         Making {
             depth: self.depth(),
+            knowledge,
             refine: self.refine,
             most_bytes: self.memory,
         }
@@ -106,7 +110,7 @@ impl Refinement {
 /// Maximum number of blockers listed for a voxel until finer ones are computed.
 const EARLY_LIST: usize = 8;
 
-/// When the values of [`Method::Voxel`] are computed.
+/// When the values of [`Method::Voxel`] and the maps of [`Method::Auto`] are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Refine {
     /// While queries are answered, where it is predicted to save time.

@@ -9,13 +9,12 @@
 
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
-use super::column_lookup::Way;
 use crate::Counters;
 
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
 const HOPE: f64 = 1.0 / 16.0;
-/// The same for columns, which are bought once and whose gain is known better.
-pub(crate) const HOPE_FOR_COLUMNS: f64 = 1.0 / 10.0;
+/// The same for tables, which are bought once.
+pub(crate) const HOPE_FOR_TABLES: f64 = 1.0 / 10.0;
 /// So much of the gain may be spent on values.
 const REINVESTED: f64 = 0.7;
 
@@ -39,24 +38,10 @@ const TEST_NS: u64 = 5;
 const LOOKUP_NS: u64 = 15;
 const MISS_NS: u64 = 30;
 
-/// Columns that cost more than rays are asked for so many chunks of queries all the same, since caches are cold at
-/// the first, and later for one in so many.
-const FIRST_TRIES: u32 = 8;
-const LATER_TRIES: u32 = 16;
-/// Values that cost more than columns are looked up for one chunk of queries in so many.
-const LOOK_TRIES: u32 = 32;
-/// The dearer way to ask columns is taken for one chunk of queries in so many.
-const WAY_TRIES: u32 = 32;
-/// Where there are no columns, and looks cost less than rays, rays are asked for one chunk of queries in so many.
+/// Where looks cost less than rays, rays are asked for one chunk of queries in so many.
 const RAY_TRIES: u32 = 32;
-/// How much of what a chunk cost comes into what columns, looks and rays cost lately.
+/// How much of what a chunk cost comes into what looks and rays cost lately.
 const CHEAPER: f32 = 0.5;
-const DEARER: f32 = 0.05;
-/// Where columns cost a smaller share of what rays do, values cost no less, all in all.
-const FAST: f64 = 0.5;
-/// A cell has its price when columns have cost so many times more: rays are worth more haste.
-const COLUMN_SHARE: f64 = 0.25;
-
 /// Returns what rays have cost between two readings of the counters that differ by so many queries.
 #[inline]
 pub(crate) fn cost_of_rays(before: &Counters, after: &Counters, ray_count: u64) -> u64 {
@@ -85,22 +70,10 @@ pub(crate) struct Budget {
     found_share: AtomicU32,
     /// What a ray cost lately, the bits of an `f32`.
     recent_ray: AtomicU32,
-    /// What a query cost lately where columns were asked, the bits of an `f32`.
-    recent_column: AtomicU32,
-    /// The same for each [`Way`] of asking them, and how often it was weighed which to take.
-    recent_ways: [AtomicU32; 2],
-    way_tries: AtomicU32,
-    /// The same where values were looked up before columns were asked.
-    recent_looked: AtomicU32,
-    /// So often it was weighed whether to look values up where there are columns.
-    look_tries: AtomicU32,
-    /// What a query cost lately where there were rays alone, and where all were looked up and there were no columns,
-    /// the bits of an `f32`; and how often it was weighed which is cheaper.
+    /// What a query cost lately where there were rays alone, and where all were looked up, the bits of an `f32`; and how often it was weighed which is cheaper.
     recent_alone: AtomicU32,
     recent_values: AtomicU32,
     ray_tries: AtomicU32,
-    /// So often columns were asked, or were not because rays cost less.
-    column_tries: AtomicU32,
 }
 
 /// Which queries to look up.
@@ -137,10 +110,6 @@ pub(crate) struct Account {
     /// Of the queries, those that were looked up, and those that were found.
     pub(crate) looked_count: u64,
     pub(crate) found_count: u64,
-    /// Whether columns were asked about what was not found.
-    pub(crate) has_columns: bool,
-    /// How those were asked.
-    pub(crate) way: Way,
     /// What all took, without the making of values; `None` if nobody has measured.
     pub(crate) took: Option<u64>,
 }
@@ -155,15 +124,14 @@ impl Budget {
         let add = |sum: &AtomicU64, more: u64| sum.fetch_add(more, Ordering::Relaxed) + more;
         let ray_count = add(&self.ray_count, account.ray_count);
         let rays_ns = add(&self.rays_ns, account.rays_ns);
-        let is_alone = account.looked_count == 0 && !account.has_columns;
+        let is_alone = account.looked_count == 0;
         if let (Some(took), true) = (account.took, is_alone) {
             add(&self.alone_took, took);
             add(&self.alone_ns, account.rays_ns);
         }
         // A query that is answered would have cost about as much as those that were not.
         let mean = rays_ns as f64 / ray_count.max(1) as f64;
-        // What columns leave to rays is no sample of them.
-        if account.ray_count > 0 && !account.has_columns {
+        if account.ray_count > 0 {
             let now = account.rays_ns as f32 / account.ray_count as f32;
             renew(&self.recent_ray, now, RECENT, RECENT);
         }
@@ -175,11 +143,7 @@ impl Budget {
             Some(took) => took as f64 / self.slowness(),
             None => {
                 let missed = MISS_NS * account.looked_count.saturating_sub(answered);
-                let answer_ns = match account.has_columns {
-                    true => self.column_ns().max(LOOKUP_NS as f64),
-                    false => LOOKUP_NS as f64,
-                };
-                (account.rays_ns + missed) as f64 + answer_ns * answered as f64
+                (account.rays_ns + missed + LOOKUP_NS * answered) as f64
             }
         };
         add(&self.by_rays, by_rays as u64);
@@ -190,25 +154,13 @@ impl Budget {
             self.found_share.store(share.to_bits(), Ordering::Relaxed);
         }
         let is_timed = account.took.is_some() && account.query_count > 0;
-        if is_timed && account.has_columns && account.looked_count == 0 {
-            self.column_tries.fetch_add(1, Ordering::Relaxed);
-            // Chunks in which tables are made cost many times more, for once.
-            let now = took as f32 / account.query_count as f32;
-            renew(&self.recent_column, now, CHEAPER, DEARER);
-            let of_way = &self.recent_ways[account.way as usize];
-            renew(of_way, now, CHEAPER, DEARER);
-        }
         if is_timed && is_alone {
             let now = took as f32 / account.query_count as f32;
             renew(&self.recent_alone, now, RECENT, RECENT);
         }
-        if is_timed && !account.has_columns && account.looked_count == account.query_count {
+        if is_timed && account.looked_count == account.query_count {
             let now = took as f32 / account.query_count as f32;
             renew(&self.recent_values, now, CHEAPER, RECENT);
-        }
-        if is_timed && account.has_columns && account.looked_count == account.query_count {
-            let now = took as f32 / account.query_count as f32;
-            renew(&self.recent_looked, now, CHEAPER, DEARER);
         }
         if !is_alone {
             // What another process took is no loss.
@@ -265,9 +217,9 @@ impl Budget {
         self.allows_within(HOPE, price, 0)
     }
 
-    /// Returns whether columns may be bought, with so many queries known to come that they serve.
-    pub(crate) fn allows_columns(&self, price: u64, ahead: u64) -> bool {
-        self.allows_within(HOPE_FOR_COLUMNS, price, ahead)
+    /// Returns whether tables may be bought, with so many queries known to come that they serve.
+    pub(crate) fn allows_tables(&self, price: u64, ahead: u64) -> bool {
+        self.allows_within(HOPE_FOR_TABLES, price, ahead)
     }
 
     fn allows_within(&self, hope: f64, price: u64, ahead: u64) -> bool {
@@ -275,65 +227,6 @@ impl Budget {
         let share = if gain > 0.0 { REINVESTED } else { 1.0 };
         let to_come = ahead as f64 * self.usual_ray();
         spent + price as f64 <= hope * by_rays + share * gain + FORESIGHT * to_come
-    }
-
-    /// Returns whether to ask columns: they cost less than rays, or it is time to see whether they do.
-    pub(crate) fn are_columns_worth_it(&self) -> bool {
-        if self.column_ns() <= self.usual_ray() {
-            return true;
-        }
-        let tries = self.column_tries.load(Ordering::Relaxed);
-        tries < FIRST_TRIES || {
-            self.column_tries.fetch_add(1, Ordering::Relaxed);
-            tries.is_multiple_of(LATER_TRIES)
-        }
-    }
-
-    /// Returns which queries to look up where there are columns: none if those answer so fast that values would be
-    /// no gain, as far as is known, but for a try now and then.
-    pub(crate) fn looks_beside_columns(&self) -> Looks {
-        let columns = self.column_ns();
-        let is_new = self.column_tries.load(Ordering::Relaxed) < FIRST_TRIES;
-        if is_new || columns < FAST * self.usual_ray() {
-            return Looks::None;
-        }
-        let looked = f32::from_bits(self.recent_looked.load(Ordering::Relaxed));
-        let tries = self.look_tries.fetch_add(1, Ordering::Relaxed);
-        if f64::from(looked) <= columns {
-            self.affordable_looks()
-        } else if tries.is_multiple_of(LOOK_TRIES) && self.affordable_looks() != Looks::None {
-            Looks::Try(LOOK_TRIES.into())
-        } else {
-            Looks::None
-        }
-    }
-
-    /// Returns how to ask columns: as costs less, and now and then otherwise, to see again.
-    pub(crate) fn column_way(&self) -> Way {
-        let [together, each] = [0, 1].map(|way: usize| {
-            let recent = self.recent_ways[way].load(Ordering::Relaxed);
-            f32::from_bits(recent)
-        });
-        let better = if each < together {
-            Way::Each
-        } else {
-            Way::Together
-        };
-        let tries = self.way_tries.fetch_add(1, Ordering::Relaxed);
-        match tries.is_multiple_of(WAY_TRIES) {
-            true => better.other(),
-            false => better,
-        }
-    }
-
-    /// Returns what to charge a cell for where columns answer: a share of what a value would have spared.
-    pub(crate) fn column_charge(&self) -> u64 {
-        let spared = self.column_ns() - LOOKUP_NS as f64;
-        1 + (COLUMN_SHARE * spared.max(0.0)) as u64
-    }
-
-    fn column_ns(&self) -> f64 {
-        f32::from_bits(self.recent_column.load(Ordering::Relaxed)).into()
     }
 
     /// Returns what a ray costs, by its parts.

@@ -460,7 +460,7 @@ mod tests {
                 continue;
             }
             let lattice = Lattice::new(&bounds, &frame, 8);
-            let scene = SceneTables::new(&occluders, &frame);
+            let scene = SceneTables::new(&occluders, &frame, true);
             let of_light = LightTables::new(&occluders, &frame, &light);
             let room = Room::new(u64::MAX);
             assert!(of_light.make_edges(&scene, &occluders, (&frame, &light), &room));

@@ -96,8 +96,8 @@ pub(super) struct Footprint {
     places: [DVec2; MOST_CORNERS],
     count: usize,
     /// A box about all of it, inflated.
-    low: DVec2,
-    high: DVec2,
+    pub(super) low: DVec2,
+    pub(super) high: DVec2,
     /// Least and greatest depth.
     pub(super) depths: [f64; 2],
     /// By how much cells are inflated.
@@ -122,21 +122,6 @@ impl Window {
             size: view.size,
             fineness: 1.0,
         }
-    }
-
-    /// The columns of a tile.
-    pub(super) fn columns([column, row]: [usize; 2], along: usize) -> Self {
-        Self {
-            origin: DVec2::new(column as f64, row as f64),
-            size: [along; 2],
-            fineness: along as f64,
-        }
-    }
-
-    /// Returns the middle of a cell, in tiles.
-    #[inline]
-    pub(super) fn middle(&self, [column, row]: [usize; 2]) -> DVec2 {
-        self.origin + DVec2::new(column as f64 + 0.5, row as f64 + 0.5) / self.fineness
     }
 
     /// Returns the cells along both axes that a box meets: the first, and the one after the last.
@@ -263,28 +248,6 @@ impl Footprint {
             depths,
             margin,
         })
-    }
-
-    /// Returns how many cells are in the box about it.
-    #[inline]
-    pub(super) fn part_count_at_most(&self, window: &Window) -> usize {
-        let [[left, right], [bottom, top]] = window.ranges(self.low, self.high);
-        (right - left) * (top - bottom)
-    }
-
-    /// Returns the middle of the box about it, in tiles.
-    #[inline]
-    pub(super) fn middle(&self) -> DVec2 {
-        0.5 * (self.low + self.high)
-    }
-
-    /// Returns twice the area of a triangle's, in tiles; of what is cut none.
-    #[inline]
-    pub(super) fn area(&self) -> f64 {
-        match &self.places[..self.count] {
-            &[a, b, c] => (b - a).perp_dot(c - a),
-            _ => 0.0,
-        }
     }
 
     /// Calls `visit` with every cell.

@@ -8,7 +8,6 @@ use fearless_simd::{Simd, dispatch};
 
 use super::adaptive::{AdaptiveValues, Known, Lists, PackedLight};
 use super::bricks::{Finder, Leaf, Store};
-use super::columns::Columns;
 use super::forms::{EightForms, Verdict};
 use super::lattice::Code;
 use super::links::Link;
@@ -112,8 +111,7 @@ impl AdaptiveValues {
         };
         dispatch!(self.level, simd => {
             let source = Source::Growing(store);
-            let columns = None;
-            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             lookup.find(store, starts)
         })
     }
@@ -132,8 +130,8 @@ impl AdaptiveValues {
             return Told::nothing(starts.len().min(MANY));
         };
         dispatch!(self.level, simd => {
-            let (source, columns) = (Source::Packed(packed), lists.columns());
-            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
+            let source = Source::Packed(packed);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             lookup.find_many(packed, starts, is_shadowed)
         })
     }
@@ -151,8 +149,8 @@ impl AdaptiveValues {
             return Found::NOTHING;
         };
         dispatch!(self.level, simd => {
-            let (source, columns) = (Source::Packed(packed), lists.columns());
-            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
+            let source = Source::Packed(packed);
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             lookup.find_packed(packed, start)
         })
     }
@@ -172,8 +170,7 @@ impl AdaptiveValues {
         };
         dispatch!(self.level, simd => {
             let source = Source::Growing(store);
-            let columns = None;
-            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             lookup.find_one(store, start)
         })
     }
@@ -219,8 +216,8 @@ impl AdaptiveValues {
         let x = self.narrow(start.point);
         dispatch!(self.level, simd => {
             let code = self.lattices[0].code_of(simd, x);
-            let (source, columns) = (Source::Nothing, None);
-            let lookup = Lookup { simd, values: self, number: light, tables, columns, source, occluders };
+            let source = Source::Nothing;
+            let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
             match lookup.audience(start, x) {
                 Asks::In(audience) => Some((audience, code)),
                 Asks::OwnShadow | Asks::Doubt => None,
@@ -252,27 +249,8 @@ pub(super) struct Lookup<'a, S> {
     /// Of the light.
     pub(super) number: usize,
     pub(super) tables: Tables<'a>,
-    /// Lists for all directions from the light, if there are any and values are packed.
-    pub(super) columns: Option<&'a Columns>,
     pub(super) source: Source<'a>,
     pub(super) occluders: &'a Occluders,
-}
-
-/// Longer lists are not asked where there are columns, whose lists are short and in order.
-const LONGEST_ASKED: usize = 16;
-
-impl<S> Lookup<'_, S> {
-    /// Returns lists for all directions from the light, if there are any.
-    #[inline(always)]
-    pub(super) fn columns(&self) -> Option<&Columns> {
-        self.columns
-    }
-
-    /// Returns whether columns, if there are any, are asked instead of what a cell says.
-    #[inline(always)]
-    pub(super) fn is_for_columns(leaf: packed::Leaf) -> bool {
-        leaf.is_unknown() || leaf.count() > LONGEST_ASKED
-    }
 }
 
 /// A surface of a list.
@@ -388,11 +366,8 @@ impl<S: Simd> Lookup<'_, S> {
         point: DVec3,
         x: [f32; 3],
     ) -> Found {
-        match self.columns() {
-            Some(columns) if Self::is_for_columns(leaf) => {
-                self.find_at_in_columns(columns, start, point, x)
-            }
-            _ if leaf.count() == 0 => Found::NOTHING,
+        match leaf.count() {
+            0 => Found::NOTHING,
             _ => self.find_one_by_one(packed.list(leaf), start, point, x),
         }
     }

@@ -12,7 +12,6 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
 
 use super::balls::{self, Ball, EIGHT, OnBalls};
-use super::column_lookup::Way;
 use super::lattice::Codes;
 use super::lookup::{Found, Lookup};
 use super::packed::{Leaf, Packed};
@@ -46,16 +45,6 @@ impl Told {
         Self {
             unknown: first_bits(count),
             ..Self::default()
-        }
-    }
-
-    /// Returns what is known of one start, nothing if it was not asked.
-    pub(crate) fn of(&self, number: usize) -> Found {
-        let is = |bits: u64| bits >> number & 1 != 0;
-        match is(self.unknown) {
-            true => Found::NOTHING,
-            false if is(self.listed) => Found::by_list(is(self.shadowed)),
-            false => Found::by_value(is(self.shadowed)),
         }
     }
 
@@ -224,10 +213,7 @@ impl<S: Simd> Lookup<'_, S> {
         }
         if told.listed != 0 {
             let starts = [starts, near];
-            let long = self.find_in_lists(packed, starts, &places, &next, told);
-            if let (Some(columns), 1..) = (self.columns(), long) {
-                self.find_known_in_columns(columns, starts, &places, long, Way::Together, told);
-            }
+            self.find_in_lists(packed, starts, &places, &next, told);
         }
     }
 
@@ -406,7 +392,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     /// Asks the blockers of lists, or says why there are none. Starts are given as they are asked, and as they
-    /// are where they answer the same. Returns those whose lists are so long that columns are asked instead.
+    /// are where they answer the same.
     #[inline(always)]
     fn find_in_lists(
         &self,
@@ -415,19 +401,12 @@ impl<S: Simd> Lookup<'_, S> {
         places: &Places,
         leaves: &[u32; MANY],
         told: &mut Told,
-    ) -> u64 {
-        let mut long = 0;
-        let has_columns = self.columns().is_some();
+    ) {
         let mut pairs = Pairs::none();
         let mut wide = [[0.0; 16]; MANY];
         for number in Numbers(told.listed) {
             let leaf = packed.leaf(leaves[number]);
             let count = leaf.count();
-            if has_columns && Self::is_for_columns(leaf) {
-                told.listed &= !(1 << number);
-                long |= 1 << number;
-                continue;
-            }
             if count == 0 {
                 told.listed &= !(1 << number);
                 self.find_elsewhere(leaf, number, &starts[0][number], told);
@@ -441,7 +420,6 @@ impl<S: Simd> Lookup<'_, S> {
             }
         }
         self.tell_pairs(&pairs, starts, &wide, told);
-        long
     }
 
     /// Answers a start whose cell has no list, or that has no cell.

@@ -34,17 +34,13 @@ impl Pairs {
         }
     }
 
-    /// Pairs a start with the first so many of some surfaces, but for one that a bit stands for.
+    /// Pairs a start with a surface. A list of so many as there is room for may follow [`Pairs::is_full`].
     #[inline(always)]
-    pub(super) fn add(&mut self, surfaces: &[u32], number: usize, count: u32, but: u32) {
-        const SOME: usize = 8;
-        let at = self.count.min(PAIRS);
-        self.surfaces[at..at + SOME].copy_from_slice(&surfaces[..SOME]);
-        self.numbers[at..at + SOME].fill(number as u8);
-        // The last is in its place, or in none.
-        let last = surfaces[count.wrapping_sub(1) as usize % SOME];
-        self.surfaces[at + but.trailing_zeros().min(count) as usize] = last;
-        self.count = at + (count - but.count_ones()) as usize;
+    pub(super) fn push(&mut self, surface: u32, number: usize) {
+        let at = self.count.min(PAIRS + SPARE - 1);
+        self.surfaces[at] = surface;
+        self.numbers[at] = number as u8;
+        self.count = at + 1;
     }
 
     /// Pairs a start with so many surfaces; behind them there are some more to be read.

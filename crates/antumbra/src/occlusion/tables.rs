@@ -26,6 +26,8 @@ pub(crate) struct SceneTables {
     pub(super) ball_starts: Vec<Ball>,
     /// Those of them that are spheres.
     pub(super) balls: Vec<Ball>,
+    /// Whether all triangles are, if not everywhere.
+    are_all_opaque: bool,
     mesh: OnceLock<(Mesh, Share)>,
     no_mesh: Mesh,
 }
@@ -79,7 +81,9 @@ const SMALLEST_COVER: f64 = 1.0 / (1u64 << 20) as f64;
 pub(crate) const NONE: u32 = u32::MAX;
 
 impl SceneTables {
-    pub(crate) fn new(occluders: &Occluders, frame: &Frame) -> Self {
+    /// Makes what queries need, and for values also what making those does.
+    pub(crate) fn new(occluders: &Occluders, frame: &Frame, has_values: bool) -> Self {
+        let start_triangles = triangles(occluders).take_while(|_| has_values);
         let curved = || {
             let all = occluders.triangle_count()..occluders.surface_count();
             all.map(|surface| SurfaceId(surface as u32))
@@ -94,28 +98,29 @@ impl SceneTables {
             .map(|surface| occluders.sphere(surface).map_or(Ball::NONE, Ball::new))
             .collect();
         Self {
-            start_forms: triangles(occluders)
+            start_forms: start_triangles
                 .map(|triangle| start_forms(occluders, frame, triangle))
                 .collect(),
             ball_starts,
             balls,
+            are_all_opaque: triangles(occluders).all(|triangle| occluders.is_opaque(triangle)),
             mesh: OnceLock::new(),
             no_mesh: Mesh::default(),
         }
     }
 
     /// Returns the bytes that [`SceneTables::new`] will take.
-    pub(crate) fn bytes_for(occluders: &Occluders) -> u64 {
+    pub(crate) fn bytes_for(occluders: &Occluders, has_values: bool) -> u64 {
         let (triangle_count, surface_count) =
             (occluders.triangle_count(), occluders.surface_count());
-        let bytes = triangle_count * size_of::<Forms>()
+        let bytes = triangle_count * size_of::<Forms>() * usize::from(has_values)
             + (surface_count - triangle_count) * 2 * size_of::<Ball>();
         bytes as u64
     }
 
     /// Returns the mesh; makes it where there is room. On one thread: one that waits for others may take up a query
     /// that waits for these tables.
-    fn make_mesh(&self, occluders: &Occluders, room: &Arc<Room>) -> Option<&Mesh> {
+    pub(super) fn make_mesh(&self, occluders: &Occluders, room: &Arc<Room>) -> Option<&Mesh> {
         if self.mesh.get().is_none() {
             let most = Mesh::height_bytes(occluders.triangle_count());
             let held = room.hold(most);
@@ -365,6 +370,22 @@ impl<'a> Tables<'a> {
             (Some(mesh), Some(_)) => mesh,
             _ => &self.scene.no_mesh,
         }
+    }
+
+    /// Returns the mesh if it says how triangles are joined.
+    pub(super) fn joined(&self) -> Option<&'a Mesh> {
+        self.mesh.filter(|mesh| mesh.is_joined())
+    }
+
+    /// Returns whether all triangles are opaque, if not everywhere.
+    #[inline(always)]
+    pub(super) fn are_all_opaque(&self) -> bool {
+        self.scene.are_all_opaque
+    }
+
+    /// Returns for each triangle the side of its plane that the light is on.
+    pub(super) fn sides(&self) -> &'a [i8] {
+        &self.of_light.sides
     }
 
     pub(crate) fn contour(&self, number: u32) -> Option<&'a Contour> {

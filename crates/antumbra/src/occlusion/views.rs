@@ -44,14 +44,6 @@ pub(super) struct Views {
     locator: Locator,
 }
 
-/// Returns whether a light has six views, not one.
-pub(super) fn has_faces(scene: &Bounds, frame: &Frame, light: &LightShape) -> bool {
-    match *light {
-        LightShape::Direction(_) => false,
-        LightShape::Point(light) => is_among(scene, frame, frame.point_in_frame(light)),
-    }
-}
-
 /// The frame has its origin in the scene's middle.
 fn is_among(scene: &Bounds, frame: &Frame, light_in_frame: DVec3) -> bool {
     let reach = 0.5 * frame.scale * scene.size().length();

@@ -3,6 +3,7 @@
 //! In: a prepared segment. Out: the bit, and how it was decided. Invariant: every method returns
 //! the reference's bit (EXACTNESS.md).
 
+mod auto;
 mod bvh;
 mod draw;
 mod grid;

@@ -7,8 +7,8 @@ use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Columns, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS,
-    Scene, Store, Way, cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS,
+    Scene, Store, cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -42,7 +42,7 @@ pub(crate) struct ByVoxel<'a, R> {
 }
 
 /// After so many queries of a batch what they cost is noted.
-const NOTED: usize = 64 * BLOCK;
+pub(super) const NOTED: usize = 64 * BLOCK;
 
 impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the value or the list of the start's voxel where there is one, by a ray where
@@ -55,6 +55,9 @@ impl<R: Rays> ByVoxel<'_, R> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
+        if self.values.has_maps() {
+            return self.answer_by_map(starts, is_shadowed, counters, check);
+        }
         if !order::is_scattered(self.values, self.light_number, starts) {
             return self.answer_in_order(starts, is_shadowed, counters, check);
         }
@@ -99,24 +102,16 @@ impl<R: Rays> ByVoxel<'_, R> {
             let light = self.light_number;
             let now = self.values.known(light);
             let looks = self.values.looks(light, now.as_deref(), is_refining);
-            let known = now.as_deref().map(|known| At {
-                known,
-                columns: self.values.columns(light, known, is_refining),
-            });
-            let has_columns = known.is_some_and(|known| known.columns.is_some());
-            let way = match has_columns {
-                true => self.values.column_way(light),
-                false => Way::default(),
-            };
+            let known = now.as_deref();
             // Rays are put in order together, once it is known what they cost.
-            let is_by_rays = looks == Looks::None && !has_columns && !is_first;
+            let is_by_rays = looks == Looks::None && !is_first;
             let count = if is_by_rays { WINDOW } else { NOTED }.min(left.len());
             is_first = false;
             let (starts, is_shadowed);
             (starts, left) = left.split_at(count);
             (is_shadowed, left_answers) = std::mem::take(&mut left_answers).split_at_mut(count);
             let mut sum = Sum::default();
-            match (&known, looks) {
+            match (known, looks) {
                 (Some(known), Looks::All | Looks::Try(_)) => {
                     let weight = looks.weight();
                     sum = self.answer_some(known, starts, is_shadowed, counters, weight, &check)?;
@@ -136,21 +131,11 @@ impl<R: Rays> ByVoxel<'_, R> {
                                 &check,
                             )?);
                         } else {
-                            self.answer_by_columns(
-                                known,
-                                way,
-                                starts,
-                                is_shadowed,
-                                counters,
-                                &check,
-                            )?;
+                            self.answer_by_rays(starts, is_shadowed, counters, &check)?;
                         }
                     }
                 }
-                (Some(known), Looks::None | Looks::Rays) => {
-                    self.answer_by_columns(known, way, starts, is_shadowed, counters, &check)?;
-                }
-                (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
+                (Some(_), Looks::None | Looks::Rays) | (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
             }
             if let Some(begin) = begin {
                 let ray_count = counters.shadow.rays - before.shadow.rays;
@@ -160,8 +145,6 @@ impl<R: Rays> ByVoxel<'_, R> {
                     rays_ns: cost_of_rays(&before, counters, ray_count),
                     looked_count: sum.looked_count,
                     found_count: sum.found_count,
-                    has_columns,
-                    way,
                     took: Some(begin.elapsed_ns().saturating_sub(sum.made)),
                 };
                 self.values.note(
@@ -171,59 +154,6 @@ impl<R: Rays> ByVoxel<'_, R> {
                     left.len() as u64,
                 );
             }
-        }
-        Ok(())
-    }
-
-    /// Answers queries without looking for values: by columns, if there are any.
-    #[inline]
-    fn answer_by_columns(
-        &self,
-        known: &At<'_>,
-        way: Way,
-        starts: &[Start],
-        is_shadowed: &mut [bool],
-        counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<(), QueryError> {
-        let Some(columns) = known.lists_and_columns() else {
-            return self.answer_by_rays(starts, is_shadowed, counters, check);
-        };
-        let mut unknown = Unknown::default();
-        let (mut list_count, mut shadowed_count) = (0, 0);
-        let blocks = starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY));
-        for (block, (starts, is_shadowed)) in blocks.enumerate() {
-            let (occluders, light) = (self.occluders, self.light_number);
-            let told =
-                self.values
-                    .find_many_in_columns(columns, occluders, starts, light, u64::MAX, way);
-            for (number, is_shadowed) in is_shadowed.iter_mut().enumerate() {
-                *is_shadowed = told.shadowed >> number & 1 != 0;
-            }
-            shadowed_count += u64::from(told.shadowed.count_ones());
-            list_count += u64::from((told.listed & !told.unknown).count_ones());
-            unknown.add(block * MANY, told.unknown, starts);
-        }
-        counters.shadow.shadowed += shadowed_count;
-        counters.shadow.blocker_list += list_count;
-        counters.shadow.first_pass +=
-            starts.len() as u64 - list_count - unknown.starts.len() as u64;
-        self.answer_unknown(&unknown, is_shadowed, counters, check)
-    }
-
-    /// Answers by rays what nothing is known of.
-    fn answer_unknown(
-        &self,
-        unknown: &Unknown,
-        is_shadowed: &mut [bool],
-        counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<(), QueryError> {
-        let mut blocked = [false; NOTED];
-        let blocked = &mut blocked[..unknown.starts.len()];
-        self.answer_by_rays(&unknown.starts, blocked, counters, check)?;
-        for (&number, &blocked) in unknown.numbers.iter().zip(&*blocked) {
-            is_shadowed[number as usize] = blocked;
         }
         Ok(())
     }
@@ -266,7 +196,7 @@ impl<R: Rays> ByVoxel<'_, R> {
         Ok(())
     }
 
-    fn answer_by_rays(
+    pub(super) fn answer_by_rays(
         &self,
         starts: &[Start],
         is_shadowed: &mut [bool],
@@ -285,15 +215,15 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline]
     fn answer_some(
         &self,
-        known: &At<'_>,
+        known: &Known,
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
         weight: u64,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<Sum, QueryError> {
-        let Some(values) = known.lists_and_store() else {
-            self.answer_by_columns(known, Way::default(), starts, is_shadowed, counters, check)?;
+        let Some(values) = lists_and_store(known) else {
+            self.answer_by_rays(starts, is_shadowed, counters, check)?;
             return Ok(Sum::default());
         };
         let mut sum = Sum::default();
@@ -303,10 +233,10 @@ impl<R: Rays> ByVoxel<'_, R> {
             let looked = self
                 .values
                 .find(values, self.occluders, starts, self.light_number);
-            let mut found = looked.found;
+            let found = looked.found;
             // What is beyond the starts is as nothing found.
             let beyond = (BLOCK - starts.len()) as u64;
-            let mut unknown_count = Found::count(&found, Found::is_nothing) - beyond;
+            let unknown_count = Found::count(&found, Found::is_nothing) - beyond;
             sum.found_count += starts.len() as u64 - unknown_count;
             let is_sampled = self.values.is_asked() || draw().is_multiple_of(SAMPLED);
             if is_sampled && Found::count(&found, Found::is_by_list) > 0 {
@@ -316,19 +246,6 @@ impl<R: Rays> ByVoxel<'_, R> {
                         sum.made += self.charge_list(known, start, place, weight);
                     }
                 }
-            }
-            if let (Some(columns), 1..) = (known.lists_and_columns(), unknown_count) {
-                let before = found;
-                self.fill_by_columns(columns, starts, &mut found);
-                if is_sampled {
-                    for (number, start) in starts.iter().enumerate() {
-                        if before[number].is_nothing() && found[number].is_by_list() {
-                            let place = looked.places[number];
-                            sum.made += self.charge_column(known, start, place, weight);
-                        }
-                    }
-                }
-                unknown_count = Found::count(&found, Found::is_nothing) - beyond;
             }
             for (is_shadowed, found) in is_shadowed.iter_mut().zip(&found) {
                 *is_shadowed = found.is_shadowed();
@@ -370,6 +287,9 @@ impl<R: Rays> ByVoxel<'_, R> {
 
     /// Answers one query.
     pub(crate) fn answer_one(&self, start: &Start, counters: &mut Counters) -> Answer {
+        if self.values.has_maps() {
+            return self.answer_one_by_map(start, counters);
+        }
         if let Some(packed) = self.values.packed(self.light_number) {
             let (occluders, light) = (self.occluders, self.light_number);
             let found = self.values.find_packed(packed, occluders, start, light);
@@ -397,47 +317,26 @@ impl<R: Rays> ByVoxel<'_, R> {
         let begin = is_timed.then(|| (Reading::now(), Reading::now()));
         let mut made = 0;
         let before = *counters;
-        let known = now.as_deref().map(|known| At {
-            known,
-            columns: self.values.columns(light, known, is_refining),
-        });
+        let known = now.as_deref();
         let mut is_found = false;
-        let values = known.and_then(|known| Some((known, known.lists_and_store()?)));
+        let values = known.and_then(|known| Some((known, lists_and_store(known)?)));
         let answer = match values {
             Some((known, values)) if is_looked_up => {
                 let (found, place) = self.values.find_one(values, self.occluders, start, light);
                 is_found = !found.is_nothing();
                 if found.is_by_list() && (is_sampled || self.values.is_asked()) {
-                    made += self.charge_list(&known, start, place, weight);
+                    made += self.charge_list(known, start, place, weight);
                 }
-                let found = if is_found {
-                    found
-                } else {
-                    self.find_one_in_columns(&known, start)
-                };
-                if !found.is_nothing() {
-                    let is_new = !is_found && found.is_by_list();
-                    if is_new && (is_sampled || self.values.is_asked()) {
-                        made += self.charge_column(&known, start, place, weight);
-                    }
+                if is_found {
                     Answer::new(found.is_shadowed(), found.decided())
                 } else {
                     let (is_blocked, took) =
-                        self.is_blocked_at(&known, start, place, weight, counters);
+                        self.is_blocked_at(known, start, place, weight, counters);
                     made += took;
                     Answer::new(is_blocked, Decided::Ray)
                 }
             }
-            _ => {
-                let found = known.map_or(Found::NOTHING, |known| {
-                    self.find_one_in_columns(&known, start)
-                });
-                if found.is_nothing() {
-                    Answer::new(self.rays.is_blocked(start, counters), Decided::Ray)
-                } else {
-                    Answer::new(found.is_shadowed(), found.decided())
-                }
-            }
+            _ => Answer::new(self.rays.is_blocked(start, counters), Decided::Ray),
         };
         if is_sampled {
             let is_ray = u64::from(answer.decided == Decided::Ray);
@@ -447,8 +346,6 @@ impl<R: Rays> ByVoxel<'_, R> {
                 rays_ns: SAMPLED * cost_of_rays(&before, counters, is_ray),
                 looked_count: SAMPLED * u64::from(is_looked_up),
                 found_count: SAMPLED * u64::from(is_found),
-                has_columns: known.is_some_and(|known| known.columns.is_some()),
-                way: Way::default(),
                 took: begin.map(|(first, second)| {
                     let reading = second.since_ns(first);
                     SAMPLED * second.elapsed_ns().saturating_sub(reading + made)
@@ -460,46 +357,11 @@ impl<R: Rays> ByVoxel<'_, R> {
         answer
     }
 
-    fn find_one_in_columns(&self, known: &At<'_>, start: &Start) -> Found {
-        known.lists_and_columns().map_or(Found::NOTHING, |columns| {
-            let (occluders, light) = (self.occluders, self.light_number);
-            self.values
-                .find_one_in_columns(columns, occluders, start, light)
-        })
-    }
-
-    /// Asks columns about those of a block that nothing was found of.
-    fn fill_by_columns(
-        &self,
-        columns: (&Lists, &Columns),
-        starts: &[Start],
-        found: &mut [Found; BLOCK],
-    ) {
-        let mut asked = 0;
-        for (number, found) in found[..starts.len()].iter().enumerate() {
-            asked |= u64::from(found.is_nothing()) << number;
-        }
-        let light = self.light_number;
-        let told = self.values.find_many_in_columns(
-            columns,
-            self.occluders,
-            starts,
-            light,
-            asked,
-            Way::Together,
-        );
-        for (number, found) in found.iter_mut().enumerate() {
-            if asked >> number & 1 != 0 {
-                *found = told.of(number);
-            }
-        }
-    }
-
     /// Answers by a ray, which the cell pays for whose link stands at a place; and returns what the making
     /// of values took, in nanoseconds.
     fn is_blocked_at(
         &self,
-        known: &At<'_>,
+        known: &Known,
         start: &Start,
         place: u32,
         weight: u64,
@@ -513,7 +375,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     }
 
     /// Lets a cell pay for a ray, and returns what the making of values took, in nanoseconds.
-    fn charge_ray(&self, known: &At<'_>, start: &Start, place: u32, cost_ns: u64) -> u64 {
+    fn charge_ray(&self, known: &Known, start: &Start, place: u32, cost_ns: u64) -> u64 {
         if place == 0 || !self.values.is_refining() {
             return 0;
         }
@@ -522,29 +384,17 @@ impl<R: Rays> ByVoxel<'_, R> {
 
     #[cold]
     #[inline(never)]
-    fn charge_list(&self, known: &At<'_>, start: &Start, place: u32, weight: u64) -> u64 {
+    fn charge_list(&self, known: &Known, start: &Start, place: u32, weight: u64) -> u64 {
         if place == 0 || !self.values.is_refining() {
             return 0;
         }
-        let store = known.known.store.as_ref();
+        let store = known.store.as_ref();
         let cost = store.map_or(0, |store| self.values.cost_of_list(store, place));
         self.charge(known, start, place, cost * SAMPLED * weight)
     }
 
-    /// The same for a cell that nothing is known of, where columns have answered.
-    #[cold]
-    #[inline(never)]
-    fn charge_column(&self, known: &At<'_>, start: &Start, place: u32, weight: u64) -> u64 {
-        if place == 0 || !self.values.is_refining() {
-            return 0;
-        }
-        let cost = self.values.cost_of_column(self.light_number);
-        self.charge(known, start, place, cost * SAMPLED * weight)
-    }
-
     /// Returns what the making of values took, in nanoseconds.
-    fn charge(&self, known: &At<'_>, start: &Start, place: u32, cost_ns: u64) -> u64 {
-        let known = known.known;
+    fn charge(&self, known: &Known, start: &Start, place: u32, cost_ns: u64) -> u64 {
         let (Some(bvh), Some(store)) = (self.bvh, &known.store) else {
             return 0;
         };
@@ -563,44 +413,9 @@ impl<R: Rays> ByVoxel<'_, R> {
     }
 }
 
-/// What answers queries without rays.
-#[derive(Clone, Copy)]
-struct At<'a> {
-    known: &'a Known,
-    /// Those of it, if they are worth asking.
-    columns: Option<&'a Columns>,
-}
-
-impl<'a> At<'a> {
-    #[inline(always)]
-    fn lists_and_store(self) -> Option<(&'a Lists, &'a Store)> {
-        Some((&self.known.lists, self.known.store.as_ref()?))
-    }
-
-    #[inline(always)]
-    fn lists_and_columns(self) -> Option<(&'a Lists, &'a Columns)> {
-        Some((&self.known.lists, self.columns?))
-    }
-}
-
-/// Starts of a chunk that nothing is known of.
-#[derive(Default)]
-struct Unknown {
-    starts: Vec<Start>,
-    numbers: Vec<u32>,
-}
-
-impl Unknown {
-    /// Adds those of a block, which begins with the chunk's `first`.
-    #[inline]
-    fn add(&mut self, first: usize, mut numbers: u64, block: &[Start]) {
-        while numbers != 0 {
-            let number = numbers.trailing_zeros() as usize;
-            numbers &= numbers - 1;
-            self.starts.push(block[number]);
-            self.numbers.push((first + number) as u32);
-        }
-    }
+#[inline(always)]
+fn lists_and_store(known: &Known) -> Option<(&Lists, &Store)> {
+    Some((&known.lists, known.store.as_ref()?))
 }
 
 /// What became of queries that were looked up.

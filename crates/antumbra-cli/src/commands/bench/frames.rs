@@ -36,8 +36,8 @@ const SHARED_SLICE: usize = 65_536;
 const WARM_FRAME: usize = 3;
 
 /// Ours, and where they stand among the methods.
-const OURS: [Shadows; 2] = [Shadows::Voxel, Shadows::Bvh];
-const VOXEL: usize = 0;
+const OURS: [Shadows; 2] = [Shadows::Auto, Shadows::Bvh];
+const AUTO: usize = 0;
 const BVH: usize = 1;
 
 /// Measures all scenes, then tells.
@@ -188,7 +188,7 @@ impl Bench<'_> {
         let names = OURS.map(Shadows::name).into_iter();
         let names = names.chain(rivals.iter().map(|method| method.name()));
         let mut series = Series::new(names, self.typed.rounds as usize);
-        let evictions = |ours: &[Built]| ours[VOXEL].method.index().evictions();
+        let evictions = |ours: &[Built]| ours[AUTO].method.index().evictions();
         let evictions_before = evictions(&self.ours);
 
         let mut found = Vec::new();
@@ -216,7 +216,7 @@ impl Bench<'_> {
                         &mut series.mismatches,
                     ));
                 }
-                let voxel = ours[VOXEL].method.load_counted(&recorded.batch);
+                let voxel = ours[AUTO].method.load_counted(&recorded.batch);
                 let bvh = ours[BVH].method.load(&recorded.batch);
                 let all = [&voxel as &dyn LoadedBatch, &*bvh];
                 let all: Vec<_> = all.into_iter().chain(rivals.iter().map(|r| &**r)).collect();
@@ -238,7 +238,7 @@ impl Bench<'_> {
                 }
             }
         }
-        let index = self.ours[VOXEL].method.index();
+        let index = self.ours[AUTO].method.index();
         series.value_bytes = index.occlusion_bytes();
         series.table_bytes = index.table_bytes();
         series.evictions = evictions(&self.ours) - evictions_before;
@@ -253,7 +253,7 @@ impl Bench<'_> {
         found: &mut [bool],
         mismatches: &mut u64,
     ) -> Duration {
-        let voxel = &ours[VOXEL].method;
+        let voxel = &ours[AUTO].method;
         voxel.index().set_refining(false);
         let (differences, time) = self.time(&*voxel.load(&recorded.batch), recorded, found);
         voxel.index().set_refining(true);
@@ -362,7 +362,7 @@ impl Series {
         let all = (0..self.names.len()).map(|method| self.measured(method, frames.clone()));
         let mut measured: Vec<_> = all.collect();
         let warm = self.warm.iter().map(|&time| time_ns(time, queries));
-        measured[VOXEL].rounds_ns = warm.collect();
+        measured[AUTO].rounds_ns = warm.collect();
         Some(self.timing_of(frames, measured))
     }
 

@@ -10,7 +10,7 @@ use super::measure::{Measured, geometric_mean};
 use super::report::{Preparation, Shares};
 
 /// Rows that exist in the JSON, `null` without Embree.
-const KEYS: [&str; 4] = ["voxel_ns", "bvh_ns", "embree_ns", "embree8_ns"];
+const KEYS: [&str; 4] = ["auto_ns", "bvh_ns", "embree_ns", "embree8_ns"];
 
 /// All figures of a run.
 #[derive(Debug, Serialize)]
@@ -38,7 +38,7 @@ pub(super) struct SceneReport {
     pub(super) preparation: BTreeMap<String, Preparation>,
     /// Of the orbit.
     pub(super) first_frame: Timing,
-    /// The orbit's fourth frame, asked of `voxel` with the values that three have left; `null` in a
+    /// The orbit's fourth frame, asked of `auto` with the values that three have left; `null` in a
     /// shorter orbit.
     pub(super) warm_after_three_views: Option<Timing>,
     pub(super) orbit: SeriesReport,
@@ -53,8 +53,8 @@ pub(super) struct Timing {
     /// `<method>_ns` a query: median over the rounds.
     #[serde(flatten)]
     times_ns: BTreeMap<String, Option<f64>>,
-    /// Median over the rounds of the time of `voxel` by that of `bvh`.
-    voxel_by_bvh: Option<f64>,
+    /// Median over the rounds of the time of `auto` by that of `bvh`.
+    auto_by_bvh: Option<f64>,
     /// Median over the rounds of the time of Embree, one ray a call, by that of each other method.
     embree_by: BTreeMap<String, f64>,
     /// Width of the middle half of the rounds over the median.
@@ -69,7 +69,7 @@ pub(super) struct SeriesReport {
     pub(super) timing: Timing,
     /// Method, then frame: nanoseconds a query.
     pub(super) frames_ns: BTreeMap<String, Vec<f64>>,
-    /// How `voxel` decided the queries of the last frame.
+    /// How `auto` decided the queries of the last frame.
     pub(super) last_frame: Shares,
     /// At the end: of values.
     pub(super) value_bytes: u64,
@@ -97,7 +97,7 @@ impl Timing {
             queries,
             shadowed_share,
             times_ns: KEYS.map(|key| (key.to_owned(), None)).into(),
-            voxel_by_bvh: None,
+            auto_by_bvh: None,
             embree_by: BTreeMap::new(),
             spread: BTreeMap::new(),
         };
@@ -114,8 +114,8 @@ impl Timing {
                 timing.embree_by.insert(name.clone(), ratio);
             }
         }
-        if let (Some(voxel), Some(bvh)) = (of("voxel"), of("bvh")) {
-            timing.voxel_by_bvh = Some(voxel.ratio_to(bvh));
+        if let (Some(auto), Some(bvh)) = (of("auto"), of("bvh")) {
+            timing.auto_by_bvh = Some(auto.ratio_to(bvh));
         }
         timing
     }
@@ -134,7 +134,7 @@ impl Timing {
             if let Some(ratio) = self.embree_by.get(name) {
                 row += &format!(", embree by it {ratio:>5.2}");
             }
-            if let Some(ratio) = self.voxel_by_bvh.filter(|_| name == "voxel") {
+            if let Some(ratio) = self.auto_by_bvh.filter(|_| name == "auto") {
                 row += &format!(", it by bvh {ratio:.3}");
             }
             rows.push(row);
@@ -148,8 +148,8 @@ impl Timing {
         embree
             .map(|(name, &ratio)| (format!("embree_by_{name}"), ratio))
             .chain(
-                self.voxel_by_bvh
-                    .map(|ratio| ("voxel_by_bvh".into(), ratio)),
+                self.auto_by_bvh
+                    .map(|ratio| ("auto_by_bvh".into(), ratio)),
             )
     }
 }
@@ -158,7 +158,7 @@ impl SeriesReport {
     fn rows(&self) -> Vec<String> {
         let mut rows = self.timing.rows();
         rows.push(format!(
-            "    voxel, last frame: {}; {} bytes of values, {} of lists and tables, {} evictions",
+            "    auto, last frame: {}; {} bytes of values, {} of lists and tables, {} evictions",
             self.last_frame.text(),
             self.value_bytes,
             self.table_bytes,

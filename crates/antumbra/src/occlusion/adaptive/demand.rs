@@ -7,7 +7,7 @@ use antumbra_geometry::{Occluders, Start};
 
 use super::super::bricks::Store;
 use super::super::budget::Account;
-use super::super::columns::{Columns, Wanted};
+use super::super::map::{Map, Spent};
 use super::super::links::{Link, charge, claim, publish, read};
 use super::super::refine::Care;
 use super::making::Scene;
@@ -65,7 +65,7 @@ const CURVED_NS: u64 = 500;
 
 impl AdaptiveValues {
     /// Adds what some queries of a light came to, with so many more known to come; makes the light's tables
-    /// and columns when they pay.
+    /// when they pay.
     pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account, ahead: u64) {
         let values = &self.lights[light];
         values.budget.note(account);
@@ -73,29 +73,95 @@ impl AdaptiveValues {
         if !values.is_ordinary || values.is_complete() || self.packed(light).is_some() {
             return;
         }
-        let has_all = |known: &Known| known.lists.columns.get().is_some() && known.store.is_some();
-        if values.known.load().as_deref().is_some_and(has_all) {
+        let has_store = |known: &Known| known.store.is_some();
+        if values.known.load().as_deref().is_some_and(has_store) {
             return;
         }
-        let wanted = match self.refine {
-            Refine::Asked => Wanted::Few,
-            Refine::Lazy | Refine::Eager => Wanted::For(ahead),
-        };
         let curved_count = occluders.surface_count() - occluders.triangle_count();
-        let price = TABLE_NS * occluders.triangle_count() as u64
-            + CURVED_NS * curved_count as u64
-            + Columns::price(occluders, &self.frame, &values.light, wanted);
-        let can_make = self.refine == Refine::Asked || values.budget.allows_columns(price, ahead);
+        let price = TABLE_NS * occluders.triangle_count() as u64 + CURVED_NS * curved_count as u64;
+        let can_make = self.refine == Refine::Asked || values.budget.allows_tables(price, ahead);
         if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             let begin = Reading::now();
+            if self.make_known(occluders, light, false).is_none() {
+                self.make_room(light);
+            }
+            values.budget.spend(begin.elapsed_ns());
+        }
+    }
+
+    /// Adds what some queries of a light took; makes its map when that pays.
+    pub(crate) fn spent(&self, occluders: &Occluders, light: usize, spent: &Spent) {
+        let values = &self.lights[light];
+        values.prices.note(spent);
+        self.take_turn(light);
+        if !values.is_ordinary {
+            return;
+        }
+        let has_map = |known: &Known| known.lists.map.get().is_some();
+        if values.known.load().as_deref().is_some_and(has_map) {
+            return;
+        }
+        let is_asked = self.refine == Refine::Asked;
+        let is_joined = self.tables.get().is_some_and(|(scene, _)| scene.mesh_bytes() > 0);
+        if (is_asked || values.prices.allow(Map::price(occluders, is_joined)))
+            && let Some(_busy) = Busy::begin(&values.is_busy)
+        {
+            let begin = Reading::now();
             match self.make_known(occluders, light, false) {
-                Some(known) => self.make_columns(occluders, light, &known.lists, wanted),
+                Some(known) => self.make_map(occluders, light, &known.lists, None),
                 None => {
                     self.make_room(light);
                 }
             }
-            values.budget.spend(begin.elapsed_ns());
+            let made = Spent {
+                queries: 0,
+                ns: 0,
+                made: begin.elapsed_ns(),
+                is_by_map: false,
+            };
+            values.prices.note(&made);
         }
+    }
+
+    /// Makes those cells of a light's map that starts found nothing in, where that pays. Returns how long that took, in
+    /// nanoseconds, 0 if none was made.
+    pub(crate) fn make_cells(
+        &self,
+        (lists, map): (&Lists, &Map),
+        occluders: &Occluders,
+        starts: &[Start],
+        light: usize,
+    ) -> u64 {
+        let Some(tables) = self.tables(occluders, light, lists) else {
+            return 0;
+        };
+        if !self.is_refining() {
+            return 0;
+        }
+        if !lists.may_grow(map) {
+            self.lights[light].is_refused.store(true, Ordering::Relaxed);
+            return 0;
+        }
+        let begin = Reading::now();
+        let asking = self.places_in_map(map, starts);
+        let prices = &self.lights[light].prices;
+        let (each, ray_ns) = match self.refine {
+            // So that what is made does not depend on times.
+            Refine::Asked => (1e3, 1e3),
+            Refine::Lazy | Refine::Eager => (
+                1.0 + prices.expected() as f32 / starts.len() as f32,
+                prices.ray_ns(),
+            ),
+        };
+        match map.make_for(&tables, &asking, each, ray_ns) {
+            true => begin.elapsed_ns().max(1),
+            false => 0,
+        }
+    }
+
+    /// Notes that so many queries of a light are known to come.
+    pub(crate) fn expect(&self, light: usize, queries: u64) {
+        self.lights[light].prices.expect(queries);
     }
 
     /// Notes that a light is asked, and when it was before others were.
@@ -135,15 +201,6 @@ impl AdaptiveValues {
         list.map_or(0, |list| {
             4 + ENTRY_NS * store.list(list).surfaces.len() as u64
         })
-    }
-
-    /// Returns what to charge a cell for where columns answer.
-    pub(crate) fn cost_of_column(&self, light: usize) -> u64 {
-        match self.refine {
-            // So that what is made does not depend on times.
-            Refine::Asked => 16,
-            Refine::Lazy | Refine::Eager => self.lights[light].budget.column_charge(),
-        }
     }
 
     /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price

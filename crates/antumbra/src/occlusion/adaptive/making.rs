@@ -1,4 +1,4 @@
-//! What is made: tables, columns, bricks; all of them before the first query, or one by one.
+//! What is made: tables, maps, bricks; all of them before the first query, or one by one.
 
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, OnceLock, PoisonError};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::super::bricks::{Decision, Store, cell_in_brick};
 use super::super::candidates::{Candidates, Casters};
-use super::super::columns::{Columns, Wanted};
+use super::super::map::Map;
 use super::super::lattice::Cell;
 use super::super::links::{Link, read};
 use super::super::packed::Packed;
@@ -18,7 +18,7 @@ use super::super::room::Share;
 use super::super::tables::{LightTables, SceneTables, Tables};
 use super::super::value::Audience;
 use super::demand::{HASTE, UNIT};
-use super::{AdaptiveValues, Known, Lists, PackedLight};
+use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
 use crate::Refine;
 use crate::bvh::Bvh;
 
@@ -35,6 +35,9 @@ pub(super) const LOOK_PRICE: u32 = 9;
 /// Bricks so many halvings below the root are made quickly.
 const QUICK_LEVELS: u32 = 2;
 
+/// A map that is made before the first query is made for so many.
+const WHOLE_MAP: f32 = 1e8;
+
 /// What a brick costs, quick and full: itself, and each candidate.
 const QUICK_NS: [u64; 2] = [6_000, 300];
 const FULL_NS: [u64; 2] = [20_000, 1_100];
@@ -47,13 +50,27 @@ impl AdaptiveValues {
     /// Makes what is wanted before the first query, on all threads.
     pub(crate) fn make_first(&mut self, occluders: &Occluders, bvh: &Bvh) {
         match self.refine {
+            Refine::Eager if self.knowledge == Knowledge::Maps => self.make_maps(occluders),
             Refine::Eager => self.make_all(occluders, bvh),
             Refine::Lazy => {}
             Refine::Asked => (0..self.lights.len()).for_each(|light| {
-                if let Some(known) = self.make_known(occluders, light, false) {
-                    self.make_columns(occluders, light, &known.lists, Wanted::Few);
+                let known = self.make_known(occluders, light, false);
+                if let (Some(known), Knowledge::Maps) = (known, self.knowledge) {
+                    self.make_map(occluders, light, &known.lists, None);
                 }
             }),
+        }
+    }
+
+    /// Makes whole maps of all lights, as far as there is room.
+    fn make_maps(&self, occluders: &Occluders) {
+        let steps = Steps::new("baking", self.lights.len() as u64);
+        for light in 0..self.lights.len() {
+            steps.step(|| {
+                if let Some(known) = self.make_known(occluders, light, false) {
+                    self.make_map(occluders, light, &known.lists, Some(WHOLE_MAP));
+                }
+            });
         }
     }
 
@@ -83,7 +100,7 @@ impl AdaptiveValues {
                 self.make_rest_of_light(&scene, light, &known.lists, store, &steps);
             }
             drop(known);
-            self.pack(occluders, light);
+            self.pack(light);
         }
         self.finish();
     }
@@ -109,7 +126,7 @@ impl AdaptiveValues {
 
     /// Packs the values of a light for reading and drops its store, if all of it can be told so and there is room.
     /// Nobody asks meanwhile.
-    fn pack(&self, occluders: &Occluders, light: usize) {
+    fn pack(&self, light: usize) {
         let values = &self.lights[light];
         let Some(Ok(Known { lists, store })) = values.known.swap(None).map(Arc::try_unwrap) else {
             return;
@@ -135,10 +152,6 @@ impl AdaptiveValues {
         };
         drop(store);
         self.holders().retain(|&holder| holder != light);
-        // What was kept is to be there at once.
-        if !values.is_complete() {
-            self.make_columns(occluders, light, &lists, Wanted::For(u64::MAX));
-        }
         self.put_packed(light, packed, lists, share);
     }
 
@@ -213,9 +226,10 @@ impl AdaptiveValues {
     /// Makes tables of the scene, where there is room.
     pub(super) fn make_scene_tables(&self, occluders: &Occluders) -> Option<()> {
         if self.tables.get().is_none() {
-            let share = self.room.take(SceneTables::bytes_for(occluders))?;
+            let has_values = self.knowledge == Knowledge::Values;
+            let share = self.room.take(SceneTables::bytes_for(occluders, has_values))?;
             // Another thread may be faster.
-            let tables = SceneTables::new(occluders, &self.frame);
+            let tables = SceneTables::new(occluders, &self.frame, has_values);
             self.tables.get_or_init(|| (tables, share));
         }
         Some(())
@@ -234,7 +248,8 @@ impl AdaptiveValues {
             return None;
         }
         let before = values.known.load_full();
-        if before.as_ref().is_some_and(|known| known.store.is_some()) {
+        let is_all = |known: &Known| known.store.is_some() || self.knowledge == Knowledge::Maps;
+        if before.as_deref().is_some_and(is_all) {
             return before;
         }
         let made = self
@@ -244,9 +259,13 @@ impl AdaptiveValues {
             values.is_refused.store(true, Ordering::Relaxed);
             return None;
         };
-        let price = self.look_price();
-        let store = Store::new(&self.room, self.store_bytes(&lists), &self.lattices, price);
-        if store.is_none() {
+        let has_store = self.knowledge == Knowledge::Values;
+        let store = has_store.then(|| {
+            let price = self.look_price();
+            Store::new(&self.room, self.store_bytes(&lists), &self.lattices, price)
+        });
+        let store = store.flatten();
+        if has_store && store.is_none() {
             values.is_refused.store(true, Ordering::Relaxed);
             if before.is_some() {
                 return before;
@@ -280,7 +299,7 @@ impl AdaptiveValues {
         let light = &self.lights[light].light;
         Some(Lists {
             tables: LightTables::new(occluders, &self.frame, light),
-            columns: OnceLock::new(),
+            map: OnceLock::new(),
             share,
         })
     }
@@ -319,32 +338,35 @@ impl AdaptiveValues {
         is_made
     }
 
-    /// Makes the lists of all directions from a light, where there is room.
-    pub(super) fn make_columns(
+    /// Makes the map of a light, where there is room: all of it for so many queries, or nothing until somebody asks.
+    pub(super) fn make_map(
         &self,
         occluders: &Occluders,
         light: usize,
         lists: &Lists,
-        wanted: Wanted,
+        queries: Option<f32>,
     ) {
-        lists.columns.get_or_init(|| {
-            if self.depth.long_list == 0 {
-                return None;
-            }
+        lists.map.get_or_init(|| {
+            let (scene, _) = self.tables.get()?;
+            // For sheets; where there is no room for it there are none.
+            scene.make_mesh(occluders, &self.room);
             let tables = self.tables(occluders, light, lists)?;
-            let most = Columns::most_bytes(occluders, wanted);
-            let held = self.room.hold(most);
-            let is_short = held.bytes() < most;
-            let columns = Columns::new(occluders, &tables, wanted, held.bytes());
-            let columns = columns.and_then(|columns| {
-                let share = held.keep(columns.bytes())?;
-                Some((columns, share))
+            let height = Map::height_bytes(occluders);
+            let words = Map::most_words(occluders);
+            let held = self.room.hold(height + words);
+            let map = held.bytes().checked_sub(height).and_then(|words| {
+                let map = Map::new(occluders, &tables, words)?;
+                if let Some(queries) = queries {
+                    map.make_all(&tables, queries);
+                }
+                let share = held.keep(map.bytes())?;
+                Some((map, share))
             });
-            if is_short && columns.is_none() {
+            if map.is_none() {
                 let values = &self.lights[light];
                 values.is_refused.store(true, Ordering::Relaxed);
             }
-            columns
+            map
         });
     }
 

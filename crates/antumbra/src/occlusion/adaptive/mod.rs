@@ -1,6 +1,6 @@
 //! The values of all lights, made when they pay.
 //!
-//! In: the surfaces, the lights, the tree. Out: for a light that was asked often enough tables, columns and a store,
+//! In: the surfaces, the lights, the tree. Out: for a light that was asked often enough tables and a store, or a map,
 //! which `lookup` reads. Invariants: what a store says is a function of the scene, the light and the cell; how much
 //! it says depends on what was asked. All that lights know is taken from one room: where that is full, a store is
 //! dropped for an empty one, a light that is not asked any more loses what it knows, or nothing more is made. A
@@ -20,8 +20,7 @@ use fearless_simd::Level;
 
 use super::bricks::Store;
 use super::budget::{Budget, Looks};
-use super::column_lookup::Way;
-use super::columns::Columns;
+use super::map::{Map, Prices};
 use super::forms::START_ROOM;
 use super::lattice::Lattice;
 use super::packed::Packed;
@@ -51,6 +50,7 @@ pub(crate) struct AdaptiveValues {
     /// Lights that know something that may be dropped. Whoever adds or drops something holds it.
     holders: Mutex<Vec<usize>>,
     refine: Refine,
+    knowledge: Knowledge,
     is_refining: AtomicBool,
     evictions: AtomicU64,
     /// The light that was asked last, and how often that changed.
@@ -78,6 +78,8 @@ pub(super) struct LightValues {
     /// The turn in which it was asked last, and the one in which it was before.
     turns: [AtomicU32; 2],
     budget: Budget,
+    /// When a map pays.
+    pub(super) prices: Prices,
 }
 
 /// What is known of a light while more is made.
@@ -101,22 +103,39 @@ pub(crate) struct PackedLight {
 #[derive(Debug)]
 pub(crate) struct Lists {
     pub(super) tables: LightTables,
-    /// Lists for all directions from the light, if there can be any.
-    columns: OnceLock<Option<(Columns, Share)>>,
+    /// What all directions from the light know, if anything can be known so.
+    map: OnceLock<Option<(Map, Share)>>,
     /// Of the tables.
     share: Share,
 }
 
 impl Lists {
-    /// Returns lists for all directions from the light, if there are any.
+    /// Returns what all directions from the light know, if there is a map.
     #[inline(always)]
-    pub(crate) fn columns(&self) -> Option<&Columns> {
-        self.columns.get()?.as_ref().map(|(columns, _)| columns)
+    pub(crate) fn map(&self) -> Option<&Map> {
+        self.map.get()?.as_ref().map(|(map, _)| map)
     }
 
-    fn columns_bytes(&self) -> u64 {
-        self.columns().map_or(0, Columns::bytes)
+    /// Returns whether a map may take more bytes, and has them.
+    fn may_grow(&self, map: &Map) -> bool {
+        self.map
+            .get()
+            .and_then(Option::as_ref)
+            .is_some_and(|(_, share)| map.bytes() <= share.bytes() || share.grow(map.bytes() - share.bytes() + GROWTH))
     }
+
+    fn map_bytes(&self) -> u64 {
+        self.map().map_or(0, Map::bytes)
+    }
+}
+
+/// What lights know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Knowledge {
+    /// Maps of their directions.
+    Maps,
+    /// Values of voxels.
+    Values,
 }
 
 /// How values are made.
@@ -125,9 +144,13 @@ pub(crate) struct Making {
     pub(crate) depth: Depth,
     /// When values are made.
     pub(crate) refine: Refine,
+    pub(crate) knowledge: Knowledge,
     /// Bytes at most of all that lights know, and of what is needed to make it.
     pub(crate) most_bytes: u64,
 }
+
+/// Bytes that a map takes from the room at a time.
+const GROWTH: u64 = 1 << 18;
 
 /// In place of a light.
 const NO_LIGHT: usize = usize::MAX;
@@ -157,6 +180,7 @@ impl AdaptiveValues {
             lights,
             holders: Mutex::new(Vec::new()),
             refine: making.refine,
+            knowledge: making.knowledge,
             is_refining: AtomicBool::new(true),
             evictions: AtomicU64::new(0),
             asked_last: AtomicUsize::new(NO_LIGHT),
@@ -173,6 +197,19 @@ impl AdaptiveValues {
     #[inline(always)]
     pub(crate) fn is_refining(&self) -> bool {
         self.refine != Refine::Eager && self.is_refining.load(Ordering::Relaxed)
+    }
+
+    /// Returns whether lights know maps.
+    #[inline(always)]
+    pub(crate) fn has_maps(&self) -> bool {
+        self.knowledge == Knowledge::Maps
+    }
+
+    /// Returns whether to ask the map of a light.
+    pub(crate) fn is_map_worth_it(&self, light: usize, is_refining: bool) -> bool {
+        !is_refining
+            || self.refine != Refine::Lazy
+            || self.lights[light].prices.is_map_worth_it()
     }
 
     /// Returns whether nothing waits until it pays.
@@ -226,40 +263,13 @@ impl AdaptiveValues {
         ))
     }
 
-    /// Returns lists for all directions from a light, if there are any and they are worth asking.
-    #[inline(always)]
-    pub(crate) fn columns<'a>(
-        &self,
-        light: usize,
-        known: &'a Known,
-        is_refining: bool,
-    ) -> Option<&'a Columns> {
-        let columns = known.lists.columns()?;
-        let budget = &self.lights[light].budget;
-        (!is_refining || self.refine == Refine::Asked || budget.are_columns_worth_it())
-            .then_some(columns)
-    }
-
-    /// Returns how to ask the columns of a light.
-    #[inline(always)]
-    pub(crate) fn column_way(&self, light: usize) -> Way {
-        self.lights[light].budget.column_way()
-    }
-
     /// Returns which queries to look up: none as long as there is no store, and while values are made those
     /// that pay.
     #[inline(always)]
     pub(crate) fn looks(&self, light: usize, known: Option<&Known>, is_refining: bool) -> Looks {
         let light = &self.lights[light];
-        let Some(known) = known.filter(|known| known.store.is_some()) else {
-            return Looks::None;
-        };
-        let has_columns = self.refine == Refine::Lazy && known.lists.columns().is_some();
-        if has_columns {
-            match light.budget.looks_beside_columns() {
-                Looks::Scouts | Looks::Try(_) if !is_refining => Looks::All,
-                looks => looks,
-            }
+        if known.is_none_or(|known| known.store.is_none()) {
+            Looks::None
         } else if !is_refining || self.refine == Refine::Asked {
             Looks::All
         } else {
@@ -307,6 +317,7 @@ impl LightValues {
             is_refused: AtomicBool::new(false),
             turns: [AtomicU32::new(0), AtomicU32::new(0)],
             budget: Budget::default(),
+            prices: Prices::default(),
         }
     }
 
@@ -370,7 +381,7 @@ impl AdaptiveValues {
         let lights = 0..self.lights.len();
         let of_lights = lights.map(|light| {
             let of_lists = |lists: &Lists| {
-                lists.share.bytes() + lists.tables.edge_bytes() + lists.columns_bytes()
+                lists.share.bytes() + lists.tables.edge_bytes() + lists.map_bytes()
             };
             match (self.packed(light), self.known(light)) {
                 (Some(light), _) => of_lists(&light.lists),

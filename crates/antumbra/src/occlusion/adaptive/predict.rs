@@ -7,14 +7,14 @@
 use antumbra_geometry::{Mesh, Occluders};
 
 use super::super::bricks::Store;
-use super::super::columns::{Columns, Wanted};
+use super::super::map::Map;
 use super::super::lattice::Lattice;
 use super::super::tables::{LightTables, SceneTables};
 use super::demand::TABLE_NS;
-use super::{AdaptiveValues, Making};
+use super::{Knowledge, AdaptiveValues, Making};
 use crate::Refine;
 use crate::frame::Frame;
-use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_COLUMNS};
+use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_TABLES};
 
 /// Bytes of packed values and lists for a surface and light; fewer where cells are so coarse that shadows cross few of
 /// them, by the square of the finest along an axis.
@@ -46,17 +46,20 @@ impl AdaptiveValues {
         }
         let (light_count, surface_count) = (light_count as u64, occluders.surface_count() as u64);
         let triangle_count = occluders.triangle_count() as u64;
-        let wanted = match making.refine {
-            Refine::Eager => Wanted::For(u64::MAX),
-            Refine::Lazy | Refine::Asked => Wanted::For(query_count.unwrap_or(u64::MAX)),
-        };
-        let has_columns = making.depth.long_list > 0;
-        let [columns, columns_height] = match has_columns {
-            true => Columns::usual_bytes(occluders, wanted),
-            false => [0; 2],
-        };
-        let scene = SceneTables::bytes_for(occluders);
+        let scene = SceneTables::bytes_for(occluders, making.knowledge == Knowledge::Values);
         let of_light = LightTables::bytes_for(occluders);
+        if making.knowledge == Knowledge::Maps {
+            let spendable = query_count.map(|queries| 0.75 * RAY_NS * queries as f64);
+            let is_made = making.refine != Refine::Lazy
+                || spendable.is_none_or(|spendable| spendable > Map::price(occluders, false) as f64);
+            if !is_made {
+                return 0;
+            }
+            let [map, map_height] = Map::usual_bytes(occluders);
+            let mesh = Mesh::height_bytes(occluders.triangle_count());
+            let stays = light_count * (of_light + map) + mesh / 2;
+            return (scene + stays + (map_height - map).max(mesh / 2)).min(making.most_bytes);
+        }
         let roots = Store::bare_bytes(&lattices(occluders, making), making.most_bytes);
         let all = match making.refine {
             Refine::Eager => {
@@ -65,23 +68,22 @@ impl AdaptiveValues {
                     + PACKED_EACH_CURVED * (surface_count - triangle_count);
                 let packed = most.min(PACKED_SQUARE * square);
                 let store = STORE_SHARE * packed + roots;
-                let stays = of_light + columns + packed + roots;
+                let stays = of_light + packed + roots;
                 let mesh = Mesh::height_bytes(occluders.triangle_count()) / 2;
                 let beside = mesh + EDGES_EACH * triangle_count;
                 let making = store + beside;
-                let packing = (columns_height - columns).max(store);
-                scene + light_count * stays + making.max(packing)
+                scene + light_count * stays + making.max(store)
             }
             Refine::Asked | Refine::Lazy => {
-                let price = TABLE_NS * triangle_count + Columns::least_price(occluders);
+                let price = TABLE_NS * triangle_count;
                 let queries = query_count.unwrap_or(u64::MAX) as f64;
                 let spendable =
-                    RAY_NS * (HOPE_FOR_COLUMNS * queries + FORESIGHT * queries.min(AHEAD));
+                    RAY_NS * (HOPE_FOR_TABLES * queries + FORESIGHT * queries.min(AHEAD));
                 if making.refine == Refine::Lazy && spendable < price as f64 {
                     return 0;
                 }
-                let stays = of_light + columns + FILLED_EACH * surface_count + roots;
-                scene + light_count * stays + (columns_height - columns)
+                let stays = of_light + FILLED_EACH * surface_count + roots;
+                scene + light_count * stays
             }
         };
         all.min(making.most_bytes)

@@ -91,8 +91,6 @@ fn trade(market: Market, cells: impl IntoIterator<Item = u64>) -> Outcome {
             rays_ns: ray * rays,
             looked_count: looked,
             found_count: chunk.len() as u64 - rays,
-            has_columns: false,
-            way: Way::Together,
             took: market
                 .is_measured
                 .then_some((took as f64 * slowness) as u64),
@@ -230,13 +228,13 @@ fn nothing_is_bought_with_nothing() {
 #[test]
 fn what_is_known_to_come_pays_beforehand() {
     let budget = Budget::default();
-    assert!(!budget.allows_columns(1, 1_000_000));
+    assert!(!budget.allows_tables(1, 1_000_000));
     budget.note(&rays(1_000));
-    let hope = HOPE_FOR_COLUMNS * 160_000.0;
+    let hope = HOPE_FOR_TABLES * 160_000.0;
     for ahead in [0, 1_000, 500_000] {
         let most = (hope + FORESIGHT * 160.0 * ahead as f64) as u64;
-        assert!(budget.allows_columns(most, ahead), "{ahead}");
-        assert!(!budget.allows_columns(most + 1, ahead), "{ahead}");
+        assert!(budget.allows_tables(most, ahead), "{ahead}");
+        assert!(!budget.allows_tables(most + 1, ahead), "{ahead}");
     }
 }
 
@@ -248,41 +246,6 @@ fn rays(count: u64) -> Account {
         took: Some(160 * count),
         ..Account::default()
     }
-}
-
-fn columns(count: u64, each_ns: u64) -> Account {
-    Account {
-        query_count: count,
-        has_columns: true,
-        took: Some(each_ns * count),
-        ..Account::default()
-    }
-}
-
-#[test]
-fn columns_that_cost_more_than_rays_are_asked_now_and_then_until_they_do_not() {
-    let budget = Budget::default();
-    budget.note(&rays(1_000));
-    let asked = |budget: &Budget, each_ns: u64| {
-        let mut count = 0;
-        for _ in 0..1_600 {
-            if budget.are_columns_worth_it() {
-                budget.note(&columns(1_000, each_ns));
-                count += 1;
-            } else {
-                budget.note(&rays(1_000));
-            }
-        }
-        count
-    };
-    let first = asked(&budget, 500);
-    // A later try counts twice.
-    let tries = FIRST_TRIES..=FIRST_TRIES + 1_600 / (LATER_TRIES - 1);
-    assert!(tries.contains(&first), "{first}");
-    // Tables are made, say.
-    assert!(asked(&budget, 20) > 1_000);
-    assert_eq!(budget.looks_beside_columns(), Looks::None);
-    assert!(asked(&budget, 500) < 200);
 }
 
 #[test]
@@ -320,24 +283,6 @@ fn looks_that_cost_more_than_rays_are_few_until_they_do_not() {
     assert!((1..=tries).contains(&all_looked_up(180)));
     assert!((900..1_000).contains(&all_looked_up(120)));
     assert!((1..200).contains(&all_looked_up(180)));
-}
-
-#[test]
-fn columns_are_asked_in_the_way_that_costs_less() {
-    for cheaper in [Way::Together, Way::Each] {
-        let budget = Budget::default();
-        budget.note(&rays(1_000));
-        let mut count = 0;
-        for _ in 0..1_000 {
-            let way = budget.column_way();
-            count += usize::from(way == cheaper);
-            budget.note(&Account {
-                way,
-                ..columns(1_000, if way == cheaper { 20 } else { 30 })
-            });
-        }
-        assert!((950..1_000).contains(&count), "{cheaper:?} {count}");
-    }
 }
 
 #[test]

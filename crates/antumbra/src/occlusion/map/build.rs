@@ -1,0 +1,553 @@
+//! What a tile knows: thresholds, lists, and cells of cells.
+//!
+//! In: the facets of a tile, who asks. Out: the tile's words. The proofs are in the note beside this file.
+
+use antumbra_geometry::{DVec2, DVec3, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x16};
+
+use super::super::forms::BOUND;
+use super::super::tables::{NONE, Tables};
+use super::super::views::View;
+use super::facet::{Cells, Depths, Facet, ROOM};
+use super::words::{Arena, NODE_CELLS, NODE_WORDS, Word};
+
+/// Cells are cut so often below a tile.
+pub(super) const LEVELS: u32 = 3;
+/// Bits of a receiver's place that say its cell in a node.
+const CELL_BITS: u32 = 4;
+
+/// A list is cut while its entries, tested by all queries that are expected, are more than this.
+const CUT: f32 = 400.0;
+/// Longer lists are cut whoever asks, and are none at the finest level.
+const LONGEST: usize = 60;
+/// Sheets are looked for among so many surfaces, and disjoint ones among so many.
+const MOST_IN_SHEET: usize = 48;
+const MOST_APART: usize = 6;
+
+/// Depths that are compared are off by [`BOUND`] each, and so is a start's.
+const APART: f32 = 4.0 * BOUND;
+const PAST: f32 = 2.0 * BOUND;
+
+/// Who asks about a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Asking<'a> {
+    /// Points at these places ([`place_code`]), in order, each of which stands for so many queries.
+    Points(&'a [u16], f32),
+    /// So many queries, anywhere.
+    Anywhere(f32),
+}
+
+impl<'a> Asking<'a> {
+    fn weight(self) -> f32 {
+        match self {
+            Self::Points(codes, each) => codes.len() as f32 * each,
+            Self::Anywhere(weight) => weight,
+        }
+    }
+
+    fn is_nobody(self) -> bool {
+        matches!(self, Self::Points([], _))
+    }
+
+    /// Those who ask about a cell of a cell of this level.
+    fn within(self, cell: usize, level: u32) -> Self {
+        match self {
+            Self::Points(codes, each) => {
+                let first = codes.partition_point(|&code| digit(code, level) < cell);
+                let count = codes[first..].partition_point(|&code| digit(code, level) == cell);
+                Self::Points(&codes[first..first + count], each)
+            }
+            Self::Anywhere(weight) => Self::Anywhere(weight / NODE_CELLS as f32),
+        }
+    }
+}
+
+/// Returns a number for a place in a tile, whose digits are its cells, level by level.
+#[inline(always)]
+pub(super) fn place_code(u: f32, v: f32) -> u16 {
+    let along = (1 << (2 * LEVELS)) as f32;
+    let whole = |x: f32| (x * along).clamp(0.0, along - 1.0) as u32;
+    let (u, v) = (whole(u), whole(v));
+    let digit = |shift: u32| (v >> shift & 3) << 2 | u >> shift & 3;
+    (digit(4) << 8 | digit(2) << 4 | digit(0)) as u16
+}
+
+/// Returns the cell of a node of this level, 0 for the tile's, that holds the place of a code.
+#[inline(always)]
+pub(super) fn digit(code: u16, level: u32) -> usize {
+    usize::from(code >> (CELL_BITS * (LEVELS - 1 - level))) % NODE_CELLS
+}
+
+/// Returns whether two places are in one cell of a level, all in one of level 0.
+pub(super) fn are_in_one_cell(one: u16, other: u16, level: u32) -> bool {
+    let shift = CELL_BITS * (LEVELS - level);
+    u32::from(one) >> shift == u32::from(other) >> shift
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    facet: u16,
+    covers: bool,
+    near: f32,
+    far: f32,
+}
+
+/// What a cell knows, and the depth before which nothing is.
+#[derive(Clone, Copy)]
+struct Known {
+    word: Word,
+    nearest: f32,
+}
+
+impl Known {
+    const UNASKED: Self = Self {
+        word: Word::UNASKED,
+        nearest: f32::NEG_INFINITY,
+    };
+    const HOPELESS: Self = Self {
+        word: Word::HOPELESS,
+        nearest: f32::NEG_INFINITY,
+    };
+    const NOTHING: Self = Self {
+        word: Word::LIT,
+        nearest: f32::INFINITY,
+    };
+}
+
+#[derive(Clone, Copy)]
+struct Cell {
+    low: [f32; 2],
+    side: f32,
+    level: u32,
+}
+
+impl Cell {
+    fn middle(&self) -> [f32; 2] {
+        self.low.map(|low| low + 0.5 * self.side)
+    }
+}
+
+/// Makes tiles, one after another.
+pub(super) struct Builder<'a, S> {
+    simd: S,
+    tables: Tables<'a>,
+    depths: Depths,
+    /// By how much cells are inflated, in tiles.
+    margin: f32,
+    facets: Vec<Facet>,
+    /// Facets beyond each side, [`NONE`] where there is none.
+    beyond: Vec<[u32; 3]>,
+    /// For each facet its number in the list at hand.
+    in_list: Vec<u32>,
+    words: Vec<u32>,
+    order: Vec<(bool, f32, u32)>,
+    spare: Vec<Vec<Vec<Entry>>>,
+}
+
+/// The words below a tile or cell, places from its first on, and its own.
+pub(super) struct Made<'a> {
+    pub(super) words: &'a [u32],
+    pub(super) own: Word,
+    pub(super) nearest: f32,
+}
+
+impl Made<'_> {
+    /// Writes the words where they stand.
+    pub(super) fn write(&self, arena: &Arena, place: usize) {
+        let mut words = self.words.to_vec();
+        let mut due = vec![self.own];
+        while let Some(word) = due.pop() {
+            if !word.is_node() {
+                continue;
+            }
+            for number in 0..NODE_CELLS {
+                let word = &mut words[word.place() + number];
+                due.push(Word(*word));
+                *word = Word(*word).moved(place).0;
+            }
+        }
+        arena.write(place, words.into_iter());
+    }
+}
+
+impl<'a, S: Simd> Builder<'a, S> {
+    pub(super) fn new(simd: S, tables: Tables<'a>) -> Self {
+        Self {
+            simd,
+            tables,
+            depths: Depths::Parallel,
+            margin: 0.0,
+            facets: Vec::new(),
+            beyond: Vec::new(),
+            in_list: Vec::new(),
+            words: Vec::new(),
+            order: Vec::new(),
+            spare: Vec::new(),
+        }
+    }
+
+    /// Takes up a tile of a view, and the surfaces that it may hold, in ascending order.
+    pub(super) fn take_up(&mut self, view: &View, middle: DVec2, surfaces: &[u32]) {
+        self.depths = Depths::of(view);
+        self.facets.clear();
+        let mut margin = 0.0_f64;
+        for &surface in surfaces {
+            let made = Facet::new(view, self.depths, middle, SurfaceId(surface), &self.tables);
+            if let Some((facet, own)) = made {
+                margin = margin.max(own);
+                self.facets.push(facet);
+            }
+        }
+        self.margin = (margin as f32) + ROOM;
+        self.find_beyond();
+    }
+
+    /// Makes the tile itself, or its cell of a level that holds the place of a code.
+    pub(super) fn make(&mut self, level: u32, code: u16, asking: Asking<'_>) -> Made<'_> {
+        self.words.clear();
+        let mut cell = Cell {
+            low: [-0.5; 2],
+            side: 1.0,
+            level,
+        };
+        for finer in 0..level {
+            let number = digit(code, finer);
+            cell.side *= 0.25;
+            cell.low[0] += cell.side * (number & 3) as f32;
+            cell.low[1] += cell.side * (number >> 2) as f32;
+        }
+        let known = if self.facets.len() > usize::from(u16::MAX) {
+            Known::HOPELESS
+        } else {
+            let mut list = self.simd.vectorize(
+                #[inline(always)]
+                || self.first_list(&cell),
+            );
+            self.cell(&mut list, &cell, asking)
+        };
+        Made {
+            words: &self.words,
+            own: known.word,
+            nearest: known.nearest,
+        }
+    }
+
+    fn find_beyond(&mut self) {
+        let facets = &self.facets;
+        self.in_list.clear();
+        self.in_list.resize(facets.len(), NONE);
+        self.beyond.clear();
+        let mesh = self.tables.joined();
+        self.beyond.extend(facets.iter().map(|facet| {
+            let Some(mesh) = mesh.filter(|_| facet.is_whole) else {
+                return [NONE; 3];
+            };
+            let own = SurfaceId(facet.surface);
+            let beyond = mesh.beyond(own, self.tables.sides());
+            beyond.map(|beyond| {
+                let number = beyond.map(|SurfaceId(surface)| {
+                    facets.binary_search_by_key(&surface, |facet| facet.surface)
+                });
+                match number {
+                    Some(Ok(number)) => number as u32,
+                    _ => NONE,
+                }
+            })
+        }));
+    }
+
+    #[inline(always)]
+    fn first_list(&self, cell: &Cell) -> Vec<Entry> {
+        let [u, v] = cell.middle();
+        let cells = Cells {
+            u: f32x16::splat(self.simd, u),
+            v: f32x16::splat(self.simd, v),
+            half: 0.5 * cell.side + self.margin,
+        };
+        let mut list = Vec::with_capacity(self.facets.len());
+        for (number, facet) in self.facets.iter().enumerate() {
+            let measured = facet.measure(self.simd, self.depths, &cells);
+            if measured.meets & 1 != 0 {
+                list.push(Entry {
+                    facet: number as u16,
+                    covers: measured.covers & 1 != 0,
+                    near: measured.near[0],
+                    far: measured.far[0],
+                });
+            }
+        }
+        list
+    }
+
+    /// Cuts a cell into sixteen.
+    fn node(&mut self, list: &[Entry], cell: &Cell, asking: Asking<'_>) -> Known {
+        let first = self.words.len();
+        self.words.resize(first + NODE_WORDS, 0);
+        let side = 0.25 * cell.side;
+        let mut middles = [[0.0; NODE_CELLS]; 2];
+        for number in 0..NODE_CELLS {
+            middles[0][number] = cell.low[0] + side * (0.5 + (number & 3) as f32);
+            middles[1][number] = cell.low[1] + side * (0.5 + (number >> 2) as f32);
+        }
+        let cells = Cells {
+            u: f32x16::from_slice(self.simd, &middles[0]),
+            v: f32x16::from_slice(self.simd, &middles[1]),
+            half: 0.5 * side + self.margin,
+        };
+        let mut lists = self.spare.pop().unwrap_or_default();
+        lists.resize_with(NODE_CELLS, Vec::new);
+        lists.iter_mut().for_each(Vec::clear);
+        self.simd.vectorize(
+            #[inline(always)]
+            || self.split(list, &cells, &mut lists),
+        );
+        let mut nearest = f32::INFINITY;
+        for (number, list) in lists.iter_mut().enumerate() {
+            let finer = Cell {
+                low: [
+                    cell.low[0] + side * (number & 3) as f32,
+                    cell.low[1] + side * (number >> 2) as f32,
+                ],
+                side,
+                level: cell.level + 1,
+            };
+            let known = self.cell(list, &finer, asking.within(number, cell.level));
+            self.words[first + number] = known.word.0;
+            self.words[first + NODE_CELLS + number] = known.nearest.to_bits();
+            nearest = nearest.min(known.nearest);
+        }
+        self.spare.push(lists);
+        Known {
+            word: Word::node(first),
+            nearest,
+        }
+    }
+
+    #[inline(always)]
+    fn split(&self, list: &[Entry], cells: &Cells<S>, lists: &mut [Vec<Entry>]) {
+        for entry in list {
+            let facet = &self.facets[usize::from(entry.facet)];
+            let measured = facet.measure(self.simd, self.depths, cells);
+            let mut meets = measured.meets;
+            while meets != 0 {
+                let number = meets.trailing_zeros() as usize % NODE_CELLS;
+                meets &= meets - 1;
+                lists[number].push(Entry {
+                    facet: entry.facet,
+                    covers: measured.covers >> number & 1 != 0,
+                    near: measured.near[number],
+                    far: measured.far[number],
+                });
+            }
+        }
+    }
+
+    fn cell(&mut self, list: &mut Vec<Entry>, cell: &Cell, asking: Asking<'_>) -> Known {
+        if asking.is_nobody() {
+            return Known::UNASKED;
+        }
+        let covers = list.iter().filter(|entry| entry.covers);
+        let mut full = covers.fold(f32::INFINITY, |full, entry| full.min(entry.far));
+        list.retain(|entry| entry.near <= full + APART);
+        let nearest = list.iter().fold(f32::INFINITY, |near, entry| near.min(entry.near)) - PAST;
+        if list.is_empty() {
+            return Known::NOTHING;
+        }
+        if let [entry] = list[..]
+            && entry.covers
+        {
+            let word = Word::threshold(entry.far + PAST);
+            return Known { word, nearest };
+        }
+        let mut sheet = Sheet::NONE;
+        if list.len() <= MOST_IN_SHEET {
+            sheet = self.sheet(list, cell, full);
+            if sheet.far <= full {
+                full = sheet.far;
+                let others = list.iter().enumerate();
+                let mut others = others.filter(|&(number, _)| !sheet.holds(number));
+                if others.all(|(_, other)| other.near > full + APART) {
+                    let word = Word::threshold(full + PAST);
+                    return Known { word, nearest };
+                }
+            } else {
+                sheet = Sheet::NONE;
+            }
+            if sheet.is_none() && list.len() <= MOST_APART && self.are_apart(list) {
+                let word = Word::LIT;
+                return Known { word, nearest };
+            }
+        }
+        // Of the rest what may matter; a sheet behind all others matters to starts on none of these only.
+        let mut last = f32::NEG_INFINITY;
+        let mut order = std::mem::take(&mut self.order);
+        order.clear();
+        for (number, entry) in list.iter().enumerate() {
+            let is_sheet = sheet.holds(number);
+            if !is_sheet && entry.near <= full + APART {
+                last = last.max(entry.far);
+            }
+        }
+        let is_behind = !sheet.is_none() && last + APART < sheet.near;
+        for (number, entry) in list.iter().enumerate() {
+            let is_sheet = sheet.holds(number);
+            if is_sheet || entry.near <= full + APART {
+                let surface = self.facets[usize::from(entry.facet)].surface;
+                order.push((is_sheet && is_behind, entry.near - PAST, surface));
+            }
+        }
+        let asked = order.iter().filter(|entry| !entry.0).count();
+        let is_finest = cell.level >= LEVELS;
+        let is_short = asked <= LONGEST && asking.weight() * asked as f32 <= CUT;
+        if is_finest || is_short {
+            if order.len() > LONGEST {
+                self.order = order;
+                return Known::HOPELESS;
+            }
+            order.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            let place = self.words.len();
+            self.words.push((full + PAST).to_bits());
+            self.words.push((asked as u32) << 16 | order.len() as u32);
+            for &(_, near, surface) in &order {
+                self.words.push(near.to_bits());
+                self.words.push(surface);
+            }
+            self.order = order;
+            let word = Word::list(place);
+            return Known { word, nearest };
+        }
+        self.order = order;
+        list.retain(|entry| entry.near <= full + APART);
+        let list = std::mem::take(list);
+        self.node(&list, cell, asking)
+    }
+
+    /// Returns the nearest sheet of a list: triangles that cover each place of the inflated cell exactly once.
+    fn sheet(&mut self, list: &[Entry], cell: &Cell, full: f32) -> Sheet {
+        let Some(over) = self.over_a_place(list, cell) else {
+            return Sheet::NONE;
+        };
+        for (number, entry) in list.iter().enumerate() {
+            self.in_list[usize::from(entry.facet)] = number as u32;
+        }
+        let mut best = Sheet::NONE;
+        let mut left = over;
+        while left != 0 {
+            let number = left.trailing_zeros() as usize;
+            let grown = self.grow_sheet(list, cell, number);
+            left &= !(1 << number | grown.map_or(0, |sheet| sheet.members));
+            if let Some(sheet) = grown
+                && sheet.far < best.far
+                && sheet.far <= full
+                && (sheet.members & over).count_ones() == 1
+            {
+                best = sheet;
+            }
+        }
+        for entry in list {
+            self.in_list[usize::from(entry.facet)] = NONE;
+        }
+        best
+    }
+
+    /// Returns those of a list that hold a place of a cell to which no side comes near, a bit each, if there is one.
+    fn over_a_place(&self, list: &[Entry], cell: &Cell) -> Option<u64> {
+        const PLACES: [[f32; 2]; 4] = [[0.47, 0.52], [0.3, 0.4], [0.7, 0.35], [0.6, 0.8]];
+        PLACES.iter().find_map(|place| {
+            let at = [0, 1].map(|axis| cell.low[axis] + place[axis] * cell.side);
+            let mut over = 0_u64;
+            for (number, entry) in list.iter().enumerate() {
+                let facet = &self.facets[usize::from(entry.facet)];
+                if facet.is_whole {
+                    over |= u64::from(facet.holds(at)?) << number;
+                }
+            }
+            Some(over)
+        })
+    }
+
+    /// Returns a member of a list and all that are joined to it over sides that may come into the inflated cell; `None`
+    /// if such a side ends what they cover.
+    fn grow_sheet(&self, list: &[Entry], cell: &Cell, number: usize) -> Option<Sheet> {
+        let middle = cell.middle();
+        let half = 0.5 * cell.side + self.margin;
+        let mut sheet = Sheet {
+            members: 1 << number,
+            near: f32::INFINITY,
+            far: f32::NEG_INFINITY,
+        };
+        let mut due = sheet.members;
+        while due != 0 {
+            let entry = &list[due.trailing_zeros() as usize];
+            due &= due - 1;
+            sheet.near = sheet.near.min(entry.near);
+            sheet.far = sheet.far.max(entry.far);
+            if entry.covers {
+                continue;
+            }
+            let facet = &self.facets[usize::from(entry.facet)];
+            for side in 0..3 {
+                if !facet.side_may_meet(side, middle, half) {
+                    continue;
+                }
+                let beyond = self.beyond[usize::from(entry.facet)][side];
+                // Of none, a number that no facet has.
+                let &other = self.in_list.get(beyond as usize)?;
+                if other == NONE {
+                    return None;
+                }
+                due |= 1 << other & !sheet.members;
+                sheet.members |= 1 << other;
+            }
+        }
+        Some(sheet)
+    }
+
+    /// Returns whether no two of a list hide one another.
+    fn are_apart(&self, list: &[Entry]) -> bool {
+        let facet = |entry: &Entry| &self.facets[usize::from(entry.facet)];
+        if list.iter().any(|entry| facet(entry).sides[0] == [0.0; 3]) {
+            return false;
+        }
+        let mut positions = [[DVec3::ZERO; 3]; MOST_APART];
+        for (positions, entry) in positions.iter_mut().zip(list) {
+            let surface = SurfaceId(facet(entry).surface);
+            let Some(corners) = self.tables.occluders.triangle_positions(surface) else {
+                return false;
+            };
+            *positions = corners;
+        }
+        (0..list.len()).all(|one| {
+            (0..one).all(|other| {
+                let (a, b) = (facet(&list[one]), facet(&list[other]));
+                let (p, q) = (&positions[one], &positions[other]);
+                a.parts_from(b, [p, q]) || b.parts_from(a, [q, p])
+            })
+        })
+    }
+}
+
+/// Members of a list, a bit each, and between which depths they are.
+#[derive(Clone, Copy)]
+struct Sheet {
+    members: u64,
+    near: f32,
+    far: f32,
+}
+
+impl Sheet {
+    const NONE: Self = Self {
+        members: 0,
+        near: f32::INFINITY,
+        far: f32::INFINITY,
+    };
+
+    fn is_none(&self) -> bool {
+        self.members == 0
+    }
+
+    fn holds(&self, number: usize) -> bool {
+        number < MOST_IN_SHEET && self.members >> number & 1 != 0
+    }
+}

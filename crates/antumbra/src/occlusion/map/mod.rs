@@ -1,0 +1,420 @@
+//! The exact shadow map of a light: what all directions from it know.
+//!
+//! In: the surfaces, a light. Out: for a start that is located in a tile whether it is in shadow, by one threshold; or
+//! the few surfaces that may block it. The views of [`Views`] are cut into tiles, tiles into cells where that pays.
+//! Invariant: what a map says is the reference's answer; what it knows is a function of who has asked. The proofs are in
+//! the note beside this file. Absent here: what a start is, exact rules, voxels, when a map pays.
+
+mod build;
+mod facet;
+mod lookup;
+mod prices;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use antumbra_geometry::{DVec2, LightShape, Occluders, SurfaceId};
+use antumbra_task::{check, checked};
+use fearless_simd::{Level, Simd, dispatch};
+use rayon::prelude::*;
+
+use self::build::{Asking, Builder, LEVELS, are_in_one_cell, digit, place_code};
+use self::facet::footprint;
+pub(crate) use self::prices::{Prices, Spent};
+use self::words::{Arena, BIAS, ENTRY, HEAD, NODE_CELLS, Word};
+use super::footprint::{Part, Window};
+use super::tables::Tables;
+use super::views::{NO_TILE, Views};
+use crate::frame::Frame;
+
+/// What a light's directions know so far.
+#[derive(Debug)]
+pub(crate) struct Map {
+    pub(super) views: Views,
+    /// For each tile where its surfaces begin, and an end.
+    first: Box<[u32]>,
+    surfaces: Box<[u32]>,
+    /// For each tile what it knows, and the depth before which nothing is.
+    tiles: Box<[AtomicU32]>,
+    nearest: Box<[AtomicU32]>,
+    /// Queries that found nothing in a tile.
+    asked: Box<[AtomicU32]>,
+    arena: Arena,
+}
+
+/// Tiles for a surface, and the fewest and most of them.
+const TILES_EACH: f64 = 1.0 / 8.0;
+const TILE_COUNT: [f64; 2] = [1_024.0, 65_536.0];
+
+/// What making a map costs for each surface, tables with it and tiles without, and the mesh of the scene, in nanoseconds.
+const SURFACE_NS: u64 = 450;
+const JOINED_NS: u64 = 350;
+/// What a tile costs, and each surface in it, in nanoseconds.
+const TILE_NS: f32 = 500.0;
+const IN_TILE_NS: f32 = 600.0;
+
+/// What one start found, of which more may be known if somebody asks, or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    Unasked,
+    Hopeless,
+    Is(bool),
+    /// The surfaces of a list.
+    List(u32),
+}
+
+/// Where starts are: tiles and their insides, depths.
+pub(super) struct Located<const N: usize> {
+    pub(super) tiles: [u32; N],
+    pub(super) codes: [u16; N],
+    pub(super) depths: [f32; N],
+}
+
+impl Map {
+    /// Returns about what making one costs, without its tiles, in nanoseconds.
+    pub(crate) fn price(occluders: &Occluders, is_joined: bool) -> u64 {
+        let each = SURFACE_NS + if is_joined { 0 } else { JOINED_NS };
+        each * occluders.surface_count() as u64
+    }
+
+    /// Returns the most bytes that [`Map::new`] takes at its height but for its arena.
+    pub(crate) fn height_bytes(occluders: &Occluders) -> u64 {
+        let tiles = tile_count(occluders) as u64 * 2;
+        16 * tiles + 24 * (occluders.surface_count() as u64 + tiles)
+    }
+
+    /// Returns about how many bytes it usually takes, and at the height of its making.
+    pub(crate) fn usual_bytes(occluders: &Occluders) -> [u64; 2] {
+        const USUAL_WORDS: u64 = 40;
+        let taken = 4 * USUAL_WORDS * occluders.surface_count() as u64;
+        [taken, taken + Self::height_bytes(occluders)]
+    }
+
+    /// Returns the most bytes of its words.
+    pub(crate) fn most_words(occluders: &Occluders) -> u64 {
+        const WORDS_EACH: u64 = 128;
+        4 * (WORDS_EACH * occluders.surface_count() as u64 + 64 * tile_count(occluders) as u64)
+    }
+
+    /// Sorts surfaces into tiles, about which nothing is known yet. `None` if no view suits the light. Words take at
+    /// most so many bytes.
+    pub(crate) fn new(occluders: &Occluders, tables: &Tables<'_>, most_bytes: u64) -> Option<Self> {
+        Self::with_tiles(occluders, tables, most_bytes, tile_count(occluders))
+    }
+
+    fn with_tiles(
+        occluders: &Occluders,
+        tables: &Tables<'_>,
+        most_bytes: u64,
+        tile_count: f64,
+    ) -> Option<Self> {
+        let (frame, light): (&Frame, &LightShape) = (tables.frame, tables.light);
+        let views = Views::new(&occluders.bounds(), frame, light, tile_count)?;
+        let count = views.tile_count();
+        let mut placed: Vec<(u32, u32)> = Vec::with_capacity(2 * occluders.surface_count());
+        for view in &views.all {
+            let window = Window::tiles(view);
+            for surface in checked(occluders.surfaces()) {
+                let Some((footprint, _)) = footprint(view, surface, tables) else {
+                    continue;
+                };
+                footprint.parts(&window, |Part { at, .. }| {
+                    let tile = view.first + at[1] * view.size[0] + at[0];
+                    placed.push((tile as u32, surface.0));
+                });
+            }
+        }
+        let mut first = vec![0_u32; count + 1];
+        for &(tile, _) in &placed {
+            first[tile as usize + 1] += 1;
+        }
+        for tile in 0..count {
+            first[tile + 1] += first[tile];
+        }
+        let mut next = first.clone();
+        let mut surfaces = vec![0_u32; placed.len()];
+        for &(tile, surface) in &placed {
+            let next = &mut next[tile as usize];
+            surfaces[*next as usize] = surface;
+            *next += 1;
+        }
+        let word = |tile: usize| match first[tile] == first[tile + 1] {
+            true => Word::LIT,
+            false => Word::UNASKED,
+        };
+        Some(Self {
+            tiles: (0..count).map(|tile| AtomicU32::new(word(tile).0)).collect(),
+            nearest: (0..count).map(|_| AtomicU32::new(f32::INFINITY.to_bits())).collect(),
+            asked: (0..count).map(|_| AtomicU32::new(0)).collect(),
+            arena: Arena::new((most_bytes / 4) as usize),
+            first: first.into(),
+            surfaces: surfaces.into(),
+            views,
+        })
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        let tables = size_of_val(&*self.first)
+            + size_of_val(&*self.surfaces)
+            + size_of_val(&*self.tiles)
+            + size_of_val(&*self.nearest)
+            + size_of_val(&*self.asked);
+        (tables + 4 * self.arena.taken()) as u64
+    }
+
+    fn surfaces_of(&self, tile: usize) -> &[u32] {
+        &self.surfaces[self.first[tile] as usize..self.first[tile + 1] as usize]
+    }
+
+    /// Makes all tiles, for so many queries each, on all threads.
+    pub(crate) fn make_all(&self, tables: &Tables<'_>, queries: f32) {
+        let weight = queries / self.tiles.len() as f32;
+        const RUN: usize = 64;
+        (0..self.tiles.len().div_ceil(RUN)).into_par_iter().for_each(|run| {
+            check();
+            dispatch!(Level::new(), simd => {
+                let mut builder = Builder::new(simd, *tables);
+                for tile in RUN * run..self.tiles.len().min(RUN * (run + 1)) {
+                    self.make_tile(&mut builder, tile, Asking::Anywhere(weight));
+                }
+            });
+        });
+    }
+
+    /// Makes tiles that it pays to know, of those that starts ask about which found nothing: each start stands for so
+    /// many queries, which would take a ray of so many nanoseconds each. Returns whether any was made.
+    pub(super) fn make_for(
+        &self,
+        tables: &Tables<'_>,
+        asking: &[(u32, u16)],
+        each: f32,
+        ray_ns: f32,
+    ) -> bool {
+        let asking = &*self.sorted(asking);
+        let mut is_any = false;
+        let mut codes = Vec::new();
+        dispatch!(Level::new(), simd => {
+            let mut builder = Builder::new(simd, *tables);
+            for group in asking.chunk_by(|a, b| a.0 == b.0) {
+                let tile = group[0].0 as usize;
+                let count = group.len() as u32;
+                let before = self.asked[tile].fetch_add(count, Ordering::Relaxed);
+                let queries = (before + count) as f32 * each;
+                let price = TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32;
+                if queries * ray_ns < price {
+                    continue;
+                }
+                self.asked[tile].store(0, Ordering::Relaxed);
+                codes.clear();
+                codes.extend(group.iter().map(|asking| asking.1));
+                is_any |= self.make_cells(&mut builder, tile, &codes, queries / count as f32);
+            }
+        });
+        is_any
+    }
+
+    /// Sorts places by tiles, and in these.
+    fn sorted(&self, asking: &[(u32, u16)]) -> Vec<(u32, u16)> {
+        if asking.len() < self.tiles.len() / 8 {
+            let mut sorted = asking.to_vec();
+            sorted.sort_unstable();
+            return sorted;
+        }
+        let mut ends = vec![0_u32; self.tiles.len() + 1];
+        for &(tile, _) in asking {
+            ends[tile as usize + 1] += 1;
+        }
+        for tile in 0..self.tiles.len() {
+            ends[tile + 1] += ends[tile];
+        }
+        let mut sorted = vec![(0, 0); asking.len()];
+        for &place in asking {
+            let end = &mut ends[place.0 as usize];
+            sorted[*end as usize] = place;
+            *end += 1;
+        }
+        for group in sorted.chunk_by_mut(|a, b| a.0 == b.0) {
+            group.sort_unstable();
+        }
+        sorted
+    }
+
+    fn take_up<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize) {
+        let views = &self.views.all;
+        let number = views.partition_point(|view| view.first <= tile) - 1;
+        let view = &views[number];
+        let (row, column) = ((tile - view.first) / view.size[0], (tile - view.first) % view.size[0]);
+        let middle = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+        builder.take_up(view, middle, self.surfaces_of(tile));
+    }
+
+    fn make_tile<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize, asking: Asking<'_>) {
+        if !self.surfaces_of(tile).is_empty() {
+            self.take_up(builder, tile);
+            self.make(builder, tile, (0, None), 0, asking);
+        }
+    }
+
+    /// Makes those cells of a tile that nobody has asked about and that hold some places, in order, each of which
+    /// stands for so many queries. Returns whether any was made.
+    fn make_cells<S: Simd>(
+        &self,
+        builder: &mut Builder<'_, S>,
+        tile: usize,
+        mut codes: &[u16],
+        each: f32,
+    ) -> bool {
+        self.take_up(builder, tile);
+        let mut is_any = false;
+        while let Some(&code) = codes.first() {
+            let (word, slot) = self.cell(tile, code);
+            let count = codes.partition_point(|&other| are_in_one_cell(code, other, slot.0));
+            let these;
+            (these, codes) = codes.split_at(count);
+            if word == Word::UNASKED {
+                is_any |= self.make(builder, tile, slot, code, Asking::Points(these, each));
+            }
+        }
+        is_any
+    }
+
+    /// Returns what is known of a place in a tile, the level of its cell, and where the word stands, `None` for the
+    /// tile's.
+    fn cell(&self, tile: usize, code: u16) -> (Word, (u32, Option<usize>)) {
+        let mut word = Word(self.tiles[tile].load(Ordering::Acquire));
+        let mut slot = (0, None);
+        while word.is_node() {
+            let place = word.place() + digit(code, slot.0);
+            word = Word(self.arena.read(place));
+            slot = (slot.0 + 1, Some(place));
+        }
+        (word, slot)
+    }
+
+    fn make<S: Simd>(
+        &self,
+        builder: &mut Builder<'_, S>,
+        tile: usize,
+        (level, slot): (u32, Option<usize>),
+        code: u16,
+        asking: Asking<'_>,
+    ) -> bool {
+        let made = builder.make(level, code, asking);
+        let Some(place) = self.arena.take(made.words.len()) else {
+            return false;
+        };
+        made.write(&self.arena, place);
+        let (word, nearest) = (made.own.moved(place), made.nearest);
+        match slot {
+            Some(slot) => self.arena.publish(slot, word, nearest),
+            None => {
+                self.nearest[tile].store(nearest.to_bits(), Ordering::Relaxed);
+                self.tiles[tile].store(word.0, Ordering::Release);
+            }
+        }
+        true
+    }
+
+    /// Returns where starts within the scene's box are, given coordinate by coordinate.
+    #[inline(always)]
+    pub(super) fn locate<S: Simd, const N: usize>(&self, simd: S, places: &[[f32; N]; 3]) -> Located<N> {
+        let located = self.views.locate(simd, places);
+        let mut codes = [0; N];
+        for number in 0..N {
+            codes[number] = place_code(located.within[0][number], located.within[1][number]);
+        }
+        Located {
+            tiles: located.tiles,
+            codes,
+            depths: located.depths,
+        }
+    }
+
+    /// Returns what the words of some starts are, and where the depths stand before which nothing is: 0 for the tile's.
+    #[inline(always)]
+    pub(super) fn words<const N: usize>(&self, located: &Located<N>) -> ([u32; N], [u32; N]) {
+        let mut words = [Word::UNASKED.0; N];
+        let mut cells = [0_u32; N];
+        for (word, &tile) in words.iter_mut().zip(&located.tiles) {
+            // Of none, a number that no tile has.
+            if let Some(tile) = self.tiles.get(tile as usize) {
+                *word = tile.load(Ordering::Acquire);
+            }
+        }
+        for level in 0..LEVELS {
+            let mut is_any = false;
+            for number in 0..N {
+                let word = Word(words[number]);
+                if word.is_node() {
+                    let place = word.place() + digit(located.codes[number], level);
+                    words[number] = self.arena.read(place);
+                    cells[number] = place as u32;
+                    is_any = true;
+                }
+            }
+            if !is_any {
+                break;
+            }
+        }
+        (words, cells)
+    }
+
+    /// Returns the depth before which nothing is in a cell.
+    #[inline(always)]
+    pub(super) fn nearest(&self, tile: u32, cell: u32) -> f32 {
+        f32::from_bits(match cell {
+            0 => self.nearest[tile as usize].load(Ordering::Relaxed),
+            cell => self.arena.read(cell as usize + NODE_CELLS),
+        })
+    }
+
+    /// Returns the depth behind which all starts of a list are in shadow, how many entries it has for starts on listed
+    /// surfaces and for all, and where they are.
+    #[inline(always)]
+    pub(super) fn list(&self, word: u32) -> (f32, [usize; 2], &[AtomicU32]) {
+        let place = Word(word).place();
+        let full = f32::from_bits(self.arena.read(place));
+        let counts = self.arena.read(place + 1);
+        let counts = [counts >> 16, counts & 0xffff].map(|count| count as usize);
+        (full, counts, self.arena.slice(place + HEAD, ENTRY * counts[1]))
+    }
+}
+
+/// What a word says of a depth, to starts on listed surfaces or to any.
+#[inline(always)]
+pub(super) fn told(word: u32, depth: f32, is_listed: bool, nearest: impl Fn() -> f32) -> Told {
+    let word = Word(word);
+    if word.is_threshold() {
+        if depth + BIAS > f32::from_bits(word.0) {
+            Told::Is(true)
+        } else if is_listed || depth < nearest() {
+            Told::Is(false)
+        } else {
+            Told::Hopeless
+        }
+    } else if word.is_list() {
+        Told::List(word.0)
+    } else if word == Word::UNASKED {
+        Told::Unasked
+    } else {
+        Told::Hopeless
+    }
+}
+
+/// Returns about how many tiles there are.
+fn tile_count(occluders: &Occluders) -> f64 {
+    let count = TILES_EACH * occluders.surface_count() as f64;
+    count.clamp(TILE_COUNT[0], TILE_COUNT[1])
+}
+
+/// In place of a tile.
+pub(super) const NOWHERE: u32 = NO_TILE;
+
+/// Returns an entry of a list: the depth before which it blocks nothing, and its surface.
+#[inline(always)]
+pub(super) fn entry(entries: &[AtomicU32], number: usize) -> (f32, SurfaceId) {
+    let word = |at: usize| entries[ENTRY * number + at].load(Ordering::Relaxed);
+    (f32::from_bits(word(0)), SurfaceId(word(1)))
+}

@@ -1,0 +1,170 @@
+//! When a map pays.
+//!
+//! In: what queries took, by rays and by the map, and how many are known to come. Out: whether to make the map, and
+//! whether to ask it. Rays answer until their time, past and promised, outweighs the map's price. So all together takes
+//! at most a quarter longer than rays alone, and half of a promise that is not kept. Times are measured in this process;
+//! answers do not depend on them.
+
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+/// So much of the time that rays took, and would take for the queries that are known to come, may a map cost.
+const OF_PAST: f64 = 0.25;
+const OF_COMING: f64 = 0.5;
+
+/// A map that takes longer than rays is asked by one chunk of queries in so many.
+const SELDOM: u32 = 16;
+
+/// How much of what a chunk took comes into what queries took lately.
+const RECENT: f32 = 0.25;
+/// A ray takes about so long as long as none was measured, in nanoseconds.
+const USUAL_RAY: f32 = 100.0;
+
+/// What some queries took, and making cells for them beside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spent {
+    pub(crate) queries: u64,
+    pub(crate) ns: u64,
+    pub(crate) made: u64,
+    pub(crate) is_by_map: bool,
+}
+
+/// The account of one light. Threads add to it now and then.
+#[derive(Debug, Default)]
+pub(crate) struct Prices {
+    /// What a query took lately in nanoseconds, by rays and by the map: the bits of an `f32`, 0 if none was measured.
+    recent: [AtomicU32; 2],
+    by_rays_ns: AtomicU64,
+    /// What making took.
+    made_ns: AtomicU64,
+    /// Queries that are known to come.
+    expected: AtomicU64,
+    tries: AtomicU32,
+}
+
+impl Prices {
+    /// Notes that at least so many queries are known to come.
+    pub(crate) fn expect(&self, queries: u64) {
+        self.expected.fetch_max(queries, Ordering::Relaxed);
+    }
+
+    /// Returns about how many queries are known to come.
+    pub(crate) fn expected(&self) -> u64 {
+        self.expected.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn note(&self, spent: &Spent) {
+        let less = |expected: u64| Some(expected.saturating_sub(spent.queries));
+        let (order, expected) = (Ordering::Relaxed, &self.expected);
+        // It never fails.
+        let _ = expected.fetch_update(order, order, less);
+        self.made_ns.fetch_add(spent.made, order);
+        if !spent.is_by_map {
+            self.by_rays_ns.fetch_add(spent.ns, order);
+        }
+        if spent.queries == 0 {
+            return;
+        }
+        let recent = &self.recent[usize::from(spent.is_by_map)];
+        let now = spent.ns as f32 / spent.queries as f32;
+        let before = f32::from_bits(recent.load(order));
+        let mean = match before > 0.0 {
+            true => before + RECENT * (now - before),
+            false => now,
+        };
+        recent.store(mean.to_bits(), order);
+    }
+
+    /// Returns what a ray took lately, in nanoseconds.
+    pub(crate) fn ray_ns(&self) -> f32 {
+        match f32::from_bits(self.recent[0].load(Ordering::Relaxed)) {
+            0.0 => USUAL_RAY,
+            recent => recent,
+        }
+    }
+
+    /// Returns whether to make something of a price, in nanoseconds.
+    pub(crate) fn allow(&self, price: u64) -> bool {
+        let past = self.by_rays_ns.load(Ordering::Relaxed);
+        let made = self.made_ns.load(Ordering::Relaxed);
+        pays(price, made, past, self.expected(), self.ray_ns())
+    }
+
+    /// Returns whether to ask the map: it takes less than rays, or it is time to see whether it does.
+    pub(crate) fn is_map_worth_it(&self) -> bool {
+        let [ray, map] = [0, 1].map(|way: usize| {
+            let recent = self.recent[way].load(Ordering::Relaxed);
+            f32::from_bits(recent)
+        });
+        map <= ray || self.tries.fetch_add(1, Ordering::Relaxed).is_multiple_of(SELDOM)
+    }
+}
+
+/// Returns whether something of a price may be made, after so much was spent on making, rays took so long, and so many
+/// queries are known to come that would take a ray each; in nanoseconds.
+fn pays(price: u64, made: u64, by_rays: u64, expected: u64, ray: f32) -> bool {
+    let to_come = expected as f64 * f64::from(ray);
+    (made + price) as f64 <= OF_PAST * by_rays as f64 + OF_COMING * to_come
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_is_made_when_rays_past_and_promised_outweigh_it() {
+        let ms = |ms: u64| 1_000_000 * ms;
+        for (price, made, by_rays, expected, ray, is_made) in [
+            // Nothing is known to come: a quarter of what rays took.
+            (ms(50), 0, ms(199), 0, 100.0, false),
+            (ms(50), 0, ms(200), 0, 100.0, true),
+            // Half of what they would take for what comes.
+            (ms(50), 0, 0, 999_999, 100.0, false),
+            (ms(50), 0, 0, 1_000_000, 100.0, true),
+            (ms(50), 0, 0, 500_000, 200.0, true),
+            (ms(50), 0, ms(100), 500_000, 100.0, true),
+            // What was made before counts.
+            (ms(50), ms(50), 0, 1_000_000, 100.0, false),
+            (0, 0, 0, 0, 0.0, true),
+            (1, 0, 0, 0, 1e9, false),
+        ] {
+            let told = pays(price, made, by_rays, expected, ray);
+            assert_eq!(told, is_made, "{price} {made} {by_rays} {expected} {ray}");
+        }
+    }
+
+    #[test]
+    fn promises_are_used_up_and_not_added() {
+        let prices = Prices::default();
+        prices.expect(10_000);
+        prices.expect(4_000);
+        assert_eq!(prices.expected(), 10_000);
+        let spent = Spent {
+            queries: 6_000,
+            ns: 600_000,
+            made: 0,
+            is_by_map: false,
+        };
+        prices.note(&spent);
+        assert_eq!((prices.expected(), prices.ray_ns()), (4_000, 100.0));
+        prices.note(&spent);
+        assert_eq!(prices.expected(), 0);
+    }
+
+    #[test]
+    fn a_map_that_takes_longer_is_asked_seldom_until_it_does_not() {
+        let prices = Prices::default();
+        let spent = |each, is_by_map| Spent {
+            queries: 1_000,
+            ns: 1_000 * each,
+            made: 0,
+            is_by_map,
+        };
+        prices.note(&spent(100, false));
+        assert!(prices.is_map_worth_it());
+        (0..20).for_each(|_| prices.note(&spent(150, true)));
+        let asked = (0..160).filter(|_| prices.is_map_worth_it()).count();
+        assert_eq!(asked, 10);
+        (0..20).for_each(|_| prices.note(&spent(20, true)));
+        assert!((0..160).all(|_| prices.is_map_worth_it()));
+    }
+}

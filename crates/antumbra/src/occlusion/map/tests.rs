@@ -1,0 +1,284 @@
+//! Answers of maps against all surfaces, one by one, for starts where answers are delicate.
+
+use antumbra_geometry::{
+    Cone, DVec3, Disk, Occluders, OccludersBuilder, Opacity, Sphere, Start, SurfaceId,
+};
+use fearless_simd::{Level, dispatch};
+
+use super::super::forms::START_ROOM;
+use super::super::room::Room;
+use super::super::tables::{LightTables, SceneTables};
+use super::super::testing::Random;
+use super::*;
+
+/// Triangles of all sizes that share corners, panes, balls, a cone, a disk; numbers are whole half the time.
+fn scene(random: &mut Random) -> Occluders {
+    let mut builder = Occluders::builder();
+    let is_whole = random.below(2) == 0;
+    let point = |random: &mut Random| {
+        let point = 3.0 * random.in_cube();
+        if is_whole { point.round() } else { point }
+    };
+    let mut pool: Vec<DVec3> = (0..7).map(|_| point(random)).collect();
+    for _ in 0..5 {
+        let near = pool[random.below(pool.len())];
+        pool.push(near + random.pick(&[1e-6, 0.01, 0.1]) * random.in_cube());
+    }
+    let opacity = |random: &mut Random| match random.below(6) {
+        0 => Opacity::Transparent,
+        _ => Opacity::Opaque,
+    };
+    for _ in 0..1 + random.below(12) {
+        let corners = [(); 3].map(|()| pool[random.below(pool.len())]);
+        builder.add_face(&corners, opacity(random)).expect("a face");
+    }
+    match random.below(4) {
+        0 => heightfield(&mut builder, random),
+        1 => wound_fan(&mut builder, random),
+        _ => {}
+    }
+    for _ in 0..random.below(4) {
+        let center = point(random);
+        let radius = random.pick(&[0.01, 0.2, 0.5, 1.0]);
+        let sphere = Sphere { center, radius };
+        builder
+            .add_sphere(sphere, opacity(random))
+            .expect("a sphere");
+    }
+    if random.below(3) == 0 {
+        let disk = Disk {
+            center: point(random),
+            normal: random.in_cube(),
+            radius: 0.7,
+        };
+        builder.add_disk(disk, Opacity::Opaque).expect("a disk");
+        let cone = Cone {
+            base: DVec3::ZERO,
+            base_radius: 0.5,
+            apex: DVec3::new(0.3, 1.0, 0.2),
+            apex_radius: 0.2,
+            is_closed: random.below(2) == 0,
+        };
+        builder.add_cone(cone, Opacity::Opaque).expect("a cone");
+    }
+    builder.build()
+}
+
+/// A field of triangles, smooth or rough, with holes and double faces.
+fn heightfield(builder: &mut OccludersBuilder, random: &mut Random) {
+    let count = 3 + random.below(6);
+    let rough = random.pick(&[0.0, 0.02, 0.3, 2.0]);
+    let height: Vec<f64> = (0..=count * (count + 1) + count)
+        .map(|_| rough * random.real(-1.0, 1.0))
+        .collect();
+    let step = 4.0 / count as f64;
+    let at = |i: usize, j: usize| {
+        let z = height[i * (count + 1) + j];
+        DVec3::new(step * i as f64 - 2.0, step * j as f64 - 2.0, z)
+    };
+    for i in 0..count {
+        for j in 0..count {
+            let square = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            for corners in [[0, 1, 2], [0, 2, 3]] {
+                let mut face = corners.map(|corner| square[corner]);
+                match random.below(24) {
+                    0 => continue,
+                    1 => face.swap(0, 1),
+                    2 => {
+                        let twin = [face[1], face[0], face[2]];
+                        builder.add_face(&twin, Opacity::Opaque).expect("a face");
+                    }
+                    _ => {}
+                }
+                let opacity = match random.below(40) {
+                    0 => Opacity::Transparent,
+                    _ => Opacity::Opaque,
+                };
+                builder.add_face(&face, opacity).expect("a face");
+            }
+        }
+    }
+}
+
+/// Triangles about a corner that they wind round once or more often, seen from above.
+fn wound_fan(builder: &mut OccludersBuilder, random: &mut Random) {
+    let turns = random.pick(&[1.0, 2.0, 3.0]);
+    let count = 5 + 4 * turns as usize;
+    let is_closed = random.below(3) > 0;
+    let tip = random.pick(&[0.0, 0.3, -0.3]);
+    let rim: Vec<DVec3> = (0..count)
+        .map(|number| {
+            let angle = turns * std::f64::consts::TAU * number as f64 / count as f64;
+            let height = random.pick(&[0.0, 0.1, 0.5]) * random.real(-1.0, 1.0);
+            DVec3::new(2.0 * angle.cos(), 2.0 * angle.sin(), height)
+        })
+        .collect();
+    for number in 0..count - usize::from(!is_closed) {
+        let face = [DVec3::new(0.01, 0.02, tip), rim[number], rim[(number + 1) % count]];
+        builder.add_face(&face, Opacity::Opaque).expect("a face");
+    }
+}
+
+/// A start anywhere, on a surface, at the border of a shadow or of a column.
+fn start(
+    occluders: &Occluders,
+    frame: &Frame,
+    light: &LightShape,
+    views: &Views,
+    random: &mut Random,
+) -> Start {
+    let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
+    let corners = occluders.triangle_positions(surface);
+    let on_surface = |random: &mut Random| match (corners, occluders.sphere(surface)) {
+        (Some([a, b, c]), _) => {
+            let (s, t) = random.pick(&[(0.0, 0.0), (1.0, 0.0), (0.5, 0.5), (0.5, 0.0)]);
+            let (s, t) = match random.below(3) {
+                0 => (s, t),
+                _ => (random.real(0.0, 1.0), random.real(0.0, 1.0)),
+            };
+            a + s * (b - a) + t * (1.0 - s) * (c - a)
+        }
+        (None, Some(sphere)) => {
+            sphere.center + sphere.radius * random.in_cube().normalize_or_zero()
+        }
+        (None, None) => random.in_box(&occluders.surface_bounds(surface)),
+    };
+    let has_place = corners.is_some() || occluders.sphere(surface).is_some();
+    let point = match random.below(4) {
+        0 if has_place => {
+            return Start {
+                point: on_surface(random),
+                surface: Some(surface),
+            };
+        }
+        1 => {
+            let edge = on_surface(random);
+            let away = -light.towards(edge).normalize_or_zero();
+            edge + random.pick(&[1e-6, 1e-3, 1.0]) * random.real(0.0, 2.0) * away
+        }
+        2 => {
+            let view = views.all[random.below(views.all.len())];
+            let place = [0, 1].map(|axis| {
+                let tile = random.below(view.size[axis] + 1) as f64;
+                tile + random.pick(&[0.0, 0.0, 0.25, 1.0 / 32.0])
+                    + random.pick(&[0.0, 1e-6, -1e-6])
+                    - view.shift[axis]
+            });
+            let depth = random.real(-1.0, 1.0);
+            let weight = view.weight(depth) / view.scale;
+            let seen = view.axes[0] * place[0] * weight
+                + view.axes[1] * place[1] * weight
+                + view.axes[2] * depth;
+            frame.center + (view.origin + seen) / frame.scale
+        }
+        _ => random.in_box(&occluders.bounds()),
+    };
+    Start {
+        point,
+        surface: None,
+    }
+}
+
+/// A light anywhere, or on a triangle but for rounding, or close to it.
+fn light(occluders: &Occluders, random: &mut Random) -> LightShape {
+    let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
+    match occluders.triangle_positions(surface) {
+        Some([a, b, c]) if random.below(3) == 0 => {
+            let (s, t) = (random.real(0.0, 1.0), random.real(0.0, 1.0));
+            let off = random.pick(&[0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3]);
+            let on_triangle = a + s * (b - a) + t * (1.0 - s) * (c - a);
+            LightShape::Point(on_triangle + off * random.in_cube())
+        }
+        _ => random.light(&occluders.bounds()),
+    }
+}
+
+
+#[test]
+fn what_a_map_tells_is_what_surfaces_do() {
+    let random = &mut Random(1);
+    let (mut lit, mut full, mut listed, mut unknown) = (0, 0, 0, 0);
+    for _ in 0..1_500 {
+        let occluders = scene(random);
+        if occluders.bounds().size().max_element() < 0.1 {
+            continue;
+        }
+        let frame = Frame::new(occluders.bounds());
+        let light = light(&occluders, random);
+        let scene_tables = SceneTables::new(&occluders, &frame, true);
+        let room = Room::new(1 << 30);
+        scene_tables.make_mesh(&occluders, &room);
+        let light_tables = LightTables::new(&occluders, &frame, &light);
+        let tables = Tables::new(&occluders, &frame, &light, &scene_tables, &light_tables);
+        let count = random.pick(&[30.0, 400.0, 20_000.0]);
+        let Some(map) = Map::with_tiles(&occluders, &tables, 1 << 28, count) else {
+            continue;
+        };
+        map.make_all(&tables, random.pick(&[1e2, 1e4, 1e9]));
+        for _ in 0..150 {
+            let given = start(&occluders, &frame, &light, &map.views, random);
+            let room = START_ROOM / frame.scale;
+            let mut moved = given;
+            if given.surface.is_none() {
+                moved.point += room * random.of_cube();
+            }
+            let segment = occluders.segment(&moved, &light);
+            let x = frame.point_in_frame(given.point).to_array().map(|x| x as f32);
+            // As far as starts are asked about that are where they seem to be.
+            let off = (segment.origin() - given.point).abs().max_element();
+            if x.iter().any(|x| x.abs() > 1.25) || off > room {
+                continue;
+            }
+            let located = dispatch!(Level::new(), simd => map.locate(simd, &x.map(|x| [x; 8])));
+            if located.tiles[0] == NOWHERE {
+                continue;
+            }
+            let (words, cells) = map.words(&located);
+            let is_listed = given.surface.is_some_and(|surface| {
+                tables.side(surface.0 as usize).is_some_and(|side| side != 0)
+                    && occluders.is_opaque(surface)
+            });
+            let blocking: Vec<SurfaceId> = occluders
+                .surfaces()
+                .filter(|&surface| occluders.blocks(surface, &segment))
+                .collect();
+            let depth = located.depths[0];
+            let nearest = || map.nearest(located.tiles[0], cells[0]);
+            match told(words[0], depth, is_listed, nearest) {
+                Told::Is(is_shadowed) => {
+                    assert_eq!(!blocking.is_empty(), is_shadowed, "{light:?} {given:?} {moved:?}");
+                    *(if is_shadowed { &mut full } else { &mut lit }) += 1;
+                }
+                Told::Unasked | Told::Hopeless => unknown += 1,
+                Told::List(word) => {
+                    let (full_from, counts, entries) = map.list(word);
+                    if depth > full_from {
+                        assert!(!blocking.is_empty(), "{light:?} {given:?} {moved:?}");
+                        full += 1;
+                        continue;
+                    }
+                    let near: Vec<SurfaceId> = (0..counts[usize::from(!is_listed)])
+                        .map(|number| entry(entries, number))
+                        .filter(|entry| entry.0 <= depth)
+                        .map(|entry| entry.1)
+                        .collect();
+                    let mesh = tables.joined();
+                    for surface in blocking {
+                        // In place of one that repeats another, that.
+                        let is_repeated = tables.side(surface.0 as usize).is_some()
+                            && mesh.is_some_and(|mesh| mesh.is_repeated(surface));
+                        assert!(
+                            is_repeated || near.contains(&surface),
+                            "{surface:?} {light:?} {given:?} {moved:?}"
+                        );
+                        listed += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(
+        full > 8_000 && lit > 20_000 && listed > 3_000,
+        "{full} {lit} {listed} {unknown}"
+    );
+}

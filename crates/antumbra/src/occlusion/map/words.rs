@@ -1,0 +1,139 @@
+//! The words that a map is made of, and the memory that holds them while it grows.
+//!
+//! A word of 32 bits says what a cell knows: a threshold (an `f32`, not negative), or with its highest bit where to go
+//! on: to a node of sixteen cells, or to a list. All lie in one arena that is zero at first and of which only what was
+//! written takes memory. Whoever makes a tile or a cell writes what is below it, then publishes its word; nobody reads
+//! what is not published. A word of which nothing was known is written over, others are not.
+
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+
+/// What a cell knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Word(pub(super) u32);
+
+const NODE: u32 = 0b10 << 30;
+const LIST: u32 = 0b11 << 30;
+const PLACE: u32 = (1 << 30) - 1;
+
+impl Word {
+    /// Nobody has asked about the cell.
+    pub(super) const UNASKED: Self = Self(u32::MAX);
+    /// More surfaces may block its starts than a list holds.
+    pub(super) const HOPELESS: Self = Self(u32::MAX - 1);
+    /// Words of lists are this and larger.
+    pub(super) const LIST: u32 = LIST;
+
+    /// No start that the cell speaks of is in shadow.
+    pub(super) const LIT: Self = Self(f32::INFINITY.to_bits());
+
+    /// Starts deeper than this are in shadow, others are not.
+    pub(super) fn threshold(depth: f32) -> Self {
+        Self((depth + BIAS).max(0.0).to_bits())
+    }
+
+    pub(super) fn node(place: usize) -> Self {
+        Self(NODE | place as u32)
+    }
+
+    pub(super) fn list(place: usize) -> Self {
+        Self(LIST | place as u32)
+    }
+
+    /// Returns where a word leads that is one of a tile's own, if it leads on.
+    pub(super) fn moved(self, by: usize) -> Self {
+        if self.0 >> 31 == 0 || self.0 >= Self::HOPELESS.0 {
+            self
+        } else {
+            Self(self.0 + by as u32)
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_node(self) -> bool {
+        self.0 >> 30 == NODE >> 30
+    }
+
+    #[inline(always)]
+    pub(super) fn is_list(self) -> bool {
+        self.0 >> 30 == LIST >> 30 && self.0 < Self::HOPELESS.0
+    }
+
+    #[inline(always)]
+    pub(super) fn is_threshold(self) -> bool {
+        self.0 >> 31 == 0
+    }
+
+    #[inline(always)]
+    pub(super) fn place(self) -> usize {
+        (self.0 & PLACE) as usize
+    }
+}
+
+/// Added to depths, so that thresholds are positive: depths are above -3.
+pub(super) const BIAS: f32 = 4.0;
+
+/// Words of a node: what its cells know, and the depths before which nothing is.
+pub(super) const NODE_WORDS: usize = 32;
+pub(super) const NODE_CELLS: usize = 16;
+
+/// A list begins with the depth behind which all is in shadow, and how many entries it has for starts on listed surfaces
+/// and for others. An entry is a depth before which it blocks nothing, and a surface.
+pub(super) const HEAD: usize = 2;
+pub(super) const ENTRY: usize = 2;
+
+/// Tiles begin at multiples of this.
+const ALIGNED: usize = 4;
+/// No place is nought.
+const FIRST: usize = ALIGNED;
+
+#[derive(Debug)]
+pub(super) struct Arena {
+    words: Box<[AtomicU32]>,
+    next: AtomicUsize,
+}
+
+impl Arena {
+    /// Makes room for so many words; none of them takes memory before it is written.
+    pub(super) fn new(words: usize) -> Self {
+        let words = words.clamp(2 * FIRST, PLACE as usize);
+        Self {
+            words: bytemuck::allocation::zeroed_slice_box(words),
+            next: AtomicUsize::new(FIRST),
+        }
+    }
+
+    /// Takes so many words; `None` if there is no room.
+    pub(super) fn take(&self, words: usize) -> Option<usize> {
+        let words = words.next_multiple_of(ALIGNED);
+        let end = |next: usize| next.checked_add(words).filter(|&end| end <= self.words.len());
+        self.next
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, end)
+            .ok()
+    }
+
+    /// Returns the words that were taken.
+    pub(super) fn taken(&self) -> usize {
+        self.next.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn write(&self, first: usize, words: impl Iterator<Item = u32>) {
+        for (place, word) in self.words[first..].iter().zip(words) {
+            place.store(word, Ordering::Relaxed);
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn read(&self, place: usize) -> u32 {
+        self.words[place].load(Ordering::Acquire)
+    }
+
+    pub(super) fn publish(&self, place: usize, word: Word, nearest: f32) {
+        self.words[place + NODE_CELLS].store(nearest.to_bits(), Ordering::Relaxed);
+        self.words[place].store(word.0, Ordering::Release);
+    }
+
+    #[inline(always)]
+    pub(super) fn slice(&self, first: usize, count: usize) -> &[AtomicU32] {
+        &self.words[first..first + count]
+    }
+}

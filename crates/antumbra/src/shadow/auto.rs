@@ -1,0 +1,194 @@
+//! The exact shadow map, and rays until it pays and where it does not know.
+
+use antumbra_geometry::Start;
+
+use super::draw::{SAMPLED, draw};
+use super::order::WINDOW;
+use super::voxel::{ByVoxel, NOTED, Rays};
+use crate::clock::Reading;
+use crate::occlusion::{Found, Lists, MANY, Map, Spent};
+use crate::{Answer, Counters, Decided, QueryError};
+
+/// Queries that are asked of a map before what they have not found is made: so a tile is taken up seldom.
+const TOGETHER: usize = 1 << 18;
+
+impl<R: Rays> ByVoxel<'_, R> {
+    /// Answers queries by the map, as far as there is one, and by rays.
+    pub(super) fn answer_by_map(
+        &self,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        let light = self.light_number;
+        self.values.expect(light, starts.len() as u64);
+        let is_refining = self.values.is_refining();
+        let (mut left, mut left_answers) = (starts, is_shadowed);
+        let mut is_first = true;
+        while !left.is_empty() {
+            let known = self.values.known(light);
+            let lists = known.as_deref().map(|known| &*known.lists);
+            let map = lists.and_then(|lists| Some((lists, lists.map()?)));
+            let map = map.filter(|_| self.values.is_map_worth_it(light, is_refining));
+            // Rays are put in order together, once it is known what they cost.
+            let count = match map {
+                Some(_) => TOGETHER,
+                None if is_first => NOTED,
+                None => WINDOW,
+            };
+            is_first = false;
+            let (starts, is_shadowed);
+            (starts, left) = left.split_at(count.min(left.len()));
+            (is_shadowed, left_answers) =
+                std::mem::take(&mut left_answers).split_at_mut(starts.len());
+            let begin = is_refining.then(Reading::now);
+            let made = match map {
+                Some(map) => self.ask_map(map, starts, is_shadowed, counters, &check)?,
+                None => {
+                    self.answer_by_rays(starts, is_shadowed, counters, &check)?;
+                    0
+                }
+            };
+            if let Some(begin) = begin {
+                let spent = Spent {
+                    queries: starts.len() as u64,
+                    ns: begin.elapsed_ns().saturating_sub(made),
+                    made,
+                    is_by_map: map.is_some(),
+                };
+                self.values.spent(self.occluders, light, &spent);
+            }
+        }
+        Ok(())
+    }
+
+    /// Answers queries by the map, makes those of its cells that pay, and answers the rest by rays. Returns how long
+    /// making took, in nanoseconds.
+    fn ask_map(
+        &self,
+        (lists, map): (&Lists, &Map),
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<u64, QueryError> {
+        let (occluders, light) = (self.occluders, self.light_number);
+        let mut unknown = Unknown::default();
+        let (mut list_count, mut shadowed_count) = (0, 0);
+        let blocks = starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY));
+        for (block, (starts, is_shadowed)) in blocks.enumerate() {
+            antumbra_task::check();
+            let told = self
+                .values
+                .find_many_in_map((lists, map), occluders, starts, light);
+            for (number, is_shadowed) in is_shadowed.iter_mut().enumerate() {
+                *is_shadowed = told.shadowed >> number & 1 != 0;
+            }
+            shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
+            list_count += u64::from((told.listed & !told.unknown).count_ones());
+            unknown.add(block * MANY, told.unknown, starts);
+        }
+        let mut made = 0;
+        if !unknown.starts.is_empty() {
+            made = self
+                .values
+                .make_cells((lists, map), occluders, &unknown.starts, light);
+        }
+        if made > 0 {
+            let before = std::mem::take(&mut unknown);
+            let blocks = before.starts.chunks(MANY).zip(before.numbers.chunks(MANY));
+            for (starts, numbers) in blocks {
+                let told = self
+                    .values
+                    .find_many_in_map((lists, map), occluders, starts, light);
+                for (place, &number) in numbers.iter().enumerate() {
+                    if told.unknown >> place & 1 != 0 {
+                        unknown.starts.push(starts[place]);
+                        unknown.numbers.push(number);
+                    } else {
+                        is_shadowed[number as usize] = told.shadowed >> place & 1 != 0;
+                    }
+                }
+                shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
+                list_count += u64::from((told.listed & !told.unknown).count_ones());
+            }
+        }
+        counters.shadow.shadowed += shadowed_count;
+        counters.shadow.blocker_list += list_count;
+        counters.shadow.first_pass += (starts.len() - unknown.starts.len()) as u64 - list_count;
+        if !unknown.starts.is_empty() {
+            let mut blocked = vec![false; unknown.starts.len()];
+            self.answer_by_rays(&unknown.starts, &mut blocked, counters, check)?;
+            for (&number, &blocked) in unknown.numbers.iter().zip(&blocked) {
+                is_shadowed[number as usize] = blocked;
+            }
+        }
+        Ok(made)
+    }
+
+    /// Answers one query by the map, if there is one, or by a ray.
+    pub(super) fn answer_one_by_map(&self, start: &Start, counters: &mut Counters) -> Answer {
+        let light = self.light_number;
+        let is_refining = self.values.is_refining();
+        let is_sampled = is_refining && draw().is_multiple_of(SAMPLED);
+        // What reading the clock takes comes beside.
+        let begin = is_sampled.then(|| (Reading::now(), Reading::now()));
+        let known = self.values.known(light);
+        let lists = known.as_deref().map(|known| &*known.lists);
+        let map = lists.and_then(|lists| Some((lists, lists.map()?)));
+        let map = map.filter(|_| self.values.is_map_worth_it(light, is_refining));
+        let find = |map| {
+            self.values
+                .find_one_in_map(map, self.occluders, start, light)
+        };
+        let mut found = map.map_or(Found::NOTHING, find);
+        let mut made = 0;
+        if let (true, Some(map), true) = (found.is_nothing(), map, is_sampled) {
+            let asking = std::slice::from_ref(start);
+            made = self.values.make_cells(map, self.occluders, asking, light);
+            if made > 0 {
+                found = find(map);
+            }
+        }
+        let answer = if found.is_nothing() {
+            Answer::new(self.rays.is_blocked(start, counters), Decided::Ray)
+        } else {
+            Answer::new(found.is_shadowed(), found.decided())
+        };
+        if let Some((first, second)) = begin {
+            let reading = second.since_ns(first);
+            let took = second.elapsed_ns().saturating_sub(reading + made);
+            let spent = Spent {
+                queries: SAMPLED,
+                ns: SAMPLED * took,
+                made,
+                is_by_map: map.is_some(),
+            };
+            self.values.spent(self.occluders, light, &spent);
+        }
+        answer
+    }
+}
+
+/// Starts of a chunk that nothing is known of.
+#[derive(Default)]
+struct Unknown {
+    starts: Vec<Start>,
+    numbers: Vec<u32>,
+}
+
+impl Unknown {
+    /// Adds those of a block, which begins with the chunk's `first`.
+    #[inline]
+    fn add(&mut self, first: usize, mut numbers: u64, block: &[Start]) {
+        while numbers != 0 {
+            let number = numbers.trailing_zeros() as usize;
+            numbers &= numbers - 1;
+            if let Some(start) = block.get(number) {
+                self.starts.push(*start);
+                self.numbers.push((first + number) as u32);
+            }
+        }
+    }
+}
