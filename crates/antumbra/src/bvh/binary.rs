@@ -1,21 +1,25 @@
 //! The binary tree over the surfaces' boxes, from the top down.
 //!
 //! Each range of boxes is cut where the surface area heuristic costs least among planes at even distances along
-//! each axis (Wald 2007). Where the cuts of one range after another take little off, ranges are halved by number:
+//! each axis (Wald 2007), and of few boxes at any. Where the cuts of one range after another take little off, ranges are halved by number:
 //! so no scene takes more than `n log n`, nested boxes, fans and heaps with one middle included. One thread,
 //! no hashing, no clock: the tree is a function of the boxes.
 
 use antumbra_geometry::{Bounds, DVec3};
-use antumbra_task::check;
+use antumbra_task::{check, checked};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8};
 
 use super::data::LANES;
 use super::ray::PLANE_ROOM;
+use super::reinsert::reinsert;
 use crate::frame::Frame;
 
 /// Places along an axis between which a range may be cut, at most; a quarter in small ranges.
 const MOST_BINS: usize = 32;
+
+/// Ranges of so many boxes take as long as there may be between two looks whether to stop.
+const CHECKED: usize = 1 << 12;
 
 /// Of so few boxes all cuts are compared.
 const FEW: usize = 8;
@@ -33,10 +37,17 @@ impl FrameBox {
         let min = frame.point_in_frame(bounds.min) - room;
         let max = frame.point_in_frame(bounds.max) + room;
         Self {
-            min: min.to_array().map(|x| (x as f32).next_down()),
-            max: max.to_array().map(|x| (x as f32).next_up()),
+            min: min.to_array().map(|x| x as f32 - outwards(x as f32)),
+            max: max.to_array().map(|x| x as f32 + outwards(x as f32)),
         }
     }
+}
+
+/// Returns at least the distance to the next `f32` on either side, and less than thrice that: without the branches of
+/// `next_up`.
+#[inline(always)]
+fn outwards(x: f32) -> f32 {
+    x.abs() * f32::EPSILON + f32::MIN_POSITIVE
 }
 
 impl FrameBox {
@@ -45,7 +56,7 @@ impl FrameBox {
         x * y + y * z + z * x
     }
 
-    fn union(&self, other: &Self) -> Self {
+    pub(super) fn union(&self, other: &Self) -> Self {
         Self {
             min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
             max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
@@ -64,7 +75,7 @@ pub(super) struct Binary {
 pub(super) struct BinaryNode {
     pub(super) bounds: FrameBox,
     /// The right child, or a surface and [`Self::IS_SURFACE`].
-    link: u32,
+    pub(super) link: u32,
 }
 
 impl BinaryNode {
@@ -91,14 +102,18 @@ impl Binary {
     }
 
     /// Builds the tree over boxes; surfaces are numbered as these.
-    pub(super) fn new(boxes: Vec<FrameBox>) -> Self {
-        let mut items: Vec<Item> = (0..)
-            .zip(&boxes)
-            .map(|(surface, bounds)| Item::new(bounds, surface))
-            .collect();
-        check();
-        // There are millions, and the items say the same.
-        drop(boxes);
+    pub(super) fn new(boxes: impl ExactSizeIterator<Item = FrameBox>) -> Self {
+        let mut binary = Self::cut(boxes);
+        reinsert(&mut binary);
+        binary
+    }
+
+    /// Cuts boxes from the top down, and no more.
+    pub(super) fn cut(boxes: impl ExactSizeIterator<Item = FrameBox>) -> Self {
+        let mut items = Vec::with_capacity(boxes.len());
+        for (surface, bounds) in (0..).zip(checked(boxes)) {
+            items.push(Item::new(&bounds, surface));
+        }
         let mut binary = Self {
             nodes: Vec::with_capacity((2 * items.len()).saturating_sub(1)),
         };
@@ -130,6 +145,21 @@ impl Binary {
         }
         binary.fit();
         binary
+    }
+
+    /// Returns whether a link is a surface's.
+    pub(super) fn is_surface(link: u32) -> bool {
+        link & BinaryNode::IS_SURFACE != 0
+    }
+
+    /// Adds a node, as the right side of another or right after it, and returns its number.
+    pub(super) fn add(&mut self, bounds: FrameBox, link: u32, right_of: Option<usize>) -> usize {
+        let here = self.nodes.len();
+        if let Some(parent) = right_of {
+            self.nodes[parent].link = here as u32;
+        }
+        self.nodes.push(BinaryNode { bounds, link });
+        here
     }
 
     /// Adds a node whose right side and box are still to come.
@@ -331,6 +361,9 @@ impl<S: Simd> Cutting<S> {
             let here = binary.nodes.len();
             if let Some(parent) = parent {
                 binary.nodes[parent].link = here as u32;
+            }
+            if to - from >= CHECKED {
+                check();
             }
             let range = &mut items[from..to];
             if let [item] = range {
@@ -570,7 +603,7 @@ mod tests {
     fn piles_are_balanced_and_complete() {
         for share in [0.0, 1.0] {
             let boxes = nested(100_000, share);
-            let binary = Binary::new(boxes.clone());
+            let binary = Binary::new(boxes.clone().into_iter());
             let mut seen = vec![false; boxes.len()];
             let mut pending = vec![(0, 1)];
             let mut deepest = 0;
