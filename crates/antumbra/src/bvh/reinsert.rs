@@ -3,7 +3,8 @@
 //! In: a binary tree. Out: one over the same surfaces, in which a ray meets fewer boxes. A subtree with a large box is
 //! taken out and put beside the node where the areas of all boxes together shrink most (Meister and Bittner 2018);
 //! one after the other, in the order of the tree, so that no two moves are in each other's way. A look around ends
-//! after so many nodes: no scene takes more than its number of surfaces. One thread, no hashing, no clock: the tree
+//! after so many nodes, and a tree that became too deep is left as it was: no scene takes more than its number of
+//! surfaces. One thread, no hashing, no clock: the tree
 //! is a function of the one before.
 
 use antumbra_task::check;
@@ -23,6 +24,9 @@ const SHARE: f32 = 0.1;
 
 /// Nodes that are looked at for one subtree.
 const MOST_VISITS: usize = 64;
+
+/// Nodes whose boxes are fitted, for each node of the tree.
+const MOST_STEPS_EACH: usize = 16;
 
 /// Areas that the share is estimated from.
 const SAMPLES: usize = 4096;
@@ -67,6 +71,8 @@ struct Moving {
     nodes: Vec<Inner>,
     /// Places that are to be looked at, with what is left of the area there.
     ahead: Vec<(f32, Place)>,
+    /// Steps upwards until it is given up, so that chains do not take the square of their length.
+    steps_left: usize,
 }
 
 /// Makes a tree better.
@@ -77,7 +83,11 @@ pub(super) fn reinsert(binary: &mut Binary) {
     }
     let mut moving = Moving::new(binary);
     moving.improve();
-    moving.write(binary);
+    // Boxes in boxes cost least as a chain.
+    let usual_depth = 3 * surface_count.ilog2() as usize + 16;
+    if moving.steps_left > 0 && moving.depth() <= usual_depth {
+        moving.write(binary);
+    }
 }
 
 impl Moving {
@@ -109,6 +119,7 @@ impl Moving {
             }
         }
         Self {
+            steps_left: MOST_STEPS_EACH * nodes.len(),
             nodes,
             ahead: Vec::new(),
         }
@@ -138,6 +149,9 @@ impl Moving {
         for node in 1..self.nodes.len() {
             if node % 1024 == 0 {
                 check();
+            }
+            if self.steps_left == 0 {
+                return;
             }
             for side in 0..2 {
                 let place = Place::new(node, side);
@@ -202,6 +216,7 @@ impl Moving {
             if visits_left == 0 {
                 break;
             }
+            visits_left -= 1;
             beside = pivot.beside();
         }
         self.ahead = ahead;
@@ -244,8 +259,21 @@ impl Moving {
                 return;
             }
             self.nodes[place.node()].bounds[place.side()] = bounds;
+            self.steps_left = self.steps_left.saturating_sub(1);
             node = place.node();
         }
+    }
+
+    /// Returns how many inner nodes there are on the longest way down.
+    fn depth(&self) -> usize {
+        let mut deepest = 0;
+        let mut pending = vec![(0, 1)];
+        while let Some((node, depth)) = pending.pop() {
+            deepest = deepest.max(depth);
+            let inner = [0, 1].map(|side| self.inner(Place::new(node, side)));
+            pending.extend(inner.into_iter().flatten().map(|inner| (inner, depth + 1)));
+        }
+        deepest
     }
 
     /// Writes the tree, depth first.
