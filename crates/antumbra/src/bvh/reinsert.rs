@@ -4,8 +4,7 @@
 //! taken out and put beside the node where the areas of all boxes together shrink most (Meister and Bittner 2018);
 //! one after the other, in the order of the tree, so that no two moves are in each other's way. A look around ends
 //! after so many nodes, and a tree that became too deep is left as it was: no scene takes more than its number of
-//! surfaces. One thread, no hashing, no clock: the tree
-//! is a function of the one before.
+//! surfaces. One thread, no hashing, no clock: the tree is a function of the one before.
 
 use antumbra_task::check;
 
@@ -18,14 +17,14 @@ const FEWEST_SURFACES: usize = 4;
 /// to build.
 const MOST_SURFACES: usize = 1 << 20;
 
-/// Share of all subtrees that are looked at, the ones with the largest boxes. Two and three times as many leave a ray
-/// as many nodes on the way.
+/// Share of all subtrees that are looked at, the ones with the largest boxes. Five times as many leave rays through
+/// FlightHelmet 1 % fewer nodes and a tenth fewer tests, and take a third more time to build.
 const SHARE: f32 = 0.1;
 
 /// Nodes that are looked at for one subtree.
 const MOST_VISITS: usize = 64;
 
-/// Nodes whose boxes are fitted, for each node of the tree.
+/// Boxes that are fitted until it is given up, for each node of the tree.
 const MOST_STEPS_EACH: usize = 16;
 
 /// Areas that the share is estimated from.
