@@ -143,6 +143,9 @@ impl Parts {
         counters: &mut Counters,
     ) -> u64 {
         const TOGETHER: usize = 64;
+        if self.is_whole() {
+            return 0;
+        }
         let mut count = 0;
         let chunks = starts
             .chunks(TOGETHER)
@@ -354,6 +357,13 @@ fn nearer(
         let reach = (bounds.min - middle).abs().max((bounds.max - middle).abs());
         exponent(reach.max_element())
     };
+    if is_close(elements.clone().map(reach_of), split.most_far(count), {
+        let bounds = all.bounds();
+        let reach = (bounds.min - middle).abs().max((bounds.max - middle).abs());
+        (exponent(reach.max_element())).saturating_sub(split.bits() as usize)
+    }) {
+        return None;
+    }
     let mut counts = vec![0_usize; 2048];
     for element in elements.clone() {
         counts[reach_of(element)] += 1;
@@ -374,6 +384,15 @@ fn nearer(
     }
     let (near, far) = elements.partition(|&element| reach_of(element) <= most);
     Some((near, far))
+}
+
+/// Returns whether more elements than may be far reach farther than some distance, for which about so many need to
+/// be looked at.
+fn is_close(reaches: impl Iterator<Item = usize>, most_far: usize, distance: usize) -> bool {
+    reaches
+        .filter(|&reach| reach > distance)
+        .nth(most_far)
+        .is_some()
 }
 
 /// Returns the exponent of a number that is not negative, as its bits have it.

@@ -1,23 +1,28 @@
 //! The binary tree over the surfaces' boxes, from the top down.
 //!
 //! Each range of boxes is cut where the surface area heuristic costs least among planes at even distances along
-//! each axis (Wald 2007). Where the cuts of one range after another take little off, ranges are halved by number:
+//! each axis (Wald 2007), and of few boxes at any. Where the cuts of one range after another take little off, ranges are halved by number:
 //! so no scene takes more than `n log n`, nested boxes, fans and heaps with one middle included. One thread,
 //! no hashing, no clock: the tree is a function of the boxes.
 
 use antumbra_geometry::{Bounds, DVec3};
-use antumbra_task::check;
+use antumbra_task::{check, checked};
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x4, f32x8};
 
 use super::data::LANES;
 use super::ray::PLANE_ROOM;
+use super::reinsert::reinsert;
 use crate::frame::Frame;
 
-/// Places along an axis between which a range may be cut: so many, and more in larger ranges.
-const FEWEST_BINS: usize = 8;
+/// Places along an axis between which a range may be cut, at most; a quarter in small ranges.
 const MOST_BINS: usize = 32;
-const BOXES_A_BIN: usize = 16;
+
+/// Ranges of so many boxes take as long as there may be between two looks whether to stop.
+const CHECKED: usize = 1 << 12;
+
+/// Of so few boxes all cuts are compared.
+const FEW: usize = 8;
 
 /// A surface's box in the frame's units, moved outwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,10 +37,17 @@ impl FrameBox {
         let min = frame.point_in_frame(bounds.min) - room;
         let max = frame.point_in_frame(bounds.max) + room;
         Self {
-            min: min.to_array().map(|x| (x as f32).next_down()),
-            max: max.to_array().map(|x| (x as f32).next_up()),
+            min: min.to_array().map(|x| x as f32 - outwards(x as f32)),
+            max: max.to_array().map(|x| x as f32 + outwards(x as f32)),
         }
     }
+}
+
+/// Returns at least the distance to the next `f32` on either side, and less than thrice that: without the branches of
+/// `next_up`.
+#[inline(always)]
+fn outwards(x: f32) -> f32 {
+    x.abs() * f32::EPSILON + f32::MIN_POSITIVE
 }
 
 impl FrameBox {
@@ -44,7 +56,7 @@ impl FrameBox {
         x * y + y * z + z * x
     }
 
-    fn union(&self, other: &Self) -> Self {
+    pub(super) fn union(&self, other: &Self) -> Self {
         Self {
             min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
             max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
@@ -63,7 +75,7 @@ pub(super) struct Binary {
 pub(super) struct BinaryNode {
     pub(super) bounds: FrameBox,
     /// The right child, or a surface and [`Self::IS_SURFACE`].
-    link: u32,
+    pub(super) link: u32,
 }
 
 impl BinaryNode {
@@ -90,14 +102,18 @@ impl Binary {
     }
 
     /// Builds the tree over boxes; surfaces are numbered as these.
-    pub(super) fn new(boxes: Vec<FrameBox>) -> Self {
-        let mut items: Vec<Item> = (0..)
-            .zip(&boxes)
-            .map(|(surface, bounds)| Item::new(bounds, surface))
-            .collect();
-        check();
-        // There are millions, and the items say the same.
-        drop(boxes);
+    pub(super) fn new(boxes: impl ExactSizeIterator<Item = FrameBox>) -> Self {
+        let mut binary = Self::cut(boxes);
+        reinsert(&mut binary);
+        binary
+    }
+
+    /// Cuts boxes from the top down, and no more.
+    pub(super) fn cut(boxes: impl ExactSizeIterator<Item = FrameBox>) -> Self {
+        let mut items = Vec::with_capacity(boxes.len());
+        for (surface, bounds) in (0..).zip(checked(boxes)) {
+            items.push(Item::new(&bounds, surface));
+        }
         let mut binary = Self {
             nodes: Vec::with_capacity((2 * items.len()).saturating_sub(1)),
         };
@@ -131,6 +147,21 @@ impl Binary {
         binary
     }
 
+    /// Returns whether a link is a surface's.
+    pub(super) fn is_surface(link: u32) -> bool {
+        link & BinaryNode::IS_SURFACE != 0
+    }
+
+    /// Adds a node, as the right side of another or right after it, and returns its number.
+    pub(super) fn add(&mut self, bounds: FrameBox, link: u32, right_of: Option<usize>) -> usize {
+        let here = self.nodes.len();
+        if let Some(parent) = right_of {
+            self.nodes[parent].link = here as u32;
+        }
+        self.nodes.push(BinaryNode { bounds, link });
+        here
+    }
+
     /// Adds a node whose right side and box are still to come.
     fn add_inner(&mut self) {
         let bounds = FrameBox {
@@ -157,13 +188,17 @@ impl Binary {
 struct Item([f32; 8]);
 
 impl Item {
+    /// Keeps small numbers of surfaces from being tiny `f32`s, which are slow.
+    const NOT_TINY: u32 = 1 << 30;
+
     fn new(bounds: &FrameBox, surface: u32) -> Self {
         let ([a, b, c], [d, e, f]) = (bounds.min, bounds.max);
-        Self([a, b, c, f32::from_bits(surface), -d, -e, -f, 0.0])
+        let surface = f32::from_bits(surface | Self::NOT_TINY);
+        Self([a, b, c, surface, -d, -e, -f, 0.0])
     }
 
     fn surface(&self) -> u32 {
-        self.0[3].to_bits()
+        self.0[3].to_bits() & !Self::NOT_TINY
     }
 
     fn bounds(&self) -> FrameBox {
@@ -175,7 +210,12 @@ impl Item {
     }
 
     fn half_area(&self) -> f32 {
-        half_area(&self.0)
+        self.bounds().half_area()
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S) -> f32x8<S> {
+        f32x8::from_slice(simd, &self.0)
     }
 
     /// Returns twice the middle along an axis.
@@ -185,18 +225,34 @@ impl Item {
     }
 }
 
-/// Half the area of a box as an [`Item`] has it.
+/// Returns twice the middle of a box as an [`Item`] has it; the last is nothing.
 #[inline(always)]
-fn half_area(x: &[f32; 8]) -> f32 {
-    let [x, y, z] = [-x[4] - x[0], -x[5] - x[1], -x[6] - x[2]];
-    x * y + y * z + z * x
+fn middle<S: Simd>(bounds: f32x8<S>) -> f32x4<S> {
+    let (low, high) = bounds.split();
+    low - high
 }
 
-/// Boxes of the items with their middles between two planes.
+/// The box of the middles of some items.
 #[derive(Clone, Copy, Debug)]
-struct Bin<S: Simd> {
-    bounds: f32x8<S>,
-    count: u32,
+struct Middles<S: Simd> {
+    low: f32x4<S>,
+    high: f32x4<S>,
+}
+
+impl<S: Simd> Middles<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        Self {
+            low: f32x4::splat(simd, f32::INFINITY),
+            high: f32x4::splat(simd, f32::NEG_INFINITY),
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, middle: f32x4<S>) {
+        self.low = self.low.min(middle);
+        self.high = self.high.max(middle);
+    }
 }
 
 /// How a range is cut.
@@ -207,61 +263,74 @@ struct Cut {
     last: u32,
 }
 
-/// Bins along one axis of a range.
+/// Bins along the axes of a range.
 #[derive(Clone, Copy, Debug)]
-struct Bins {
-    from: [f32; 3],
-    rate: [f32; 3],
+struct Bins<S: Simd> {
+    from: f32x4<S>,
+    rate: f32x4<S>,
+    /// The rate of each axis; 0 where all middles are one.
+    rates: [f32; 4],
 }
 
 /// Added to a number, this leaves the nearest whole one in the last bits.
 const WHOLE: f32 = 12_582_912.0; // 3 * 2^22
 
-impl Bins {
+impl<S: Simd> Bins<S> {
     /// Lays bins over the middles of some items; `None` if these are one.
     #[inline(always)]
-    fn over(items: &[Item], count: usize) -> Option<Self> {
-        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for item in items {
-            for axis in 0..3 {
-                let middle = item.middle(axis);
-                low[axis] = low[axis].min(middle);
-                high[axis] = high[axis].max(middle);
-            }
-        }
-        let mut rate = [0.0; 3];
+    fn over(simd: S, middles: &Middles<S>, count: usize) -> Option<Self> {
+        let most = (count - 1) as f32 * (1.0 - 1e-6);
+        let extents: [f32; 4] = (middles.high - middles.low).into();
+        let mut rates = [0.0; 4];
         for axis in 0..3 {
-            let most = (count - 1) as f32 * (1.0 - 1e-6);
-            let extent = high[axis] - low[axis];
             // Not where the division overflows, either.
-            let fine = most / extent;
-            rate[axis] = if fine.is_finite() { fine } else { 0.0 };
+            let rate = most / extents[axis];
+            rates[axis] = if rate.is_finite() { rate } else { 0.0 };
         }
-        (rate != [0.0; 3]).then_some(Self { from: low, rate })
+        (rates != [0.0; 4]).then_some(Self {
+            from: middles.low,
+            rate: f32x4::from_slice(simd, &rates),
+            rates,
+        })
     }
 
+    /// Returns the bins of an item along all axes.
     #[inline(always)]
-    fn bin(&self, item: &Item, axis: usize) -> u32 {
-        let place = (item.middle(axis) - self.from[axis]) * self.rate[axis] + WHOLE;
-        place.to_bits() & (MOST_BINS as u32 - 1)
+    fn bins(&self, simd: S, middle: f32x4<S>) -> [usize; 3] {
+        let place = (middle - self.from) * self.rate + f32x4::splat(simd, WHOLE);
+        let [x, y, z, _]: [f32; 4] = place.into();
+        [x, y, z].map(|place| (place.to_bits() & (MOST_BINS as u32 - 1)) as usize)
     }
 }
 
 /// Room for the cutting of ranges, taken once.
 struct Cutting<S: Simd> {
-    bins: [[Bin<S>; MOST_BINS]; 3],
-    empty: Bin<S>,
+    /// Along each axis the boxes of the items whose middles are between two planes.
+    bins: [[f32x8<S>; MOST_BINS]; 3],
+    /// How many these are.
+    counts: [[u32; MOST_BINS]; 3],
+    /// Extents and numbers of groups of what is left and right of each plane of an axis.
+    extents: [[f32; 4 * MOST_BINS]; 2],
+    groups: [[f32; MOST_BINS]; 2],
+}
+
+/// A range of items that is to be cut.
+struct Pending<S: Simd> {
+    from: usize,
+    to: usize,
+    /// The node whose right side it is.
+    parent: Option<usize>,
+    depth: u32,
+    middles: Middles<S>,
 }
 
 impl<S: Simd> Cutting<S> {
     fn new(simd: S) -> Self {
-        let empty = Bin {
-            bounds: f32x8::splat(simd, f32::INFINITY),
-            count: 0,
-        };
         Self {
-            bins: [[empty; MOST_BINS]; 3],
-            empty,
+            bins: [[f32x8::splat(simd, f32::INFINITY); MOST_BINS]; 3],
+            counts: [[0; MOST_BINS]; 3],
+            extents: [[0.0; 4 * MOST_BINS]; 2],
+            groups: [[0.0; MOST_BINS]; 2],
         }
     }
 
@@ -270,28 +339,31 @@ impl<S: Simd> Cutting<S> {
     fn cut(&mut self, simd: S, items: &mut [Item], binary: &mut Binary) {
         // Ranges deeper than any sensible tree's are halved.
         let usual_depth = 2 * items.len().ilog2() + 8;
-        struct Pending {
-            from: usize,
-            to: usize,
-            parent: Option<usize>,
-            depth: u32,
+        let mut middles = Middles::none(simd);
+        for item in &*items {
+            middles.add(middle(item.load(simd)));
         }
         let mut pending = vec![Pending {
             from: 0,
             to: items.len(),
             parent: None,
             depth: 0,
+            middles,
         }];
         while let Some(Pending {
             from,
             to,
             parent,
             depth,
+            middles,
         }) = pending.pop()
         {
             let here = binary.nodes.len();
             if let Some(parent) = parent {
                 binary.nodes[parent].link = here as u32;
+            }
+            if to - from >= CHECKED {
+                check();
             }
             let range = &mut items[from..to];
             if let [item] = range {
@@ -300,125 +372,213 @@ impl<S: Simd> Cutting<S> {
                 continue;
             }
             binary.add_inner();
-            let middle = from + self.split(simd, range, depth > usual_depth);
+            let (left_count, sides) = match range.len() {
+                2 => (1, [middles; 2]),
+                3..=FEW => (self.split_few(simd, range), [middles; 2]),
+                _ => self.split(simd, range, &middles, depth > usual_depth),
+            };
+            let middle = from + left_count;
+            let [left, right] = sides;
             pending.push(Pending {
                 from: middle,
                 to,
                 parent: Some(here),
                 depth: depth + 1,
+                middles: right,
             });
             pending.push(Pending {
                 from,
                 to: middle,
                 parent: None,
                 depth: depth + 1,
+                middles: left,
             });
         }
     }
 
-    /// Puts the items of one side first and returns how many these are: some, and not all.
+    /// Puts the items of one side first and returns how many these are - some, and not all - and the middles
+    /// of both.
     #[inline(always)]
-    fn split(&mut self, simd: S, items: &mut [Item], is_deep: bool) -> usize {
-        if items.len() <= 2 {
-            return 1;
-        }
-        let bin_count = (FEWEST_BINS + items.len() / BOXES_A_BIN).min(MOST_BINS);
-        let bins = Bins::over(items, bin_count);
+    fn split(
+        &mut self,
+        simd: S,
+        items: &mut [Item],
+        middles: &Middles<S>,
+        is_deep: bool,
+    ) -> (usize, [Middles<S>; 2]) {
+        let bin_count = match items.len() {
+            0..=32 => MOST_BINS / 4,
+            33..=256 => MOST_BINS / 2,
+            _ => MOST_BINS,
+        };
+        let mut sides = [Middles::none(simd); 2];
+        let bins = Bins::over(simd, middles, bin_count);
         let cut = bins
             .filter(|_| !is_deep)
             .and_then(|bins| Some((bins, self.best_cut(simd, items, &bins, bin_count)?)));
-        match (cut, bins) {
-            (Some((bins, cut)), _) => {
-                let (mut low, mut high) = (0, items.len());
-                while low < high {
-                    if bins.bin(&items[low], cut.axis) <= cut.last {
-                        low += 1;
-                    } else {
-                        high -= 1;
-                        items.swap(low, high);
-                    }
+        if let Some((bins, cut)) = cut {
+            let (mut low, mut high) = (0, items.len());
+            while low < high {
+                let middle = middle(items[low].load(simd));
+                if bins.bins(simd, middle)[cut.axis] <= cut.last as usize {
+                    sides[0].add(middle);
+                    low += 1;
+                } else {
+                    sides[1].add(middle);
+                    high -= 1;
+                    items.swap(low, high);
                 }
-                low
             }
-            (None, Some(bins)) => {
+            return (low, sides);
+        }
+        let half = items.len() / 2;
+        match bins {
+            Some(bins) => {
                 // The axis on which middles are farthest apart.
                 let axis = (0..3)
                     .min_by(|&a, &b| {
-                        let spread = |axis: usize| match bins.rate[axis] {
+                        let spread = |axis: usize| match bins.rates[axis] {
                             0.0 => f32::INFINITY,
                             rate => rate,
                         };
                         spread(a).total_cmp(&spread(b))
                     })
                     .unwrap_or(0);
-                let half = items.len() / 2;
                 items.select_nth_unstable_by(half, |a, b| {
                     let by_middle = a.middle(axis).total_cmp(&b.middle(axis));
                     by_middle.then(a.surface().cmp(&b.surface()))
                 });
-                half
             }
             // Boxes with one middle lie one in the other: the smaller ones apart from the larger.
-            (None, None) => {
-                let half = items.len() / 2;
+            None => {
                 items.select_nth_unstable_by(half, |a, b| {
                     let by_area = a.half_area().total_cmp(&b.half_area());
                     by_area.then(a.surface().cmp(&b.surface()))
                 });
-                half
             }
         }
+        for (side, items) in sides.iter_mut().zip([&items[..half], &items[half..]]) {
+            for item in items {
+                side.add(middle(item.load(simd)));
+            }
+        }
+        (half, sides)
     }
 
     /// Returns the cut that costs least, in groups of surfaces.
     #[inline(always)]
-    fn best_cut(&mut self, simd: S, items: &[Item], bins: &Bins, bin_count: usize) -> Option<Cut> {
+    fn best_cut(
+        &mut self,
+        simd: S,
+        items: &[Item],
+        bins: &Bins<S>,
+        bin_count: usize,
+    ) -> Option<Cut> {
         for axis in 0..3 {
-            self.bins[axis][..bin_count].fill(self.empty);
+            self.bins[axis][..bin_count].fill(f32x8::splat(simd, f32::INFINITY));
+            self.counts[axis][..bin_count].fill(0);
         }
         for item in items {
-            let bounds = f32x8::from_slice(simd, &item.0);
+            let bounds = item.load(simd);
+            let places = bins.bins(simd, middle(bounds));
             for axis in 0..3 {
-                let bin = &mut self.bins[axis][bins.bin(item, axis) as usize];
-                bin.bounds = bin.bounds.min(bounds);
-                bin.count += 1;
+                let bin = &mut self.bins[axis][places[axis]];
+                *bin = bin.min(bounds);
+                self.counts[axis][places[axis]] += 1;
             }
         }
-        let group_count = |count: u32| count.div_ceil(LANES as u32) as f32;
         let mut best = None;
-        let mut least = f32::INFINITY;
         for axis in 0..3 {
-            if bins.rate[axis] == 0.0 {
-                continue;
+            if bins.rates[axis] != 0.0 {
+                self.better_cut(simd, axis, bin_count, &mut best);
             }
-            let row = &self.bins[axis][..bin_count];
-            // Costs of what is right of each cut, from the right; then of what is left.
-            let mut right_costs = [0.0; MOST_BINS];
-            let mut right = self.empty;
-            for (i, bin) in row.iter().enumerate().skip(1).rev() {
-                right.bounds = right.bounds.min(bin.bounds);
-                right.count += bin.count;
-                right_costs[i - 1] = half_area(&right.bounds.into()) * group_count(right.count);
+        }
+        best.map(|(_, cut)| cut)
+    }
+
+    /// Puts at most [`FEW`] items in the order of the axis that they are cut best along, and returns how many are left
+    /// of the cut: all cuts are compared.
+    #[inline(always)]
+    fn split_few(&mut self, simd: S, items: &mut [Item]) -> usize {
+        let count = items.len();
+        let bin_count = count.next_multiple_of(4);
+        let mut best = None;
+        let mut keys = [[f32::INFINITY; FEW]; 3];
+        for (i, item) in items.iter().enumerate() {
+            for axis in 0..3 {
+                keys[axis][i] = item.middle(axis);
             }
-            let mut left = self.empty;
-            for (i, bin) in row[..bin_count - 1].iter().enumerate() {
-                left.bounds = left.bounds.min(bin.bounds);
-                left.count += bin.count;
-                if left.count == 0 || left.count as usize == items.len() {
-                    continue;
-                }
-                let cost =
-                    half_area(&left.bounds.into()) * group_count(left.count) + right_costs[i];
-                if cost < least {
-                    least = cost;
-                    best = Some(Cut {
-                        axis,
-                        last: i as u32,
-                    });
+        }
+        for axis in 0..3 {
+            self.bins[axis][..bin_count].fill(f32x8::splat(simd, f32::INFINITY));
+            self.counts[axis][..bin_count].fill(0);
+            let row = f32x8::from_slice(simd, &keys[axis]);
+            for (i, item) in items.iter().enumerate() {
+                // Each to the place that it has in order.
+                let key = f32x8::splat(simd, keys[axis][i]);
+                let before = row.simd_lt(key).to_bitmask() as u32;
+                let same = row.simd_eq(key).to_bitmask() as u32 & ((1 << i) - 1);
+                let place = (before | same).count_ones() as usize % FEW;
+                self.bins[axis][place] = item.load(simd);
+                self.counts[axis][place] = 1;
+            }
+            self.better_cut(simd, axis, bin_count, &mut best);
+        }
+        let cut = best.map_or(Cut { axis: 0, last: 0 }, |(_, cut)| cut);
+        for (item, bin) in items.iter_mut().zip(&self.bins[cut.axis]) {
+            item.0 = (*bin).into();
+        }
+        cut.last as usize + 1
+    }
+
+    /// Compares the cuts along an axis with the best so far.
+    #[inline(always)]
+    fn better_cut(
+        &mut self,
+        simd: S,
+        axis: usize,
+        bin_count: usize,
+        best: &mut Option<(f32, Cut)>,
+    ) {
+        let (bins, counts) = (&self.bins[axis], &self.counts[axis]);
+        let groups = |count: u32| count.div_ceil(LANES as u32) as f32;
+        let [of_left, of_right] = &mut self.extents;
+        let [left_groups, right_groups] = &mut self.groups;
+        let extent = |bounds: f32x8<S>| -> [f32; 4] {
+            let (low, high) = bounds.split();
+            (-(low + high)).into()
+        };
+        let (mut bounds, mut count) = (f32x8::splat(simd, f32::INFINITY), 0);
+        for i in 0..bin_count {
+            bounds = bounds.min(bins[i]);
+            count += counts[i];
+            of_left[4 * i..4 * i + 4].copy_from_slice(&extent(bounds));
+            left_groups[i] = groups(count);
+        }
+        (bounds, count) = (f32x8::splat(simd, f32::INFINITY), 0);
+        for i in (0..bin_count).rev() {
+            // What is right of the plane after this bin.
+            of_right[4 * i..4 * i + 4].copy_from_slice(&extent(bounds));
+            right_groups[i] = groups(count);
+            bounds = bounds.min(bins[i]);
+            count += counts[i];
+        }
+        let areas = |extents: &[f32; 4 * MOST_BINS], i: usize| {
+            let four = extents[4 * i..4 * i + 16].try_into().unwrap_or(&[0.0; 16]);
+            let [x, y, z, _] = simd.load_four_interleaved_f32x4(four);
+            x * y + y * z + z * x
+        };
+        for i in (0..bin_count).step_by(4) {
+            let left = areas(of_left, i) * f32x4::from_slice(simd, &left_groups[i..i + 4]);
+            let right = areas(of_right, i) * f32x4::from_slice(simd, &right_groups[i..i + 4]);
+            let costs: [f32; 4] = (left + right).into();
+            for (place, &cost) in (i as u32..).zip(&costs) {
+                // Nothing on one side costs what is no number.
+                if cost < best.map_or(f32::INFINITY, |(least, _)| least) {
+                    *best = Some((cost, Cut { axis, last: place }));
                 }
             }
         }
-        best
     }
 }
 
@@ -443,7 +603,7 @@ mod tests {
     fn piles_are_balanced_and_complete() {
         for share in [0.0, 1.0] {
             let boxes = nested(100_000, share);
-            let binary = Binary::new(boxes.clone());
+            let binary = Binary::new(boxes.clone().into_iter());
             let mut seen = vec![false; boxes.len()];
             let mut pending = vec![(0, 1)];
             let mut deepest = 0;

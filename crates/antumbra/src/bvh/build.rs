@@ -54,12 +54,12 @@ impl<'a> Held<'a> {
     }
 
     /// Returns the boxes of the surfaces.
-    pub(super) fn boxes(&self) -> Vec<FrameBox> {
+    pub(super) fn boxes(&self) -> impl ExactSizeIterator<Item = FrameBox> {
         let frame = Frame::new(self.bounds);
-        checked(0..self.count() as u32)
-            .map(|number| self.occluders.surface_bounds(self.surface(number)))
-            .map(|bounds| FrameBox::new(&frame, &bounds))
-            .collect()
+        (0..self.count() as u32).map(move |number| {
+            let bounds = self.occluders.surface_bounds(self.surface(number));
+            FrameBox::new(&frame, &bounds)
+        })
     }
 }
 
@@ -98,8 +98,9 @@ impl Bvh {
         let groups = triangles * triangle_group + others * sphere_group;
         let nodes = surface_count as f64 * node / FULL[1];
         let taken = ((groups + nodes) / FULL[0]) as u64;
-        // For each surface two nodes of the binary tree and how they are cut, until all is written.
-        let binary = 2 * (size_of::<BinaryNode>() + size_of::<Choice>());
+        // For each surface two nodes of the binary tree and how they are cut, until all is written, and how the wide
+        // tree is laid out: about one and a half words, in a vector that has grown.
+        let binary = 2 * (size_of::<BinaryNode>() + size_of::<Choice>()) + 3 * size_of::<u32>();
         [taken + (binary * surface_count) as u64, taken]
     }
 
@@ -249,16 +250,20 @@ impl<'a> Plan<'a> {
         };
         // As exactly `i + 1` children: the best split between left and right.
         let mut costs = [f32::INFINITY; WIDTH];
-        let mut shares = [0u8; WIDTH];
-        for i in 1..WIDTH {
-            for share in 1..=i {
-                let cost = left.of_children[share - 1] + right.of_children[i - share];
-                if cost < costs[i] {
-                    costs[i] = cost;
-                    shares[i] = share as u8;
-                }
+        let mut shares = [0u32; WIDTH];
+        let mut shifted = [f32::INFINITY; 2 * WIDTH];
+        shifted[WIDTH..].copy_from_slice(&right.of_children);
+        for share in 1..WIDTH {
+            // Where the left side takes so many, the right side has the others.
+            let left = left.of_children[share - 1];
+            for i in 0..WIDTH {
+                let cost = left + shifted[WIDTH + i - share];
+                let is_less = cost < costs[i];
+                costs[i] = if is_less { cost } else { costs[i] };
+                shares[i] = if is_less { share as u32 } else { shares[i] };
             }
         }
+        let mut shares = shares.map(|share| share as u8);
         // As one child: a group of shapes, or a node with eight children.
         let is_groupable = surface_count <= LANES as u32
             && matches!(content, Content::Triangles | Content::Spheres);
@@ -289,29 +294,82 @@ impl<'a> Plan<'a> {
     }
 
     /// Returns the children of the wide node that a subtree becomes.
-    fn wide_children(&self, node: usize) -> Vec<usize> {
-        let mut children = Vec::with_capacity(WIDTH);
+    fn wide_children(&self, node: usize) -> Wide {
+        let mut children = Wide::default();
         let Some([left, right]) = self.binary.children(node).filter(|_| !self.is_group(node))
         else {
             // The root of a scene of a few shapes.
-            return vec![node];
+            children.push(node);
+            return children;
         };
         let share = self.choices[node].left_share(1);
-        let mut pending = vec![(right, WIDTH - share), (left, share)];
-        while let Some((node, mut slots)) = pending.pop() {
+        // All together never wait for more children than a node has.
+        let mut pending = [(0, 0); WIDTH];
+        pending[0] = (right, WIDTH - share);
+        pending[1] = (left, share);
+        let mut height = 2;
+        while height > 0 {
+            height -= 1;
+            let (node, mut slots) = pending[height];
             while slots > 1 && self.choices[node].left_share(slots) == 0 {
                 slots -= 1;
             }
             match self.binary.children(node) {
                 Some([left, right]) if slots > 1 => {
                     let share = self.choices[node].left_share(slots);
-                    pending.push((right, slots - share));
-                    pending.push((left, share));
+                    pending[height] = (right, slots - share);
+                    pending[height + 1] = (left, share);
+                    height += 2;
                 }
                 _ => children.push(node),
             }
         }
         children
+    }
+
+    /// Returns the children in the order in which a ray asks them, groups first, and how many of these there are.
+    fn ordered_children(&self, node: usize) -> (Wide, usize) {
+        let mut children = self.wide_children(node);
+        // Leaves first; then those that a ray hits most likely.
+        let key = |&node: &u32| {
+            let node = node as usize;
+            (!self.is_group(node), self.bounds(node).half_area())
+        };
+        children.as_mut().sort_by(|a, b| {
+            let ((is_a_node, a), (is_b_node, b)) = (key(a), key(b));
+            is_a_node.cmp(&is_b_node).then(b.total_cmp(&a))
+        });
+        let groups = children.as_ref().iter();
+        let group_count = groups
+            .filter(|&&child| self.is_group(child as usize))
+            .count();
+        (children, group_count)
+    }
+}
+
+/// The children of a wide node, as nodes of the binary tree.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wide {
+    nodes: [u32; WIDTH],
+    count: usize,
+}
+
+impl Wide {
+    fn push(&mut self, node: usize) {
+        self.nodes[self.count] = node as u32;
+        self.count += 1;
+    }
+}
+
+impl AsRef<[u32]> for Wide {
+    fn as_ref(&self) -> &[u32] {
+        &self.nodes[..self.count]
+    }
+}
+
+impl AsMut<[u32]> for Wide {
+    fn as_mut(&mut self) -> &mut [u32] {
+        &mut self.nodes[..self.count]
     }
 }
 
@@ -323,110 +381,98 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Takes room for all nodes and groups: vectors that grow would take twice as much.
-    fn take_room(&mut self) {
+    /// Lays out the nodes and takes room for them and for all groups: vectors that grow would take twice as much.
+    /// Returns for each node how many children and groups it has, and its children. Nodes come depth first, so that
+    /// a node's first inner child is the next in memory.
+    fn lay_out(&mut self) -> Vec<u32> {
+        let mut laid = Vec::new();
         let mut node_count = 0;
         let mut counts = [0; 4];
-        let mut pending = vec![0];
-        while let Some(node) = pending.pop() {
+        let mut pending = vec![(0, 1)];
+        while let Some((node, depth)) = pending.pop() {
+            check();
             node_count += 1;
-            for child in self.plan.wide_children(node) {
-                if self.plan.is_group(child) {
-                    counts[self.plan.choices[child].content() as usize] += 1;
-                } else {
-                    pending.push(child);
-                }
+            self.bvh.depth = self.bvh.depth.max(depth);
+            let (children, group_count) = self.plan.ordered_children(node);
+            let (groups, inner) = children.as_ref().split_at(group_count);
+            for &group in groups {
+                counts[self.plan.choices[group as usize].content() as usize] += 1;
             }
+            let inner = inner.iter().rev();
+            pending.extend(inner.map(|&child| (child as usize, depth + 1)));
+            laid.push((children.count << 4 | group_count) as u32);
+            laid.extend_from_slice(children.as_ref());
         }
         let [triangle_count, sphere_count, other_count, mixed_count] = counts;
         self.bvh.nodes.reserve_exact(node_count);
         self.bvh.triangles.reserve_exact(triangle_count);
         self.bvh.spheres.reserve_exact(sphere_count);
         self.bvh.others.reserve_exact(other_count + mixed_count);
+        laid
     }
 
     fn write(&mut self) {
-        self.take_room();
-        // Depth first, so that a node's first inner child is the next in memory.
-        struct Pending {
-            binary: usize,
-            parent: Option<(usize, usize)>,
-            depth: usize,
-        }
-        let mut pending = vec![Pending {
-            binary: 0,
-            parent: None,
-            depth: 1,
-        }];
-        while let Some(Pending {
-            binary,
-            parent,
-            depth,
-        }) = pending.pop()
-        {
+        let laid = self.lay_out();
+        let mut laid = laid.as_slice();
+        // Children whose numbers their parents wait for, on top the next.
+        let mut due: Vec<(usize, usize)> = Vec::new();
+        while let [counts, rest @ ..] = laid {
             check();
             let index = self.bvh.nodes.len();
-            self.bvh.depth = self.bvh.depth.max(depth);
-            if let Some((parent, slot)) = parent {
+            if let Some((parent, slot)) = due.pop() {
                 self.bvh.nodes[parent].children[slot] = Child::new(ChildKind::Node, index);
             }
-            let mut children = self.plan.wide_children(binary);
-            // Leaves first; then those that a ray hits most likely.
-            let area = |node: usize| self.plan.bounds(node).half_area();
-            children.sort_by(|&a, &b| {
-                let is_node = |node: usize| !self.plan.is_group(node);
-                is_node(a)
-                    .cmp(&is_node(b))
-                    .then(area(b).total_cmp(&area(a)))
-            });
+            let (count, group_count) = ((counts >> 4) as usize, (counts & 15) as usize);
+            let (children, rest) = rest.split_at(count);
+            laid = rest;
             let mut node = Node {
                 planes: [[FAR_AWAY; WIDTH]; 6],
                 children: [Child::NONE; WIDTH],
             };
-            let first_pending = pending.len();
             for (slot, &child) in children.iter().enumerate() {
-                let bounds = self.plan.bounds(child);
+                let bounds = self.plan.bounds(child as usize);
                 for axis in 0..3 {
                     node.planes[axis][slot] = bounds.min[axis];
                     node.planes[axis + 3][slot] = bounds.max[axis];
                 }
-                if self.plan.is_group(child) {
-                    node.children[slot] = self.group(child);
-                } else {
-                    pending.push(Pending {
-                        binary: child,
-                        parent: Some((index, slot)),
-                        depth: depth + 1,
-                    });
+                if slot < group_count {
+                    node.children[slot] = self.group(child as usize);
                 }
             }
-            pending[first_pending..].reverse();
+            due.extend((group_count..count).rev().map(|slot| (index, slot)));
             self.bvh.nodes.push(node);
         }
     }
 
     fn group(&mut self, node: usize) -> Child {
-        let mut surfaces = Vec::with_capacity(LANES);
-        let mut pending = vec![node];
-        while let Some(node) = pending.pop() {
-            match self.plan.binary.children(node) {
-                Some(children) => pending.extend(children),
-                None => {
-                    let number = self.plan.binary.nodes[node].surface();
-                    surfaces.extend(number.map(|number| self.held.surface(number)));
+        let mut surfaces = [SurfaceId(u32::MAX); LANES];
+        let mut count = 0;
+        // Depth first, a group's nodes come one after the other, until no side is due.
+        let mut due = 1;
+        for node in &self.plan.binary.nodes[node..] {
+            match node.surface() {
+                Some(number) => {
+                    surfaces[count] = self.held.surface(number);
+                    count += 1;
+                    due -= 1;
                 }
+                None => due += 1,
+            }
+            if due == 0 {
+                break;
             }
         }
+        let surfaces = &mut surfaces[..count];
         surfaces.sort_unstable();
         let bvh = &mut *self.bvh;
         match self.plan.choices[node].content() {
             Content::Triangles => {
-                let group = TriangleGroup::new(self.held.occluders, &bvh.frame, &surfaces);
+                let group = TriangleGroup::new(self.held.occluders, &bvh.frame, surfaces);
                 bvh.triangles.push(group);
                 Child::new(ChildKind::Triangles, bvh.triangles.len() - 1)
             }
             Content::Spheres => {
-                let group = SphereGroup::new(self.held.occluders, &bvh.frame, &surfaces);
+                let group = SphereGroup::new(self.held.occluders, &bvh.frame, surfaces);
                 bvh.spheres.push(group);
                 Child::new(ChildKind::Spheres, bvh.spheres.len() - 1)
             }

@@ -27,6 +27,10 @@ use crate::Counters;
 /// slower on scenes of all kinds.
 pub(super) const FARTHEST_APART: f32 = 1.0 / 16.0;
 
+/// Nor do those farther apart than so many groups side by side, if all groups lie in a square as wide as the frame:
+/// together they would walk through much that none of them meets alone.
+const MOST_GROUPS_APART: f32 = 12.0;
+
 /// As many segments are tested against a triangle together.
 const MANY: u32 = 4;
 
@@ -55,6 +59,7 @@ impl Bvh {
             bvh: self,
             occluders,
             light,
+            farthest_apart: FARTHEST_APART.min(self.farthest_by_groups()),
             last: Child::NONE,
             steps: 0,
             tests: 0,
@@ -63,12 +68,19 @@ impl Bvh {
         counters.steps += many.steps;
         counters.intersections += many.tests;
     }
+
+    fn farthest_by_groups(&self) -> f32 {
+        let group_count = self.triangles.len() + self.spheres.len() + self.others.len();
+        2.0 * MOST_GROUPS_APART / (group_count as f32).sqrt()
+    }
 }
 
 struct Many<'a> {
     bvh: &'a Bvh,
     occluders: &'a Occluders,
     light: &'a LightShape,
+    /// Starts that walk together lie no farther apart, in the frame's units.
+    farthest_apart: f32,
     /// The leaf that blocked the last segment that was blocked.
     last: Child,
     steps: u64,
@@ -178,7 +190,7 @@ impl Group<'_, '_> {
             let part = pending[count];
             if part.count_ones() > FEW {
                 let starts = self.rays.start_box(part);
-                if starts.extent() <= FARTHEST_APART
+                if starts.extent() <= self.many.farthest_apart
                     && let Some(hull) = Hull::new(&self.many.bvh.frame, &starts, self.many.light)
                 {
                     blocked |= self.walk(simd, Some(&hull), part);

@@ -1,7 +1,7 @@
 //! A bounding volume hierarchy: the surfaces in a tree of boxes, for rays of all kinds.
 //!
 //! In: the surfaces. Out: any-hit and nearest-hit queries with the bits of the reference. The tree is
-//! built from the top down (Wald 2007) and made eight wide (Ylitie et al. 2017). Boxes and filters are `f32` in a frame of the scene's own
+//! built from the top down (Wald 2007), made better (Meister and Bittner 2018) and eight wide (Ylitie et al. 2017). Boxes and filters are `f32` in a frame of the scene's own
 //! ([`Frame`](crate::frame::Frame)), the rule is `Occluders`'.
 //!
 //! Many rays to one light (`many`) are prepared together (`rays`, `offsets`), in an order by place where theirs
@@ -25,6 +25,7 @@ mod offsets;
 mod order;
 mod ray;
 mod rays;
+mod reinsert;
 mod topology;
 mod walk;
 

@@ -110,7 +110,10 @@ impl Bvh {
     /// Builds the tree over the surfaces that words were made of.
     fn of_topology(occluders: &Occluders, Topology(words): &Topology) -> Self {
         let held = Held::all(occluders);
-        Self::of_binary(&held, &Binary::of_words(words, &held.boxes(), INNER))
+        Self::of_binary(
+            &held,
+            &Binary::of_words(words, &held.boxes().collect::<Vec<_>>(), INNER),
+        )
     }
 }
 

@@ -100,8 +100,11 @@ pub(super) fn build(
             method: shadows.method(),
             rival: shadows.rival(),
             viewpoint,
-            // Nobody asks for nearest hits: only `bvh` and `voxel` get the tree.
-            rays: RayMethod::Grid,
+            // Nobody asks for nearest hits: `bvh` and `voxel` get the tree alone, the others the grid alone.
+            rays: match shadows.method() {
+                Method::Bvh | Method::Voxel => RayMethod::Bvh,
+                _ => RayMethod::Grid,
+            },
             grid: cost.grid.unwrap_or_default(),
             refinement: cost.refinement(Refine::Lazy),
             memory_limit: memory_left,
