@@ -8,14 +8,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 /// Who answers shadow queries: our methods, then the rivals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shadows {
-    /// Whatever is fastest: an exact shadow map for each light, where it pays, and rays
+    /// Whatever is fastest: an exact shadow map for each light, where it pays, and rays for the rest
+    #[default]
     Auto,
     /// Voxel occlusion testing as published in 1990
     #[value(name = "voxel-1990")]
     Voxel1990,
     /// Exact values in voxels, on any mesh, refined where that saves time; lists of few potential
     /// blockers; rays for the rest
-    #[default]
     Voxel,
     /// A walk through the uniform grid for each query
     Grid,

@@ -135,6 +135,11 @@ pub fn render(
     let [columns, _] = lattice(size, settings.sampling);
     let sample_count = work(size, settings.sampling) as usize;
     let stride = settings.aovs.channel_count(lights.len());
+    for light in 0..lights.len() {
+        // About as many samples see something that faces a light.
+        let index = prepared.index();
+        index.expect_queries(light, sample_count as u64 / 2);
+    }
     let mut pixels = vec![[0.0f32; 3]; sample_count];
     let mut shares = vec![0.0f32; stride * sample_count];
 

@@ -82,7 +82,7 @@ fn occluders(triangles: &[Triangle]) -> Arc<Occluders> {
     Arc::new(builder.build())
 }
 
-/// Every method but the one that tests all surfaces; the second of `voxel` has all its values and columns.
+/// Every method but the one that tests all surfaces; values and maps are made before.
 fn indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(&'static str, ShadowIndex)> {
     let builder = || ShadowIndex::builder(occluders.clone(), lights.to_vec());
     let refinement = |refine| Refinement {
@@ -103,9 +103,15 @@ fn indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(&'static s
                 .refinement(refinement(Refine::Eager)),
         ),
         (
-            "voxel, columns",
+            "auto",
             builder()
-                .method(Method::Voxel)
+                .method(Method::Auto)
+                .refinement(refinement(Refine::Eager)),
+        ),
+        (
+            "auto, asked",
+            builder()
+                .method(Method::Auto)
                 .refinement(refinement(Refine::Asked)),
         ),
     ]
@@ -521,7 +527,13 @@ fn fans_nested_boxes_and_heaps_are_built_about_as_fast_as_a_ball() {
         ("one middle", with_one_middle(COUNT)),
     ];
     for (name, triangles) in &scenes {
-        for method in [Method::Naive, Method::Grid, Method::Bvh, Method::Voxel] {
+        for method in [
+            Method::Naive,
+            Method::Grid,
+            Method::Bvh,
+            Method::Voxel,
+            Method::Auto,
+        ] {
             // Turn and turn about; the least of each is what it takes. What goes with the square of the number
             // takes a hundred times as long.
             let (mut least, mut usual) = (Duration::MAX, Duration::MAX);

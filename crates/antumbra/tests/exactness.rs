@@ -148,6 +148,18 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
             .expect("settings are in range");
         indices.push((format!("Voxel {refinement:?}"), index));
     }
+    for refine in [Refine::Eager, Refine::Asked, Refine::Lazy] {
+        let index = ShadowIndex::builder(occluders.clone(), lights.clone())
+            .method(Method::Auto)
+            .grid(GridResolution::Fixed([1; 3]))
+            .refinement(Refinement {
+                refine,
+                ..Refinement::default()
+            })
+            .build()
+            .expect("settings are in range");
+        indices.push((format!("Auto {refine:?}"), index));
+    }
     let by_tree = ShadowIndex::builder(occluders, lights)
         .method(Method::Bvh)
         .grid(GridResolution::Fixed([1; 3]))

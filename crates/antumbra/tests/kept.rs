@@ -117,6 +117,7 @@ impl World {
 
     fn builder(&self) -> antumbra::Builder {
         ShadowIndex::builder(Arc::clone(&self.occluders), self.lights.clone())
+            .method(Method::Voxel)
             .refinement(self.refinement)
     }
 

@@ -12,7 +12,8 @@ use antumbra_geometry::{
 use antumbra_testkit::nasty;
 use antumbra_testkit::oracle::{Oracle, OraclePoint, OracleShape, OracleSurface};
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 6] = [
+    Method::Auto,
     Method::Voxel1990,
     Method::Voxel,
     Method::Grid,

@@ -38,7 +38,8 @@ impl Random {
     }
 }
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 6] = [
+    Method::Auto,
     Method::Voxel1990,
     Method::Voxel,
     Method::Grid,

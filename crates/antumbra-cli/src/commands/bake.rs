@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use antumbra::{BuildError, Refine, Refusal, ShadowIndex};
+use antumbra::{BuildError, Method, Refine, Refusal, ShadowIndex};
 use antumbra_render::prepare::{
     Gathered, PrepareError, PrepareOptions, scene_bytes, surface_bytes,
 };
@@ -125,6 +125,7 @@ pub(super) fn gathered(
     need.check(limit)?;
     let gathered = Gathered::of(scene)?;
     let mut options = PrepareOptions {
+        method: Method::Voxel,
         grid: cost.grid.unwrap_or_default(),
         refinement: cost.refinement(Refine::Eager),
         ..PrepareOptions::default()

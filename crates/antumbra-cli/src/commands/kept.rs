@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use antumbra::{KeptLight, LoadError, Refusal, Saved, ShadowIndex};
+use antumbra::{KeptLight, LoadError, Method, Refusal, Saved, ShadowIndex};
 use antumbra_files::Identity;
 use antumbra_render::aov::light_names;
 use antumbra_scene::model::Light;
@@ -12,6 +12,7 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::outputs::{self, Content, Outputs};
+use crate::methods::Shadows;
 use crate::screen::Screen;
 
 /// Where values come from and go to.
@@ -33,6 +34,16 @@ impl KeptFiles {
     pub(super) fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
         let path = self.save_occlusion.as_ref();
         outputs.add_if("--save-occlusion", path, Content::Values)
+    }
+
+    /// Returns the method that answers: files hold what `voxel` knows, so that is the usual one with a file.
+    pub(super) fn method(&self, shadows: Shadows) -> Method {
+        match shadows.method() {
+            Method::Auto if self.occlusion.is_some() || self.save_occlusion.is_some() => {
+                Method::Voxel
+            }
+            method => method,
+        }
     }
 
     /// Refuses to write the file that values are taken from, but for values: then it is updated.

@@ -130,7 +130,7 @@ impl Builder {
 
     /// Takes the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to a file, instead of
     /// making them: those of all lights whose kind and pose are in it, in any order
-    /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. The file is only
+    /// ([`ShadowIndex::kept_lights`] tells which). [`Method::Auto`] becomes [`Method::Voxel`] then. The others are made as without a file. The file is only
     /// read, and not needed any more once the index is built; values that are made later go on from it.
     #[must_use]
     pub fn occlusion_file(mut self, path: impl Into<PathBuf>) -> Self {
@@ -145,7 +145,10 @@ impl Builder {
     /// A light or a setting is out of range, the memory limit is too small, or the file of
     /// [`Builder::occlusion_file`] is refused: it was cut off or damaged, is something else, or is about another
     /// scene or other settings.
-    pub fn build(self) -> Result<ShadowIndex, BuildError> {
+    pub fn build(mut self) -> Result<ShadowIndex, BuildError> {
+        if self.method == Method::Auto && self.occlusion_file.is_some() {
+            self.method = Method::Voxel;
+        }
         // What was asked for must be possible before anything is taken.
         for (index, light) in self.lights.iter().enumerate() {
             check_light(index, light)?;

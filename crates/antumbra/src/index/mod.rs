@@ -487,7 +487,7 @@ impl ShadowIndex {
     }
 
     pub(crate) fn adaptive(&self) -> Option<&AdaptiveValues> {
-        self.adaptive.as_ref()
+        self.adaptive.as_ref().filter(|values| !values.has_maps())
     }
 
     /// Returns how often what a light knows of [`Method::Voxel`], or a part of it, was dropped because all that lights

@@ -25,7 +25,8 @@ use crate::frame::Frame;
 pub(super) struct StartPlane {
     /// `f32`: a corner and the slopes of the plane, along the axes beside the normal's, in turn, and the corner along
     /// the normal's between them; two pairs of `i16`: the coefficients of the coordinates of the two other
-    /// corners; `f32`: what all coordinates sum to, its last bits [`AXIS`] and [`IS_BEHIND`].
+    /// corners; `f32`: what all coordinates sum to, its last bits [`AXIS`], [`IS_BEHIND`] and
+    /// [`IS_CLEAR`].
     words: [u32; 8],
 }
 
@@ -33,6 +34,8 @@ pub(super) struct StartPlane {
 const AXIS: u32 = 0b0011;
 /// Set if the light is behind.
 const IS_BEHIND: u32 = 0b0100;
+/// Set if the triangle is not opaque, so that nothing lists it.
+const IS_CLEAR: u32 = 0b1000;
 const FLAGS: u32 = 0b1111;
 
 /// The largest coefficient.
@@ -108,9 +111,21 @@ impl StartPlane {
             occluders.triangle_positions(triangle),
             occluders.dominant_axis(triangle),
         ) {
-            (Some(corners), Some(axis)) => Self::new(frame, corners, axis, is_behind),
+            (Some(corners), Some(axis)) => {
+                let mut plane = Self::new(frame, corners, axis, is_behind);
+                if !occluders.is_opaque(triangle) {
+                    plane.words[7] |= IS_CLEAR;
+                }
+                plane
+            }
             _ => Self::NOWHERE,
         }
+    }
+
+    /// Returns 1 if the triangle is not opaque.
+    #[inline(always)]
+    pub(super) fn clear_bit(&self) -> u32 {
+        (self.words[7] & IS_CLEAR) / IS_CLEAR
     }
 
     /// Returns whether the light is behind, if a point is where the start on this triangle is.

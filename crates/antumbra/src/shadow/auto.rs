@@ -131,7 +131,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     pub(super) fn answer_one_by_map(&self, start: &Start, counters: &mut Counters) -> Answer {
         let light = self.light_number;
         let is_refining = self.values.is_refining();
-        let is_sampled = is_refining && draw().is_multiple_of(SAMPLED);
+        let is_sampled = is_refining && (self.values.is_asked() || draw().is_multiple_of(SAMPLED));
         // What reading the clock takes comes beside.
         let begin = is_sampled.then(|| (Reading::now(), Reading::now()));
         let known = self.values.known(light);

@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use crate::Refine;
     use crate::occlusion::testing::Random;
-    use crate::occlusion::{Depth, Making};
+    use crate::occlusion::{Depth, Knowledge, Making};
 
     fn values() -> AdaptiveValues {
         let mut builder = Occluders::builder();
@@ -109,6 +109,7 @@ mod tests {
                 long_list: 32,
             },
             refine: Refine::Asked,
+            knowledge: Knowledge::Values,
             most_bytes: 1 << 20,
         };
         let lights = [LightShape::Direction(DVec3::Z)];

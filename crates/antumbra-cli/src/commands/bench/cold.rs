@@ -17,7 +17,7 @@ use super::record::Recorded;
 /// Frames of one camera in which values may pay. All are asked: who is ahead by a hair may fall back.
 const MOST_FRAMES: u32 = 16;
 
-/// What was found about cold `voxel`.
+/// What was found about cold `auto`.
 pub(super) struct Cold {
     /// The first frame's queries.
     pub(super) measured: Measured,
@@ -25,10 +25,10 @@ pub(super) struct Cold {
     pub(super) break_even: Option<BreakEven>,
 }
 
-/// From how many queries on cold `voxel` has taken less time in total than `bvh`.
+/// From how many queries on cold `auto` has taken less time in total than `bvh`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct BreakEven {
-    /// Median over the rounds; null where `voxel` is still behind after `most_frames`.
+    /// Median over the rounds; null where `auto` is still behind after `most_frames`.
     queries: Option<f64>,
     most_frames: u32,
     /// Queries of a frame.
@@ -40,18 +40,18 @@ impl BreakEven {
     pub(super) fn row(&self) -> String {
         match self.queries {
             Some(queries) => format!(
-                "  cold voxel has taken less time than bvh from {queries:.0} queries on, {:.2} frames",
+                "  cold auto has taken less time than bvh from {queries:.0} queries on, {:.2} frames",
                 queries / self.frame_queries as f64
             ),
             None => format!(
-                "  cold voxel has not taken less time than bvh within {} frames",
+                "  cold auto has not taken less time than bvh within {} frames",
                 self.most_frames
             ),
         }
     }
 }
 
-/// Measures cold `voxel`, if it is among the methods and makes values on the way. `more` records
+/// Measures cold `auto`, if it is among the methods and makes its maps on the way. `more` records
 /// further frames of the camera, from 1 on. Leaves no values behind.
 pub(super) fn measure(
     ours: &mut [Built],
@@ -63,7 +63,7 @@ pub(super) fn measure(
     thread_count: usize,
 ) -> Option<Cold> {
     let position = |ours: &[Built], name| ours.iter().position(|built| built.method.name() == name);
-    let voxel = position(ours, "voxel").filter(|_| refine != Refine::Eager)?;
+    let auto = position(ours, "auto").filter(|_| refine != Refine::Eager)?;
     let bvh = position(ours, "bvh");
     let mut cold = Cold {
         measured: Measured::default(),
@@ -72,7 +72,7 @@ pub(super) fn measure(
     let mut later: Vec<Recorded> = Vec::new();
     let mut break_evens = Vec::new();
     for round in 0..rounds {
-        ours[voxel].method.index_mut().forget_values();
+        ours[auto].method.index_mut().forget_values();
         let mut race = Race::default();
         for frame in 0..MOST_FRAMES {
             let recorded = match frame.checked_sub(1) {
@@ -93,12 +93,12 @@ pub(super) fn measure(
                 times(&*loaded, &recorded.is_shadowed, stopwatch, thread_count)
             };
             // Who comes first finds the queries in no cache: both take turns.
-            let voxel_first = (round + frame).is_multiple_of(2).then(|| run(voxel));
+            let auto_first = (round + frame).is_multiple_of(2).then(|| run(auto));
             let by_rays = bvh.map(run);
-            let (by_voxel, differences) = voxel_first.unwrap_or_else(|| run(voxel));
+            let (by_auto, differences) = auto_first.unwrap_or_else(|| run(auto));
             cold.measured.differences = cold.measured.differences.max(differences);
             if frame == 0 {
-                let time: Duration = by_voxel.iter().sum();
+                let time: Duration = by_auto.iter().sum();
                 let query_count = recorded.is_shadowed.len().max(1) as f64;
                 let time_ns = time.as_secs_f64() * 1e9 / query_count;
                 cold.measured.rounds_ns.push(time_ns);
@@ -108,8 +108,8 @@ pub(super) fn measure(
             };
             let slice = SLICE * thread_count;
             let sizes = recorded.is_shadowed.chunks(slice).map(<[bool]>::len);
-            for ((voxel, rays), queries) in by_voxel.into_iter().zip(by_rays).zip(sizes) {
-                race.run(voxel, rays, queries);
+            for ((auto, rays), queries) in by_auto.into_iter().zip(by_rays).zip(sizes) {
+                race.run(auto, rays, queries);
             }
         }
         break_evens.push(
@@ -117,7 +117,7 @@ pub(super) fn measure(
                 .map_or(f64::INFINITY, |queries| queries as f64),
         );
     }
-    ours[voxel].method.index_mut().forget_values();
+    ours[auto].method.index_mut().forget_values();
     cold.break_even = bvh.map(|_| {
         let queries = measure::median(break_evens.into_iter());
         BreakEven {
@@ -154,7 +154,7 @@ fn times(
 /// Two methods' total times.
 #[derive(Debug, Default)]
 struct Race {
-    voxel: Duration,
+    auto: Duration,
     rays: Duration,
     queries: u64,
     /// Queries after which the first was ahead for the rest of the way.
@@ -162,11 +162,11 @@ struct Race {
 }
 
 impl Race {
-    fn run(&mut self, voxel: Duration, rays: Duration, queries: usize) {
-        self.voxel += voxel;
+    fn run(&mut self, auto: Duration, rays: Duration, queries: usize) {
+        self.auto += auto;
         self.rays += rays;
         self.queries += queries as u64;
-        if self.voxel >= self.rays {
+        if self.auto >= self.rays {
             self.ahead_since = None;
         } else {
             self.ahead_since.get_or_insert(self.queries);
@@ -181,8 +181,8 @@ mod tests {
     #[test]
     fn ahead_counts_from_where_it_lasts() {
         let mut race = Race::default();
-        let ahead = [(3, 4), (9, 2), (1, 6), (1, 2), (2, 2)].map(|(voxel, rays)| {
-            race.run(Duration::from_nanos(voxel), Duration::from_nanos(rays), 10);
+        let ahead = [(3, 4), (9, 2), (1, 6), (1, 2), (2, 2)].map(|(auto, rays)| {
+            race.run(Duration::from_nanos(auto), Duration::from_nanos(rays), 10);
             race.ahead_since
         });
         // Totals: 3 to 4, 12 to 6, 13 to 12, 14 to 14, 16 to 16.

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use antumbra::{Counters, Refine, ShadowCounters, ShadowIndex};
+use antumbra::{Counters, Method, Refine, ShadowCounters, ShadowIndex};
 use antumbra_geometry::{DVec3, Start, SurfaceId};
 use antumbra_render::prepare::{Gathered, PrepareOptions};
 use clap::Args;
@@ -338,6 +338,7 @@ fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result
 fn options(typed: &Kept) -> PrepareOptions {
     let cost = &typed.subjects.cost;
     PrepareOptions {
+        method: Method::Voxel,
         grid: cost.grid.unwrap_or_default(),
         refinement: cost.refinement(Refine::Lazy),
         memory_limit: memory::limit(cost.memory_limit),

@@ -17,9 +17,10 @@ use super::measure::Stopwatch;
 use super::report::Preparation;
 
 /// Rows that exist for every scene in the JSON, `null` where there is no such method.
-pub(super) const KEYS: [&str; 11] = [
+pub(super) const KEYS: [&str; 12] = [
+    "auto_warm_ns",
+    "auto_cold_ns",
     "voxel_warm_ns",
-    "voxel_cold_ns",
     "voxel_1990_ns",
     "grid_ns",
     "bvh_ns",
@@ -41,10 +42,10 @@ pub(super) fn chosen(typed: &[Shadows]) -> Vec<Shadows> {
     }
 }
 
-/// Returns a method's key in the JSON. Values of `voxel` are warm when sets are measured.
+/// Returns a method's key in the JSON. What `auto` and `voxel` know is there when sets are measured.
 pub(super) fn key(name: &str) -> String {
     match name {
-        "voxel" => "voxel_warm_ns".into(),
+        "auto" | "voxel" => format!("{name}_warm_ns"),
         other => format!("{}_ns", other.replace('-', "_")),
     }
 }
@@ -150,5 +151,6 @@ mod tests {
             assert!(KEYS.contains(&key.as_str()), "{key}");
         }
         assert_eq!(key("voxel"), "voxel_warm_ns");
+        assert_eq!(key("auto"), "auto_warm_ns");
     }
 }

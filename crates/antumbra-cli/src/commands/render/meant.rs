@@ -87,7 +87,7 @@ impl Meant {
             },
             exposure: exposure(typed, format, scene, screen),
             prepare: PrepareOptions {
-                method: typed.shadows.method(),
+                method: typed.kept.method(typed.shadows),
                 rival: typed.shadows.rival(),
                 viewpoint: Some(camera.eye),
                 rays: typed.rays.method(),

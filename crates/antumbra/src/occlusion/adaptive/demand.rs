@@ -13,6 +13,7 @@ use super::super::refine::Care;
 use super::making::Scene;
 use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
+use crate::shadow::SAMPLED;
 use crate::clock::Reading;
 
 /// A unit of cost in links, in nanoseconds, as a power of two.
@@ -123,8 +124,8 @@ impl AdaptiveValues {
         }
     }
 
-    /// Makes those cells of a light's map that starts found nothing in, where that pays. Returns how long that took, in
-    /// nanoseconds, 0 if none was made.
+    /// Makes those cells of a light's map that starts found nothing in, where that pays; one start alone stands for
+    /// [`SAMPLED`]. Returns how long that took, in nanoseconds, 0 if none was made.
     pub(crate) fn make_cells(
         &self,
         (lists, map): (&Lists, &Map),
@@ -153,7 +154,13 @@ impl AdaptiveValues {
                 prices.ray_ns(),
             ),
         };
-        match map.make_for(&tables, &asking, each, ray_ns) {
+        let is_made = match *asking {
+            [one] if self.refine == Refine::Lazy => {
+                map.make_for_one(&tables, one, SAMPLED as u32, ray_ns)
+            }
+            _ => map.make_for(&tables, &asking, each, ray_ns),
+        };
+        match is_made {
             true => begin.elapsed_ns().max(1),
             false => 0,
         }

@@ -4,7 +4,7 @@
 
 use antumbra_geometry::{DVec2, DVec3, SurfaceId};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x8, f32x16, u32x8};
 
 use super::super::forms::BOUND;
 use super::super::tables::{NONE, Tables};
@@ -32,8 +32,8 @@ const PAST: f32 = 2.0 * BOUND;
 /// Who asks about a tile.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Asking<'a> {
-    /// Points at these places ([`place_code`]), in order, each of which stands for so many queries.
-    Points(&'a [u16], f32),
+    /// Points at these places ([`place_codes`]), in order, each of which stands for so many queries.
+    Points(&'a [u32], f32),
     /// So many queries, anywhere.
     Anywhere(f32),
 }
@@ -63,26 +63,29 @@ impl<'a> Asking<'a> {
     }
 }
 
-/// Returns a number for a place in a tile, whose digits are its cells, level by level.
+/// Returns numbers for places in tiles, whose digits are their cells, level by level.
 #[inline(always)]
-pub(super) fn place_code(u: f32, v: f32) -> u16 {
-    let along = (1 << (2 * LEVELS)) as f32;
-    let whole = |x: f32| (x * along).clamp(0.0, along - 1.0) as u32;
-    let (u, v) = (whole(u), whole(v));
-    let digit = |shift: u32| (v >> shift & 3) << 2 | u >> shift & 3;
-    (digit(4) << 8 | digit(2) << 4 | digit(0)) as u16
+pub(super) fn place_codes<S: Simd>([u, v]: [f32x8<S>; 2]) -> u32x8<S> {
+    const ALONG: f32 = (1 << (2 * LEVELS)) as f32;
+    let number = |x: f32x8<S>| {
+        let x = (x * ALONG).max(x * 0.0).min(x * 0.0 + (ALONG - 0.5));
+        let whole: u32x8<S> = x.to_int();
+        // The digits apart, two bits for those of the other axis between.
+        (whole & 3) | (whole & 12) << 2 | (whole & 48) << 4
+    };
+    number(u) | number(v) << 2
 }
 
 /// Returns the cell of a node of this level, 0 for the tile's, that holds the place of a code.
 #[inline(always)]
-pub(super) fn digit(code: u16, level: u32) -> usize {
-    usize::from(code >> (CELL_BITS * (LEVELS - 1 - level))) % NODE_CELLS
+pub(super) fn digit(code: u32, level: u32) -> usize {
+    (code >> (CELL_BITS * (LEVELS - 1 - level))) as usize % NODE_CELLS
 }
 
 /// Returns whether two places are in one cell of a level, all in one of level 0.
-pub(super) fn are_in_one_cell(one: u16, other: u16, level: u32) -> bool {
+pub(super) fn are_in_one_cell(one: u32, other: u32, level: u32) -> bool {
     let shift = CELL_BITS * (LEVELS - level);
-    u32::from(one) >> shift == u32::from(other) >> shift
+    one >> shift == other >> shift
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -204,7 +207,7 @@ impl<'a, S: Simd> Builder<'a, S> {
     }
 
     /// Makes the tile itself, or its cell of a level that holds the place of a code.
-    pub(super) fn make(&mut self, level: u32, code: u16, asking: Asking<'_>) -> Made<'_> {
+    pub(super) fn make(&mut self, level: u32, code: u32, asking: Asking<'_>) -> Made<'_> {
         self.words.clear();
         let mut cell = Cell {
             low: [-0.5; 2],

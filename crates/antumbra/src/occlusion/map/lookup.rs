@@ -11,6 +11,7 @@ use super::super::forms::Verdict;
 use super::super::lookup::{BLOCK, Found, Lookup, Source};
 use super::super::many::{FEW, MANY, Numbers, Places, Told, first_bits};
 use super::super::pairs::{Pairs, widened};
+use super::super::planes::StartPlane;
 use super::super::starts::{Asks, Entry, Moved};
 use super::super::tables::NONE;
 use super::words::{BIAS, Word};
@@ -65,7 +66,7 @@ impl AdaptiveValues {
 
 impl AdaptiveValues {
     /// Returns the tiles of starts, as far as they have any, and where in them they are.
-    pub(in super::super) fn places_in_map(&self, map: &Map, starts: &[Start]) -> Vec<(u32, u16)> {
+    pub(in super::super) fn places_in_map(&self, map: &Map, starts: &[Start]) -> Vec<(u32, u32)> {
         let mut all = Vec::with_capacity(starts.len());
         dispatch!(self.level, simd => {
             for starts in starts.chunks(BLOCK) {
@@ -300,9 +301,10 @@ impl<S: Simd> Lookup<'_, S> {
         let (mut there, _) = self.tell_on_triangles(surfaces, places, others);
         let mut listed = there;
         if !self.tables.are_all_opaque() {
-            for number in Numbers(there) {
-                let is_opaque = self.occluders.is_opaque(SurfaceId(surfaces[number]));
-                listed &= !(u64::from(!is_opaque) << number);
+            let planes = self.tables.start_planes();
+            for (number, &surface) in surfaces.iter().enumerate() {
+                let clear = planes.get(surface as usize).map_or(0, StartPlane::clear_bit);
+                listed &= !(u64::from(clear) << number);
             }
         }
         let on_balls = self.tell_on_balls(starts, surfaces, others);

@@ -17,10 +17,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use antumbra_geometry::{DVec2, LightShape, Occluders, SurfaceId};
 use antumbra_task::{check, checked};
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rayon::prelude::*;
 
-use self::build::{Asking, Builder, LEVELS, are_in_one_cell, digit, place_code};
+use self::build::{Asking, Builder, LEVELS, are_in_one_cell, digit, place_codes};
 use self::facet::footprint;
 pub(crate) use self::prices::{Prices, Spent};
 use self::words::{Arena, BIAS, ENTRY, HEAD, NODE_CELLS, Word};
@@ -46,7 +47,7 @@ pub(crate) struct Map {
 
 /// Tiles for a surface, and the fewest and most of them.
 const TILES_EACH: f64 = 1.0 / 8.0;
-const TILE_COUNT: [f64; 2] = [1_024.0, 65_536.0];
+const TILE_COUNT: [f64; 2] = [64.0, 65_536.0];
 
 /// What making a map costs for each surface, tables with it and tiles without, and the mesh of the scene, in nanoseconds.
 const SURFACE_NS: u64 = 450;
@@ -54,6 +55,8 @@ const JOINED_NS: u64 = 350;
 /// What a tile costs, and each surface in it, in nanoseconds.
 const TILE_NS: f32 = 500.0;
 const IN_TILE_NS: f32 = 600.0;
+/// The same for all cells of a tile is so much more.
+const WHOLE_TILE: f32 = 3.0;
 
 /// What one start found, of which more may be known if somebody asks, or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +71,7 @@ pub(super) enum Told {
 /// Where starts are: tiles and their insides, depths.
 pub(super) struct Located<const N: usize> {
     pub(super) tiles: [u32; N],
-    pub(super) codes: [u16; N],
+    pub(super) codes: [u32; N],
     pub(super) depths: [f32; N],
 }
 
@@ -188,7 +191,7 @@ impl Map {
     pub(super) fn make_for(
         &self,
         tables: &Tables<'_>,
-        asking: &[(u32, u16)],
+        asking: &[(u32, u32)],
         each: f32,
         ray_ns: f32,
     ) -> bool {
@@ -216,7 +219,7 @@ impl Map {
     }
 
     /// Sorts places by tiles, and in these.
-    fn sorted(&self, asking: &[(u32, u16)]) -> Vec<(u32, u16)> {
+    fn sorted(&self, asking: &[(u32, u32)]) -> Vec<(u32, u32)> {
         if asking.len() < self.tiles.len() / 8 {
             let mut sorted = asking.to_vec();
             sorted.sort_unstable();
@@ -241,6 +244,31 @@ impl Map {
         sorted
     }
 
+    /// Makes a whole tile for one start that stands for some others, which took a ray of so many nanoseconds each, if
+    /// they have paid for it by now. Returns whether it did.
+    pub(super) fn make_for_one(
+        &self,
+        tables: &Tables<'_>,
+        (tile, code): (u32, u32),
+        others: u32,
+        ray_ns: f32,
+    ) -> bool {
+        let tile = tile as usize;
+        let is_open = self.cell(tile, code).0 == Word::UNASKED;
+        let before = self.asked[tile].fetch_add(others, Ordering::Relaxed);
+        let queries = (before + others) as f32;
+        let price = WHOLE_TILE * (TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32);
+        if !is_open || queries * ray_ns < price {
+            return false;
+        }
+        self.asked[tile].store(0, Ordering::Relaxed);
+        dispatch!(Level::new(), simd => {
+            let mut builder = Builder::new(simd, *tables);
+            self.make_tile(&mut builder, tile, Asking::Anywhere(2.0 * queries));
+        });
+        true
+    }
+
     fn take_up<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize) {
         let views = &self.views.all;
         let number = views.partition_point(|view| view.first <= tile) - 1;
@@ -263,7 +291,7 @@ impl Map {
         &self,
         builder: &mut Builder<'_, S>,
         tile: usize,
-        mut codes: &[u16],
+        mut codes: &[u32],
         each: f32,
     ) -> bool {
         self.take_up(builder, tile);
@@ -282,7 +310,7 @@ impl Map {
 
     /// Returns what is known of a place in a tile, the level of its cell, and where the word stands, `None` for the
     /// tile's.
-    fn cell(&self, tile: usize, code: u16) -> (Word, (u32, Option<usize>)) {
+    fn cell(&self, tile: usize, code: u32) -> (Word, (u32, Option<usize>)) {
         let mut word = Word(self.tiles[tile].load(Ordering::Acquire));
         let mut slot = (0, None);
         while word.is_node() {
@@ -298,7 +326,7 @@ impl Map {
         builder: &mut Builder<'_, S>,
         tile: usize,
         (level, slot): (u32, Option<usize>),
-        code: u16,
+        code: u32,
         asking: Asking<'_>,
     ) -> bool {
         let made = builder.make(level, code, asking);
@@ -322,8 +350,11 @@ impl Map {
     pub(super) fn locate<S: Simd, const N: usize>(&self, simd: S, places: &[[f32; N]; 3]) -> Located<N> {
         let located = self.views.locate(simd, places);
         let mut codes = [0; N];
-        for number in 0..N {
-            codes[number] = place_code(located.within[0][number], located.within[1][number]);
+        for first in (0..N).step_by(8) {
+            let [u, v] = [0, 1].map(|axis: usize| {
+                f32x8::from_slice(simd, &located.within[axis][first..first + 8])
+            });
+            codes[first..first + 8].copy_from_slice(place_codes([u, v]).as_slice());
         }
         Located {
             tiles: located.tiles,

@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn a_map_that_takes_longer_is_asked_seldom_until_it_does_not() {
         let prices = Prices::default();
-        let spent = |each, is_by_map| Spent {
+        let spent = |each: u64, is_by_map| Spent {
             queries: 1_000,
             ns: 1_000 * each,
             made: 0,
