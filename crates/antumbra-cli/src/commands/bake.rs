@@ -72,7 +72,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     };
     let saved = kept::save(&index, path)?;
     // Where nothing is, there is nothing to refine.
-    if saved.pending_count > 0 && index.surface_count() > 0 {
+    if saved.pending_count > 0 && index.occluders().surface_count() > 0 {
         screen.warning(format!(
             "{} voxels and lists are not refined to the end: --occlusion-memory, or what --memory-limit leaves of \
              it, is full",
