@@ -78,7 +78,7 @@ pub(crate) struct SceneFile {
     pub(crate) up: Option<Up>,
 
     /// Light that replaces the file's lights: point:X,Y,Z or point:X,Y,Z/R,G,B; repeatable
-    #[arg(long = "light", value_name = "LIGHT", value_parser = values::light)]
+    #[arg(long = "light", value_name = "LIGHT", value_parser = values::light, allow_hyphen_values = true)]
     pub(crate) lights: Vec<PointLight>,
 
     #[arg(long, help = SUN_HELP, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
@@ -86,7 +86,7 @@ pub(crate) struct SceneFile {
 
     /// Colour behind the scene, linear RGB [default: the file's; for formats that have none a
     /// grey-blue, and black where lights are in candela and lux]
-    #[arg(long, value_name = "R,G,B", value_parser = values::background)]
+    #[arg(long, value_name = "R,G,B", value_parser = values::background, allow_hyphen_values = true)]
     pub(crate) background: Option<Color>,
 }
 
@@ -243,7 +243,7 @@ pub(crate) struct Render {
 
     /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES. Parts left out come from the file's camera;
     /// without one, eye and at are required, up is the scene's and fov is 45
-    #[arg(help_heading = "Picture", long, value_name = "PARTS", value_parser = values::camera)]
+    #[arg(help_heading = "Picture", long, value_name = "PARTS", value_parser = values::camera, allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraParts>,
 
     /// Number of frames of a fly-around to render; the index is built once
@@ -356,12 +356,12 @@ pub(crate) struct Query {
 
     /// How far a point may lie from its surface, in the scene's unit [default: what rounding may have moved it:
     /// 2^-21 of the coordinates of the point and the surface for float32, 2^-42 for float64]
-    #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance)]
+    #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance, allow_hyphen_values = true)]
     pub(crate) tolerance: Option<f64>,
 
     /// Light to ask about: a name, as in the shadow layers of render, or point:X,Y,Z, which replaces the
     /// file's lights; repeatable [default: all, in the file's order]
-    #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = values::light_choice)]
+    #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = values::light_choice, allow_hyphen_values = true)]
     pub(crate) lights: Vec<LightChoice>,
 
     #[arg(long, help = SUN_HELP, help_heading = "Scene and lights", value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]

@@ -103,7 +103,7 @@ impl Unfinished {
         #[cfg(unix)]
         builder.permissions(everybody);
         let mut unfinished = unfinished();
-        let temporary = builder.tempfile_in(folder_of(path))?;
+        let temporary = builder.tempfile_in(folder_of(path)).map_err(without_name)?;
         unfinished.push(temporary.path().to_owned());
         let listed = Listed(temporary.path().to_owned());
         Ok(Self {
@@ -131,6 +131,15 @@ impl Unfinished {
         renamed.map_err(|refused| refused.error)?;
         sync_folder(path);
         Ok(())
+    }
+}
+
+/// Leaves out of what is said of a temporary file where that would have been: nobody has asked for it.
+fn without_name(error: io::Error) -> io::Error {
+    let said = error.to_string();
+    match said.split_once(" at path ") {
+        Some((why, _)) => io::Error::new(error.kind(), why),
+        None => error,
     }
 }
 

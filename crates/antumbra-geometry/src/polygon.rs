@@ -54,10 +54,13 @@ pub(crate) fn triangulate(outline: &[DVec3]) -> Result<Vec<[PolygonCorner; 3]>, 
     if outline.len() == 3 {
         return Ok(vec![[corner(0), corner(1), corner(2)]]);
     }
-    // Repeated vertices in a row carry no shape.
-    let kept: Vec<usize> = (0..outline.len())
-        .filter(|&i| outline[i] != outline[(i + outline.len() - 1) % outline.len()])
+    // Repeated vertices in a row carry no shape; nor does a last one that closes the outline.
+    let mut kept: Vec<usize> = (0..outline.len())
+        .filter(|&i| i == 0 || outline[i] != outline[i - 1])
         .collect();
+    while kept.len() > 1 && kept.last().is_some_and(|&last| outline[last] == outline[0]) {
+        kept.pop();
+    }
     let Some(normal) = widest_normal(outline, &kept) else {
         return Ok(Vec::new());
     };

@@ -211,8 +211,8 @@ pub enum BatchError {
     },
     /// A point is not on the surface that it names.
     #[error(
-        "point {} is {}: surface {} is {:e} away, more than the {:e} that rounding explains",
-        first.index, first.point, first.surface, first.distance, first.allowed
+        "point {} is {}: surface {} is {} away, more than the {} that rounding explains",
+        first.index, first.point, first.surface, Short(first.distance), Short(first.allowed)
     )]
     OffSurface {
         /// The first such point.
@@ -222,9 +222,11 @@ pub enum BatchError {
 
 fn said(nearest: &Option<(SurfaceId, f64)>, allowed: f64) -> String {
     match nearest {
-        Some((SurfaceId(surface), distance)) => {
-            format!("the nearest surface, {surface}, is {distance:e} away, more than {allowed:e}")
-        }
+        Some((SurfaceId(surface), distance)) => format!(
+            "the nearest surface, {surface}, is {} away, more than {}",
+            Short(*distance),
+            Short(allowed)
+        ),
         None => "there is no surface".to_owned(),
     }
 }

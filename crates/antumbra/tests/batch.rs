@@ -1,5 +1,7 @@
 //! Batches, the surfaces that points are on, and rays that are not ours, through the front door.
 
+mod common;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -9,64 +11,34 @@ use antumbra::{
     Towards,
 };
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Precision, Ray, Sphere, Start, SurfaceId,
+    DVec3, LightShape, Occluders, Opacity, Precision, Ray, Sphere, Start, SurfaceId,
 };
 
-/// SplitMix64: enough for tests, the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn real(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    /// A point of `[-1, 1]^3`.
-    fn in_cube(&mut self) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|_| self.real(-1.0, 1.0)))
-    }
-}
-
-const METHODS: [Method; 6] = [
-    Method::Auto,
-    Method::Voxel1990,
-    Method::Voxel,
-    Method::Grid,
-    Method::Bvh,
-    Method::Naive,
-];
+use common::{
+    METHODS, Random, add_cone_and_disk, add_face, add_pane, builder_of, is_shadowed, lamps,
+};
 
 /// A tilted floor of 32 triangles under loose triangles, a pane, two balls, a closed cone and a disk.
 fn hall() -> Arc<Occluders> {
     let random = &mut Random(7);
     let v = DVec3::new;
     let mut builder = Occluders::builder();
-    let mut face = |corners: &[DVec3], opacity| {
-        builder.add_face(corners, opacity).expect("a face");
-    };
     let height = |x: f64, y: f64| 0.1 * x + 0.03 * y;
     for i in 0..16 {
         let (x, y) = (f64::from(i % 4) * 2.0 - 4.0, f64::from(i / 4) * 2.0 - 4.0);
         let corner = |dx: f64, dy: f64| v(x + dx, y + dy, height(x + dx, y + dy));
         let [a, b, c, d] =
             [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(|(x, y)| corner(x, y));
-        face(&[a, b, c], Opacity::Opaque);
-        face(&[a, c, d], Opacity::Opaque);
+        add_face(&mut builder, &[a, b, c]);
+        add_face(&mut builder, &[a, c, d]);
     }
-    let pane = [(-3.0, 1.0), (3.0, 1.0), (3.0, 2.5), (-3.0, 2.5)];
-    face(&pane.map(|(x, z)| v(x, 1.5, z)), Opacity::Transparent);
+    add_pane(&mut builder);
     for number in 0..20 {
         let middle = v(0.0, 0.0, 2.0) + v(3.5, 3.5, 1.0) * random.in_cube();
         let size = [0.05, 0.2, 0.6][number % 3];
-        face(
+        add_face(
+            &mut builder,
             &[(); 3].map(|()| middle + size * random.in_cube()),
-            Opacity::Opaque,
         );
     }
     for radius in [0.4, 0.7] {
@@ -76,50 +48,14 @@ fn hall() -> Arc<Occluders> {
             .add_sphere(sphere, Opacity::Opaque)
             .expect("a sphere");
     }
-    let cone = Cone {
-        base: v(-2.0, 2.5, 0.5),
-        base_radius: 0.5,
-        apex: v(-2.0, 2.3, 1.5),
-        apex_radius: 0.2,
-        is_closed: true,
-    };
-    builder.add_cone(cone, Opacity::Opaque).expect("a cone");
-    let disk = Disk {
-        center: v(1.0, -2.0, 2.5),
-        normal: v(0.2, 0.1, 1.0),
-        radius: 0.6,
-    };
-    builder.add_disk(disk, Opacity::Opaque).expect("a disk");
+    add_cone_and_disk(&mut builder, 0.5);
     Arc::new(builder.build())
 }
 
-fn lamps() -> Vec<LightShape> {
-    vec![
-        LightShape::Point(DVec3::new(0.5, -0.7, 3.5)),
-        LightShape::Direction(DVec3::new(0.3, 0.5, 1.0)),
-        // Under the floor.
-        LightShape::Point(DVec3::new(0.0, 1.0, -2.0)),
-    ]
-}
-
-fn builder_of(occluders: &Arc<Occluders>, method: Method) -> antumbra::Builder {
-    // Coarse enough that starts are told in every way.
-    let refinement = Refinement {
-        resolution: 64,
-        space_resolution: 32,
-        short_list: 2,
-        space_list: 4,
-        long_list: 8,
-        refine: Refine::Eager,
-        ..Refinement::default()
-    };
-    ShadowIndex::builder(Arc::clone(occluders), lamps())
-        .method(method)
-        .refinement(refinement)
-}
-
 fn index_of(occluders: &Arc<Occluders>, method: Method) -> ShadowIndex {
-    builder_of(occluders, method).build().expect("an index")
+    builder_of(occluders, &lamps(), method)
+        .build()
+        .expect("an index")
 }
 
 /// Points on surfaces, by rounding; the surfaces; normals of which every third is turned around.
@@ -353,7 +289,7 @@ fn surfaces_of_points_are_found() {
     let with_tree = index_of(&occluders, Method::Bvh);
     let mut indices = vec![with_tree];
     for resolution in [1, 40] {
-        let index = builder_of(&occluders, Method::Grid)
+        let index = builder_of(&occluders, &lamps(), Method::Grid)
             .rays(RayMethod::Grid)
             .grid(GridResolution::Fixed([resolution; 3]))
             .build();
@@ -416,7 +352,7 @@ fn normals_choose_among_surfaces_that_tie() {
     let [floor, wall, ceiling] = [0, 1, 2].map(SurfaceId);
     let (with_tree, without) = (
         index_of(&occluders, Method::Bvh),
-        builder_of(&occluders, Method::Bvh).without_tree(),
+        builder_of(&occluders, &lamps(), Method::Bvh).without_tree(),
     );
     for index in [with_tree, without.build().expect("an index")] {
         // The faces reach to 8.
@@ -504,13 +440,8 @@ fn points_in_f32_walk_the_tree() {
             surface: Some(SurfaceId(surface)),
         };
         let expected = index.shadow_by_reference(&start, 0).expect("a fine query");
-        assert_eq!(is_shadowed(&index, &start), expected == Shadow::Shadowed);
+        assert_eq!(is_shadowed(&index, &start, 0), expected == Shadow::Shadowed);
     }
-}
-
-fn is_shadowed(index: &ShadowIndex, start: &Start) -> bool {
-    let answer = index.shadow(start, 0, &mut Counters::default());
-    answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
 #[test]
@@ -725,7 +656,7 @@ fn own_rays_answer_what_values_do_not_know() {
             refine: Refine::Eager,
             ..Refinement::default()
         };
-        let bare = builder_of(&occluders, method).refinement(refinement);
+        let bare = builder_of(&occluders, &lamps(), method).refinement(refinement);
         let bare = bare.without_tree().build();
         let bare = bare.expect("an index");
         for kind in [
@@ -781,7 +712,9 @@ fn an_index_without_a_tree_answers_the_same() {
     let made = on_surfaces(&occluders, 1000);
     for method in METHODS {
         let plain = index_of(&occluders, method);
-        let bare = builder_of(&occluders, method).without_tree().build();
+        let bare = builder_of(&occluders, &lamps(), method)
+            .without_tree()
+            .build();
         let bare = bare.expect("an index");
         for kind in [
             BatchKind::Free,
@@ -819,11 +752,11 @@ fn an_index_without_a_tree_answers_the_same() {
     let limit = predicted.expect("fine settings").needed() - 1;
     let limited = |builder: antumbra::Builder| builder.rays(RayMethod::Grid).memory_limit(limit);
     assert!(
-        limited(builder_of(&occluders, Method::Bvh))
+        limited(builder_of(&occluders, &lamps(), Method::Bvh))
             .build()
             .is_err()
     );
-    let bare = limited(builder_of(&occluders, Method::Bvh).without_tree());
+    let bare = limited(builder_of(&occluders, &lamps(), Method::Bvh).without_tree());
     assert!(bare.build().is_ok());
 }
 

@@ -1,6 +1,8 @@
 //! Values that are kept in files: the answers are those of rays whatever was taken from where, what holds no
 //! longer is refused with the reason, and nothing that a file may hold does harm.
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
@@ -16,29 +18,7 @@ use antumbra_geometry::{
 };
 use twox_hash::XxHash3_128;
 
-/// SplitMix64: enough for tests, the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn real(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
-
-    fn in_cube(&mut self) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|_| self.real(-1.0, 1.0)))
-    }
-}
+use common::Random;
 
 /// A floor of many triangles, leaves over it, and a ball. `nudge` moves one corner of one leaf.
 fn scene(edge: usize, leaf_count: usize, nudge: f64) -> Arc<Occluders> {

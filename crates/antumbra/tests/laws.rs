@@ -5,6 +5,8 @@
 //! under every change of the numbers under which the signs of its polynomials keep theirs. The scenes are
 //! `antumbra_testkit::nasty`, full of ties; a failure names the seed. Release builds ask many more.
 
+mod common;
+
 use std::sync::Arc;
 
 use antumbra::{Counters, Decided, GridResolution, Method, Shadow, ShadowIndex};
@@ -13,6 +15,8 @@ use antumbra_geometry::{
 };
 use antumbra_testkit::nasty::{self, NastyScene};
 use antumbra_testkit::oracle::{OracleLight, OracleShape};
+
+use common::Random;
 
 /// One element with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -279,37 +283,7 @@ impl World {
     }
 }
 
-/// SplitMix64: enough for tests, the same everywhere.
-struct Random(u64);
-
 impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn real(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
-
-    fn pick<T: Copy>(&mut self, items: &[T]) -> T {
-        items[self.below(items.len())]
-    }
-
-    fn in_unit_cube(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit())
-    }
-
     fn shuffled(&mut self, count: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..count).collect();
         for i in (1..count).rev() {

@@ -1,5 +1,7 @@
 //! What is asked of points that are meant to lie on surfaces: tolerances, ties, named surfaces, starts off them.
 
+mod common;
+
 use std::sync::Arc;
 
 use antumbra::{
@@ -12,14 +14,7 @@ use antumbra_geometry::{
 use antumbra_testkit::nasty;
 use antumbra_testkit::oracle::{Oracle, OraclePoint, OracleShape, OracleSurface};
 
-const METHODS: [Method; 6] = [
-    Method::Auto,
-    Method::Voxel1990,
-    Method::Voxel,
-    Method::Grid,
-    Method::Bvh,
-    Method::Naive,
-];
+use common::{METHODS, Random};
 
 const UP: LightShape = LightShape::Direction(DVec3::Z);
 
@@ -164,7 +159,7 @@ fn a_point_one_metre_off_every_surface_is_refused_wherever_the_scene_lies() {
         assert!((distance - 1.0).abs() < 1e-6 && allowed < 1e-2, "{error}");
         let text = error.to_string();
         assert!(
-            text.contains("nearest surface, 0, is 1e0 away") || offset != [0.0; 3],
+            text.contains("nearest surface, 0, is 1 away") || offset != [0.0; 3],
             "{text}"
         );
         let single = on_nearest(&index, narrow(point), None);
@@ -367,27 +362,6 @@ fn many_points_of_surfaces_among_points_of_space_are_noticed() {
         let sample = index.sample_on_surfaces(&mixed);
         assert!(sample.is_suspicious() && sample.on_surface < sample.looked_at);
         assert_eq!(index.sample_on_surfaces::<[f64; 3]>(&[]).looked_at, 0);
-    }
-}
-
-/// SplitMix64: enough for tests, the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn real(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    /// A point of `[-1, 1]^3`.
-    fn in_cube(&mut self) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|_| self.real(-1.0, 1.0)))
     }
 }
 

@@ -1,5 +1,7 @@
 //! What is predicted against what is taken: bytes of this process at their height, counted by its allocator.
 
+mod common;
+
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -9,6 +11,8 @@ use antumbra::{
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, SurfaceId};
 use peak_alloc::PeakAlloc;
 
+use common::Random;
+
 #[global_allocator]
 static BYTES: PeakAlloc = PeakAlloc;
 
@@ -16,23 +20,6 @@ static BYTES: PeakAlloc = PeakAlloc;
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// SplitMix64: enough for tests, the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn real(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn in_cube(&mut self) -> DVec3 {
-        DVec3::new(self.real(), self.real(), self.real())
-    }
 }
 
 fn of_faces(faces: impl IntoIterator<Item = [DVec3; 3]>) -> Arc<Occluders> {
@@ -87,7 +74,7 @@ fn city(side: u32) -> Arc<Occluders> {
     for y in 0..side {
         for x in 0..side {
             let low = DVec3::new(f64::from(x) + 0.2, f64::from(y) + 0.2, 0.0);
-            let size = DVec3::new(0.6, 0.6, 0.2 + 3.0 * random.real());
+            let size = DVec3::new(0.6, 0.6, 0.2 + 3.0 * random.unit());
             let corner = |number: usize| {
                 low + size * DVec3::from_array([0, 1, 2].map(|axis| (number >> axis & 1) as f64))
             };
@@ -110,8 +97,8 @@ fn city(side: u32) -> Arc<Occluders> {
 fn soup(count: usize) -> Arc<Occluders> {
     let random = &mut Random(2);
     of_faces((0..count).map(|_| {
-        let middle = random.in_cube();
-        [(); 3].map(|()| middle + 0.01 * random.in_cube())
+        let middle = random.in_unit_cube();
+        [(); 3].map(|()| middle + 0.01 * random.in_unit_cube())
     }))
 }
 
@@ -125,7 +112,7 @@ fn flakes(count: usize) -> Arc<Occluders> {
     }];
     while all.len() < count {
         let on = all[all.len() / 9];
-        let away = (random.in_cube() - 0.5).normalize();
+        let away = (random.in_unit_cube() - 0.5).normalize();
         let radius = on.radius / 3.0;
         all.push(Sphere {
             center: on.center + (on.radius + radius) * away,
@@ -244,7 +231,14 @@ fn predictions_are_no_less_than_what_is_taken_and_no_more_than_half_more() {
                     .expect("an index")
             };
             let (taken, index) = taken(build, &asked);
-            let share = (surfaces + predicted.total()) as f64 / (surfaces + taken) as f64;
+            // Whether so many queries pay for tables depends on what rays cost, which nobody knows before: if not,
+            // lights know nothing, and all that is taken is what an index cannot do without.
+            let is_bought = query_count < 3_000_000 || index.knowledge_bytes() > 0;
+            let expected = match is_bought {
+                true => predicted.total(),
+                false => predicted.needed(),
+            };
+            let share = (surfaces + expected) as f64 / (surfaces + taken) as f64;
             let row = format!(
                 "{name}, {} surfaces, {method:?} {refine:?} {query_count}: {share:.2} of {taken}: {predicted:?}; \
                  lights know {}",
@@ -256,16 +250,13 @@ fn predictions_are_no_less_than_what_is_taken_and_no_more_than_half_more() {
                 taken <= predicted.needed() * 11 / 10 + refinement.memory,
                 "{row}"
             );
-            if (*name, refine) == ("soup", Refine::Eager) {
-                // Bricks of separate triangles take several times what is packed from them: their lists are
-                // hardly ever shared. Nobody knows how many there will be.
-                continue;
-            }
-            // Whether so many queries pay for tables depends on what rays cost, which nobody knows before: if not,
-            // lights know nothing and less is taken.
-            let is_bought = query_count < 3_000_000 || index.knowledge_bytes() > 0;
-            let most = if is_bought { 1.5 } else { f64::INFINITY };
-            if !(0.95..=most).contains(&share) {
+            // Bricks of separate triangles take several times what is packed from them: their lists are hardly ever
+            // shared, and nobody knows before how many there will be. Here 0.29 is predicted of what is taken.
+            let least = match (*name, refine) {
+                ("soup", Refine::Eager) => 0.25,
+                _ => 0.95,
+            };
+            if !(least..=1.5).contains(&share) {
                 wrong.push(row);
             }
         }

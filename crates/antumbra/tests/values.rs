@@ -1,62 +1,25 @@
 //! The values of [`Method::Voxel`], and queries by the slice, through the front door.
 
+mod common;
+
 use std::sync::Arc;
 
 use antumbra::{
     Counters, Method, QueryError, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
 };
-use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+
+use common::{
+    METHODS, Random, add_cone_and_disk, add_face, add_pane, builder_of, is_shadowed, lamps,
 };
-
-/// SplitMix64: enough for tests, the same everywhere.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn real(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
-
-    fn pick<T: Copy>(&mut self, items: &[T]) -> T {
-        items[self.below(items.len())]
-    }
-
-    /// A point of `[-1, 1]^3`.
-    fn in_cube(&mut self) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|_| self.real(-1.0, 1.0)))
-    }
-}
-
-const METHODS: [Method; 6] = [
-    Method::Auto,
-    Method::Voxel1990,
-    Method::Voxel,
-    Method::Grid,
-    Method::Bvh,
-    Method::Naive,
-];
 
 /// A hall with a floor, boxes on it, a pane of glass, loose triangles, balls, a closed cone and a disk.
 fn hall() -> Arc<Occluders> {
     let random = &mut Random(7);
     let v = DVec3::new;
     let mut builder = Occluders::builder();
-    let mut face = |corners: &[DVec3], opacity| {
-        builder.add_face(corners, opacity).expect("a face");
-    };
     let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
-    face(&floor.map(|(x, y)| v(x, y, 0.0)), Opacity::Opaque);
+    add_face(&mut builder, &floor.map(|(x, y)| v(x, y, 0.0)));
     for _ in 0..6 {
         let low = v(random.real(-3.0, 2.0), random.real(-3.0, 2.0), 0.0);
         let size = v(
@@ -73,16 +36,15 @@ fn hall() -> Arc<Occluders> {
             [2, 6, 7, 3],
             [4, 5, 7, 6],
         ] {
-            face(&outline.map(corner), Opacity::Opaque);
+            add_face(&mut builder, &outline.map(corner));
         }
     }
-    let pane = [(-3.0, 1.0), (3.0, 1.0), (3.0, 2.5), (-3.0, 2.5)];
-    face(&pane.map(|(x, z)| v(x, 1.5, z)), Opacity::Transparent);
+    add_pane(&mut builder);
     for _ in 0..20 {
         let middle = v(0.0, 0.0, 2.0) + v(3.5, 3.5, 1.8) * random.in_cube();
         let size = random.pick(&[0.02, 0.2, 0.6]);
         let corners = [(); 3].map(|()| middle + size * random.in_cube());
-        face(&corners, Opacity::Opaque);
+        add_face(&mut builder, &corners);
     }
     for radius in [0.4, 0.7, 0.05, 0.3] {
         let center = v(0.0, 0.0, 1.5) + v(3.0, 3.0, 1.0) * random.in_cube();
@@ -90,46 +52,12 @@ fn hall() -> Arc<Occluders> {
         let opacity = random.pick(&[Opacity::Opaque, Opacity::Opaque, Opacity::Transparent]);
         builder.add_sphere(sphere, opacity).expect("a sphere");
     }
-    let cone = Cone {
-        base: v(-2.0, 2.5, 0.0),
-        base_radius: 0.5,
-        apex: v(-2.0, 2.3, 1.5),
-        apex_radius: 0.2,
-        is_closed: true,
-    };
-    builder.add_cone(cone, Opacity::Opaque).expect("a cone");
-    let disk = Disk {
-        center: v(1.0, -2.0, 2.5),
-        normal: v(0.2, 0.1, 1.0),
-        radius: 0.6,
-    };
-    builder.add_disk(disk, Opacity::Opaque).expect("a disk");
+    add_cone_and_disk(&mut builder, 0.0);
     Arc::new(builder.build())
 }
 
-fn lamps() -> Vec<LightShape> {
-    vec![
-        LightShape::Point(DVec3::new(0.5, -0.7, 3.5)),
-        LightShape::Direction(DVec3::new(0.3, 0.5, 1.0)),
-        // Under the floor.
-        LightShape::Point(DVec3::new(0.0, 1.0, -2.0)),
-    ]
-}
-
 fn index_of(occluders: &Arc<Occluders>, lights: &[LightShape], method: Method) -> ShadowIndex {
-    // Coarse enough that starts are told in every way.
-    let refinement = Refinement {
-        resolution: 64,
-        space_resolution: 32,
-        short_list: 2,
-        space_list: 4,
-        long_list: 8,
-        refine: Refine::Eager,
-        ..Refinement::default()
-    };
-    ShadowIndex::builder(Arc::clone(occluders), lights.to_vec())
-        .method(method)
-        .refinement(refinement)
+    builder_of(occluders, lights, method)
         .build()
         .expect("an index")
 }
@@ -178,11 +106,6 @@ fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<Start
         }
     };
     (0..count).map(one).collect()
-}
-
-fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
-    let answer = index.shadow(start, light, &mut Counters::default());
-    answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
 /// Blocks of starts are looked up together: what one start is must not touch what its neighbours get,

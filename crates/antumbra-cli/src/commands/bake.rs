@@ -71,7 +71,8 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
         (gathered.index(&scene.lights, &options)?, 0)
     };
     let saved = kept::save(&index, path)?;
-    if saved.pending_count > 0 {
+    // Where nothing is, there is nothing to refine.
+    if saved.pending_count > 0 && index.occluders().surface_count() > 0 {
         screen.warning(format!(
             "{} voxels and lists are not refined to the end: --occlusion-memory, or what --memory-limit leaves of \
              it, is full",

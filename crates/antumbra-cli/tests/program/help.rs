@@ -137,3 +137,38 @@ fn query_offers_the_methods_that_it_has_and_no_others() {
         );
     }
 }
+
+#[test]
+fn values_that_begin_with_a_minus_are_told_what_is_expected() {
+    let query = [
+        "query",
+        "a.nff",
+        "--points",
+        "p.npy",
+        "-o",
+        "o.npy",
+        "--on-surface",
+    ];
+    let render = ["render", "a.nff", "-o", "a.png"];
+    for (command, option, value, expected) in [
+        (
+            &query[..],
+            "--tolerance",
+            "-1",
+            "expected a distance, zero or more",
+        ),
+        (
+            &render,
+            "--background",
+            "-1,0,0",
+            "a background must not be negative",
+        ),
+        (&render, "--light", "-1,2,3", "expected point:X,Y,Z"),
+        (&render, "--camera", "-1,2,3", "expected eye:X,Y,Z"),
+    ] {
+        let output = antumbra(&[command, &[option, value]].concat());
+        assert_code(&output, 2);
+        let said = stderr(&output);
+        assert!(said.contains(expected) && said.contains(value), "{said}");
+    }
+}

@@ -266,3 +266,18 @@ fn a_volume_is_an_array_with_its_place() {
     let expected: Vec<u8> = values.iter().step_by(2).copied().collect();
     assert!(first == expected);
 }
+
+#[test]
+fn a_scene_without_surfaces_is_baked_without_a_word_of_full_memory() {
+    let folder = Folder::new();
+    let [scene, file] = ["empty.obj", "empty.antumbra"].map(|name| folder.path(name));
+    fs::write(&scene, "").unwrap();
+    let light = ["--light", "point:0,0,5"];
+    let output = antumbra(&[&["bake", text(&scene), "-o", text(&file)][..], &light].concat());
+    assert_code(&output, 0);
+    assert!(
+        !stderr(&output).contains("not refined"),
+        "{}",
+        stderr(&output)
+    );
+}

@@ -73,6 +73,61 @@ fn repeated_and_collinear_vertices_have_no_area() {
     assert_eq!(area(&triangulate(&with_double)), DVec3::new(0.0, 0.0, 2.0));
 }
 
+#[test]
+fn an_outline_that_is_closed_by_its_first_corner_is_the_fan_from_it() {
+    // Not in one plane: the other diagonal is another shape.
+    let [a, b, c, d] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 1.0],
+        [0.0, 1.0, 0.0],
+    ]
+    .map(DVec3::from_array);
+    let fan = [[a, b, c], [a, c, d]];
+    for outline in [
+        &[a, b, c, d][..],
+        &[a, b, c, d, a],
+        &[a, a, b, c, c, d, a, a],
+        &[a, b, b, b, c, d],
+    ] {
+        let triangles = triangulate(outline);
+        let corners = triangles.iter().map(|t| t.map(|corner| corner.position));
+        assert_eq!(corners.collect::<Vec<_>>(), fan, "{outline:?}");
+    }
+}
+
+#[test]
+fn ties_of_the_normal_are_seen_along_the_lowest_axis() {
+    // Newell's normal is (4, 4, 4). Seen along x the outline is strictly convex, along y and z it is a dart whose only
+    // cut is the other one.
+    let outline = [
+        [0.0, 0.0, 0.0],
+        [3.0, -1.0, 0.0],
+        [4.0, -2.0, -2.0],
+        [3.0, 0.0, -1.0],
+    ]
+    .map(DVec3::from_array);
+    let fan = [[0, 1, 2], [0, 2, 3]].map(|triangle| triangle.map(Some));
+    assert_eq!(indices(&outline), fan);
+}
+
+#[test]
+fn corners_seen_at_one_place_are_one() {
+    // A fence on a floor: its top and its foot are seen at one place from above.
+    let outline = [
+        [0.0, 0.0, 0.0],
+        [8.0, 0.0, 0.0],
+        [8.0, 8.0, 0.0],
+        [8.0, 8.0, 1.0],
+        [0.0, 8.0, 0.0],
+    ]
+    .map(DVec3::from_array);
+    let triangles = triangulate(&outline);
+    let heights = triangles.iter().flatten().map(|corner| corner.position.z);
+    assert_eq!(heights.fold(0.0, f64::max), 0.0, "the first stands for all");
+    assert_eq!(triangles.len(), 2);
+}
+
 /// Random numbers from 0 to 1 (a Weyl sequence through a mixer, as in SplitMix64).
 struct Random(u64);
 

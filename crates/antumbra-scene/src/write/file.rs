@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use crate::{error::Place, model::Scene, warning::Warning};
 
-use super::{Precision, WriteError, write_glb, write_nff, write_obj, write_ply};
+use super::{Precision, WriteError, obj::library_name, write_glb, write_nff, write_obj, write_ply};
 
 /// Writes a scene; the ending of the name chooses the format: `.nff`, `.obj` (with a material
-/// library of the same name and the ending `.mtl` beside it), `.ply` or `.glb`, in any case.
+/// library of the same name and the ending `.mtl` beside it; what OBJ cannot say in a name becomes `_`), `.ply` or
+/// `.glb`, in any case.
 ///
 /// Returns what the format has no place for. Numbers are written exactly where the format allows.
 /// All is made in memory first, so that a refused scene leaves an existing file alone, and a file appears whole
@@ -81,6 +82,9 @@ fn extension_of(path: &Path) -> Option<String> {
         .map(|e| e.to_string_lossy().to_ascii_lowercase())
 }
 
+/// Returns where the material library goes: the name with another ending, where `mtllib` can say that.
 fn library_of(path: &Path) -> PathBuf {
-    path.with_extension("mtl")
+    let library = path.with_extension("mtl");
+    let name = library.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(library_name(&name))
 }

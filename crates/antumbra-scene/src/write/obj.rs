@@ -132,6 +132,12 @@ fn plain_name(name: &str) -> String {
     plain
 }
 
+/// Returns a name of a file that reads back as it is, also where readers take `\` for a separator, and a name with `:`
+/// for one that leads elsewhere.
+pub(super) fn library_name(name: &str) -> String {
+    plain_name(name).replace(['\\', ':'], "_")
+}
+
 /// Returns a name for each material, all different, none empty.
 fn material_names(scene: &Scene, notes: &mut Vec<String>) -> Vec<String> {
     let mut taken = BTreeSet::new();

@@ -209,6 +209,30 @@ fn meshopt_gives_the_bytes_of_the_reference_decoder() {
     assert_eq!(sorted(faces(mesh(&loaded))), sorted(roof(at)));
 }
 
+/// As gltf-pipeline writes it.
+#[test]
+fn a_buffer_of_compressed_views_that_is_not_called_their_fallback_is_not_missed() {
+    let [vertices, indices, normals] = [VERTICES[0], TRIANGLES, OCTAHEDRAL].map(bytes);
+    let parts = [
+        (&*vertices, 8, 9, r#""ATTRIBUTES""#),
+        (&*indices, 2, 24, r#""TRIANGLES""#),
+        (&*normals, 4, 9, NORMALS),
+    ];
+    let name = "EXT_meshopt_compression";
+    let (json, file) = meshopt(name, parts, 5123);
+    let said = r#", "extensions": {"EXT_meshopt_compression": {"fallback": true}}"#;
+    let unsaid = json.replace(said, "");
+    assert_ne!(unsaid, json);
+    let faces_of = |json: &str| faces(mesh(&gltf(json, &file).unwrap()));
+    assert_eq!(faces_of(&unsaid), faces_of(&json));
+    // A view that is not compressed has nothing to read there.
+    let (before, after) = unsaid.split_at(unsaid.rfind(r#", "extensions": {"#).unwrap());
+    let plain = format!("{before}}}],{}", after.split_once("],").unwrap().1);
+    let error = refusal(&plain, &file);
+    let reason = "buffers[1] has no `uri`, and there is no binary chunk for it";
+    assert!(error.contains(reason), "{error}");
+}
+
 #[test]
 fn meshopt_views_that_make_no_sense_are_refused() {
     let [vertices, indices, normals] = [VERTICES[0], TRIANGLES, OCTAHEDRAL].map(bytes);

@@ -310,3 +310,50 @@ fn materials_say_what_blocks() {
     assert!(cutoffs.contains(&ShadowKind::Opaque), "{cutoffs:?}");
     assert!(cutoffs.contains(&ShadowKind::Transparent), "{cutoffs:?}");
 }
+
+/// A mesh packed by Draco is the plain one, in another order and rounded: each triangle has a twin, corner by corner.
+#[test]
+fn the_draco_truck_has_the_triangles_of_its_plain_twin() {
+    let Some(folder) = shared_scenes() else {
+        return;
+    };
+    let of = |kind: &str| {
+        let file = format!("CesiumMilkTruck/{kind}/CesiumMilkTruck.gltf");
+        read(&folder.join("gltf"), &file).unwrap().scene.objects
+    };
+    let (plain, packed) = (of("glTF"), of("glTF-Draco"));
+    assert_eq!(plain.len(), packed.len());
+    for (plain, packed) in plain.iter().zip(&packed) {
+        let bounds = plain.shape.bounds();
+        // The file's positions have 11 bits of the longest side: half a step along each axis, turned by nodes.
+        let step = (bounds.max - bounds.min).max_element() / f64::from((1 << 11) - 1);
+        let near = 3.0_f64.sqrt() / 2.0 * step * 1.01;
+        let triangles = |object: &Object| -> Vec<[DVec3; 3]> {
+            let mesh = mesh(object);
+            let corners = |face: &[Corner]| -> [DVec3; 3] {
+                std::array::from_fn(|i| mesh.positions[face[i].position as usize])
+            };
+            mesh.faces().map(corners).collect()
+        };
+        let (plain_triangles, packed_triangles) = (triangles(plain), triangles(packed));
+        assert_eq!(plain_triangles.len(), packed_triangles.len());
+        let is_twin = |a: &[DVec3; 3], b: &[DVec3; 3]| {
+            // The same winding, from any corner.
+            (0..3).any(|turn| (0..3).all(|i| (a[i] - b[(i + turn) % 3]).length() <= near))
+        };
+        let mut is_taken = vec![false; packed_triangles.len()];
+        for triangle in &plain_triangles {
+            let twin = (0..packed_triangles.len())
+                .filter(|&i| !is_taken[i] && is_twin(triangle, &packed_triangles[i]))
+                .min_by(|&i, &j| {
+                    let distance = |i: usize| {
+                        let middle = |t: &[DVec3; 3]| t[0] + t[1] + t[2];
+                        (middle(&packed_triangles[i]) - middle(triangle)).length()
+                    };
+                    distance(i).total_cmp(&distance(j))
+                });
+            let twin = twin.unwrap_or_else(|| panic!("{}: {triangle:?} is alone", plain.name));
+            is_taken[twin] = true;
+        }
+    }
+}

@@ -10,7 +10,7 @@ use antumbra_scene::{
     model::{Alpha, Color, Corner, Facing, Material, Mesh, Object, Polygon, Scene, Shape},
     read::{read_obj, read_ply},
     read_file,
-    write::{Precision, write_file, write_obj, write_ply},
+    write::{Precision, files_of, write_file, write_obj, write_ply},
 };
 
 use crate::support::{Random, beside_shadows, files_below, shared_scenes};
@@ -282,6 +282,55 @@ fn curved_shapes_are_refused() {
         error.unwrap_err().to_string(),
         "OBJ cannot say a sphere (number 1)"
     );
+}
+
+#[test]
+fn materials_are_found_again_whatever_the_file_is_called() {
+    let mut scene = tetra(1).unwrap();
+    scene.materials[0].transmission = Color::splat(0.5);
+    let folder = tempfile::tempdir().unwrap();
+    let names = [
+        "a b",
+        "a  b",
+        " a",
+        "a ",
+        "a\tb",
+        "o #1",
+        "#",
+        "a\nb",
+        "a\\b",
+        "a\\",
+        "C:x",
+        "%20",
+        "\"q\"",
+        "-o",
+        "~x",
+        "\u{a0}c\u{3000}",
+        ".a",
+        "a.b",
+    ];
+    let mut paths: Vec<_> = names
+        .map(|name| folder.path().join(format!("{name}.obj")))
+        .to_vec();
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        paths.push(
+            folder
+                .path()
+                .join(std::ffi::OsStr::from_bytes(b"c\xff.obj")),
+        );
+    }
+    for path in paths {
+        write_file(&scene, &path).unwrap();
+        for written in files_of(&path) {
+            assert!(written.exists(), "{written:?}");
+        }
+        let loaded = read_file(&path, &ReadOptions::default()).unwrap();
+        let materials = &loaded.scene.materials;
+        let all_are_clear = materials.iter().all(|material| !material.is_opaque());
+        assert!(all_are_clear, "{path:?}: {:?}", loaded.warnings);
+    }
 }
 
 #[test]

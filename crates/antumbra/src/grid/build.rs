@@ -3,7 +3,7 @@
 use antumbra_geometry::{Bounds, Occluders, SurfaceId};
 use rayon::prelude::*;
 
-use super::{Block, Layout};
+use super::{Block, Layout, cut};
 
 /// For each voxel the surfaces that may meet it, in ascending order.
 #[derive(Debug)]
@@ -137,7 +137,16 @@ fn insert(
     surface: SurfaceId,
     entries: &mut Vec<(u32, SurfaceId)>,
 ) {
-    let mut pending = vec![layout.block_around(&occluders.surface_bounds(surface))];
+    let block = layout.block_around(&occluders.surface_bounds(surface));
+    if let Some(corners) = occluders.triangle_positions(surface) {
+        if occluders.may_meet_box(surface, &layout.inflated(&block)) {
+            cut::for_each_voxel(layout, &block, corners, |voxel| {
+                entries.push((layout.index(voxel) as u32, surface));
+            });
+        }
+        return;
+    }
+    let mut pending = vec![block];
     while let Some(block) = pending.pop() {
         antumbra_task::check();
         if !occluders.may_meet_box(surface, &layout.inflated(&block)) {

@@ -107,9 +107,14 @@ impl Layout {
 
     /// Returns the voxel that holds a point, clamped into the grid.
     pub(crate) fn voxel_at(&self, point: DVec3) -> [u32; 3] {
-        let scaled = (point - self.bounds.min) * self.voxels_per_unit;
+        std::array::from_fn(|axis| self.voxel_along(axis, point[axis]))
+    }
+
+    /// Returns the number along an axis of the voxels that hold a coordinate, clamped into the grid.
+    pub(crate) fn voxel_along(&self, axis: usize, coordinate: f64) -> u32 {
+        let scaled = (coordinate - self.bounds.min[axis]) * self.voxels_per_unit[axis];
         // Casting clamps below zero and NaN to zero.
-        std::array::from_fn(|axis| (scaled[axis] as u32).min(self.resolution[axis] - 1))
+        (scaled as u32).min(self.resolution[axis] - 1)
     }
 
     /// Returns the voxel that holds a point, or `None` outside the grid.

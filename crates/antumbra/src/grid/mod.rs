@@ -6,6 +6,7 @@
 //! once inflated by half of it. Absent here: lights, occlusion values.
 
 mod build;
+mod cut;
 mod layout;
 mod query;
 mod walk;

@@ -40,7 +40,7 @@ pub(crate) struct LightOfScenes {
     up: Option<Up>,
 
     /// Light that replaces the files' lights: point:X,Y,Z
-    #[arg(long, value_name = "LIGHT", value_parser = values::light)]
+    #[arg(long, value_name = "LIGHT", value_parser = values::light, allow_hyphen_values = true)]
     light: Option<PointLight>,
 
     #[arg(long, help = SUN_HELP, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true, conflicts_with = "light")]
@@ -91,7 +91,7 @@ pub(crate) struct Subjects {
 
     /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES [default: the file's, else one that frames
     /// the scene]
-    #[arg(help_heading = "Queries", long, value_name = "PARTS", value_parser = values::camera)]
+    #[arg(help_heading = "Queries", long, value_name = "PARTS", value_parser = values::camera, allow_hyphen_values = true)]
     pub(crate) camera: Option<CameraParts>,
 
     /// Number of differing answers, per scene and set of queries, to judge by testing every surface

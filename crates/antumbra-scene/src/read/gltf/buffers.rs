@@ -34,16 +34,16 @@ impl<'a> Buffers<'a> {
         let mut total = 0_u64;
         for (index, buffer) in document.buffers.iter().enumerate() {
             let path = || format!("buffers[{index}]");
-            if buffer.extensions.is_fallback() {
+            let binary = binary.filter(|_| index == 0);
+            // The buffer of compressed views is nowhere; some tools do not say that it is their fallback. Whoever
+            // reads of it is refused.
+            let is_nowhere = buffer.uri.is_none() && binary.is_none();
+            if is_nowhere || buffer.extensions.is_fallback() {
                 buffers.push(Rc::new(Cow::Borrowed(&[][..])));
                 continue;
             }
             let bytes = match (&buffer.uri, binary) {
-                (None, Some(binary)) if index == 0 => Rc::new(Cow::Borrowed(binary)),
-                (None, _) => {
-                    let problem = "the buffer has no `uri`, and there is no binary chunk for it";
-                    return Err(Fault::at(path(), problem, "export the file again"));
-                }
+                (None, binary) => Rc::new(Cow::Borrowed(binary.unwrap_or_default())),
                 (Some(uri), _) => match uri::resolve(uri) {
                     Err(problem) => return Err(Fault::at(path() + ".uri", problem, "")),
                     Ok(uri::Target::Bytes(bytes)) => {
@@ -135,6 +135,8 @@ impl<'a> Buffers<'a> {
         found.ok_or_else(|| {
             let problem = if self.document.buffers[buffer].extensions.is_fallback() {
                 format!("buffers[{buffer}] is for views that are compressed, and this one is not")
+            } else if bytes.is_empty() && self.document.buffers[buffer].uri.is_none() {
+                format!("buffers[{buffer}] has no `uri`, and there is no binary chunk for it")
             } else {
                 format!(
                     "{length} bytes from byte {offset} on are not inside buffers[{buffer}] of \

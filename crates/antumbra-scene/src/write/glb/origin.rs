@@ -2,8 +2,8 @@
 //!
 //! In: meshes. Out: a translation for each, zero where that serves. A vertex at `p` is written as the 32-bit number
 //! nearest to `p - origin`, and comes back as the 64-bit sum of the two. Invariants: where an origin makes all
-//! vertices of a mesh come back as they are, it is found if it is a coordinate of the mesh; meshes that share a
-//! vertex and do not come back as they are have one origin, so that they still share it.
+//! vertices of a mesh come back as they are, it is found if it is a coordinate of the mesh, within a bound on the work;
+//! meshes that share a vertex and do not come back as they are have one origin, so that they still share it.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -84,30 +84,62 @@ fn on_axis(coordinates: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     if plain == 0.0 {
         return (0.0, plain);
     }
+    let mut sorted: Vec<f64> = coordinates.clone().collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    if let Some(origin) = exact_origin(&sorted) {
+        return (origin, 0.0);
+    }
     // Coordinates themselves: differences of coordinates have few bits where the coordinates have them on one lattice.
     // The median is where most of a mesh is, whatever lies far off; the one nearest to the middle leaves the smallest
     // differences.
-    let mut sorted: Vec<f64> = coordinates.clone().collect();
-    let middle = sorted.len() / 2;
-    let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
-    let low = coordinates.clone().fold(f64::INFINITY, f64::min);
-    let high = coordinates.clone().fold(f64::NEG_INFINITY, f64::max);
-    let from_middle = |x: &f64| (x - (low + high) / 2.0).abs();
-    let nearest = coordinates
-        .clone()
-        .min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)))
-        .unwrap_or(0.0);
-    let [by_median, by_middle] = [median, nearest].map(|origin| (origin, error(origin)));
+    let median = sorted[sorted.len() / 2];
+    let middle = (sorted[0] + sorted[sorted.len() - 1]) / 2.0;
+    let from_middle = |x: &&f64| (*x - middle).abs();
+    let nearest = sorted
+        .iter()
+        .min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)));
+    let [by_median, by_middle] =
+        [Some(&median), nearest].map(|origin| origin.map_or((0.0, plain), |&x| (x, error(x))));
     let best = if by_middle.1 < by_median.1 {
         by_middle
     } else {
         by_median
     };
-    if best.1 == 0.0 || WORTH * best.1 < plain {
+    if WORTH * best.1 < plain {
         best
     } else {
         (0.0, plain)
     }
+}
+
+/// Returns a coordinate that makes all of them come back as they are, from the middle of their order outwards.
+///
+/// What was read from 32 bits and an origin that was a coordinate is so, whatever was rounded then: a coordinate that
+/// came back keeps its 32 bits beside that origin. So what is written again stays the same bit for bit.
+fn exact_origin(sorted: &[f64]) -> Option<f64> {
+    /// Comparisons for each coordinate, lest time go with the square of their number. What is wrong for one origin is
+    /// asked first of the next, so that nearly all take one.
+    const MOST_EACH: usize = 64;
+    let mut distinct = sorted.to_vec();
+    distinct.dedup();
+    let middle = distinct.partition_point(|x| *x < sorted[sorted.len() / 2]);
+    let (below, above) = distinct.split_at(middle);
+    let mut outwards = Vec::with_capacity(distinct.len());
+    for step in 0..below.len().max(above.len()) {
+        outwards.extend(above.get(step));
+        outwards.extend(below.iter().rev().nth(step));
+    }
+    let mut asked_first = outwards.clone();
+    let mut left = MOST_EACH * distinct.len();
+    for origin in outwards {
+        let is_wrong = |&x: &f64| rounded(x, origin).1 != x;
+        let Some(wrong) = asked_first.iter().take(left).position(is_wrong) else {
+            return (left >= asked_first.len()).then_some(origin);
+        };
+        left -= wrong;
+        asked_first.swap(0, wrong);
+    }
+    None
 }
 
 /// Meshes that share vertices.
