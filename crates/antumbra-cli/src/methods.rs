@@ -76,7 +76,9 @@ impl Shadows {
     /// Returns the rival that answers, if it is one.
     pub(crate) fn rival(self) -> Option<RivalKind> {
         match self {
-            Self::Auto | Self::Voxel1990 | Self::Voxel | Self::Grid | Self::Bvh | Self::Naive => None,
+            Self::Auto | Self::Voxel1990 | Self::Voxel | Self::Grid | Self::Bvh | Self::Naive => {
+                None
+            }
             Self::LightBuffer => Some(RivalKind::LightBuffer),
             Self::Hybrid => Some(RivalKind::Hybrid),
             Self::ShadowVolumes => Some(RivalKind::ShadowVolumes),

@@ -117,7 +117,8 @@ impl Mesh {
                     // Which side it is, and whether it runs up.
                     let side = |surface: u32| {
                         let sides = sides_of(occluders.triangles[surface as usize].vertices);
-                        let is_it = |[from, to]: &[u32; 2]| [*from.min(to), *from.max(to)] == vertices;
+                        let is_it =
+                            |[from, to]: &[u32; 2]| [*from.min(to), *from.max(to)] == vertices;
                         let number = sides.iter().position(is_it).unwrap_or(0);
                         (number, sides[number] == vertices)
                     };

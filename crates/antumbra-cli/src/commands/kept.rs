@@ -11,8 +11,8 @@ use antumbra_scene::model::Light;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::outputs::{self, Content, Outputs};
 use crate::methods::Shadows;
+use crate::outputs::{self, Content, Outputs};
 use crate::screen::Screen;
 
 /// Where values come from and go to.

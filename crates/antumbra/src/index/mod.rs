@@ -211,7 +211,7 @@ impl ShadowIndex {
             }
             Method::Auto | Method::Voxel | Method::Bvh => {
                 self.by_ray(start, &self.lights[light], counters)
-            },
+            }
             Method::Grid | Method::Naive => {
                 let segment = occluders.segment(start, &self.lights[light]);
                 match self.method {

@@ -7,7 +7,7 @@ use std::fmt;
 
 use antumbra_geometry::Occluders;
 
-use super::builder::{knowledge, BuildError, layout};
+use super::builder::{BuildError, knowledge, layout};
 use super::settings::{GridResolution, Method, Refinement};
 use crate::bvh::Bvh;
 use crate::grid::Grid;

@@ -38,7 +38,9 @@ mod vectors;
 mod views;
 mod volume;
 
-pub(crate) use adaptive::{AdaptiveValues, KeptValues, Knowledge, Known, Lists, Making, PackedLight, Scene};
+pub(crate) use adaptive::{
+    AdaptiveValues, KeptValues, Knowledge, Known, Lists, Making, PackedLight, Scene,
+};
 pub(crate) use bricks::Store;
 pub(crate) use budget::{Account, Looks, SCOUTS, cost_of_rays};
 pub(crate) use lookup::{BLOCK, Found};

@@ -43,6 +43,7 @@ impl<R: Rays> ByVoxel<'_, R> {
             (is_shadowed, left_answers) =
                 std::mem::take(&mut left_answers).split_at_mut(starts.len());
             let begin = is_refining.then(Reading::now);
+            let rays_before = counters.shadow.rays;
             let made = match map {
                 Some(map) => self.ask_map(map, starts, is_shadowed, counters, &check)?,
                 None => {
@@ -56,6 +57,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                     ns: begin.elapsed_ns().saturating_sub(made),
                     made,
                     is_by_map: map.is_some(),
+                    known: starts.len() as u64 - (counters.shadow.rays - rays_before),
                 };
                 self.values.spent(self.occluders, light, &spent);
             }
@@ -164,6 +166,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                 ns: SAMPLED * took,
                 made,
                 is_by_map: map.is_some(),
+                known: SAMPLED * u64::from(!found.is_nothing()),
             };
             self.values.spent(self.occluders, light, &spent);
         }

@@ -17,7 +17,7 @@ thread_local! {
 
 /// Draws a number (SplitMix64), by which queries are sampled: whatever is asked in whatever order, a point or a light
 /// again and again or points on a grid, the same share of it is sampled.
-pub(super) fn draw() -> u64 {
+pub(crate) fn draw() -> u64 {
     let drawn = DRAWN.get().wrapping_add(1);
     DRAWN.set(drawn);
     let mut bits = drawn.wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -13,7 +13,7 @@ mod voxel;
 mod voxel_1990;
 
 pub(crate) use bvh::{by_bvh, many_by_bvh};
-pub(crate) use draw::SAMPLED;
+pub(crate) use draw::{SAMPLED, draw};
 pub(crate) use grid::by_grid;
 pub(crate) use naive::by_reference;
 pub(crate) use voxel::{ByVoxel, Rays};

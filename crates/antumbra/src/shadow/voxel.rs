@@ -7,8 +7,8 @@ use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS,
-    Scene, Store, cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS, Scene,
+    Store, cost_of_rays,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -135,7 +135,9 @@ impl<R: Rays> ByVoxel<'_, R> {
                         }
                     }
                 }
-                (Some(_), Looks::None | Looks::Rays) | (None, _) => self.answer_by_rays(starts, is_shadowed, counters, &check)?,
+                (Some(_), Looks::None | Looks::Rays) | (None, _) => {
+                    self.answer_by_rays(starts, is_shadowed, counters, &check)?
+                }
             }
             if let Some(begin) = begin {
                 let ray_count = counters.shadow.rays - before.shadow.rays;

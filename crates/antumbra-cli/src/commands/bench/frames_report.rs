@@ -161,10 +161,7 @@ impl Timing {
         embree
             .map(|(name, &ratio)| (format!("embree_by_{name}"), ratio))
             .chain(best.map(|(name, &ratio)| (format!("embree_best_by_{name}"), ratio)))
-            .chain(
-                self.auto_by_bvh
-                    .map(|ratio| ("auto_by_bvh".into(), ratio)),
-            )
+            .chain(self.auto_by_bvh.map(|ratio| ("auto_by_bvh".into(), ratio)))
     }
 }
 

@@ -7,14 +7,14 @@ use antumbra_geometry::{Occluders, Start};
 
 use super::super::bricks::Store;
 use super::super::budget::Account;
-use super::super::map::{Map, Spent};
 use super::super::links::{Link, charge, claim, publish, read};
+use super::super::map::{Map, Spent};
 use super::super::refine::Care;
 use super::making::Scene;
 use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
-use crate::shadow::SAMPLED;
 use crate::clock::Reading;
+use crate::shadow::SAMPLED;
 
 /// A unit of cost in links, in nanoseconds, as a power of two.
 pub(super) const UNIT: u32 = 4;
@@ -103,7 +103,10 @@ impl AdaptiveValues {
             return;
         }
         let is_asked = self.refine == Refine::Asked;
-        let is_joined = self.tables.get().is_some_and(|(scene, _)| scene.mesh_bytes() > 0);
+        let is_joined = self
+            .tables
+            .get()
+            .is_some_and(|(scene, _)| scene.mesh_bytes() > 0);
         if (is_asked || values.prices.allow(Map::price(occluders, is_joined)))
             && let Some(_busy) = Busy::begin(&values.is_busy)
         {
@@ -119,6 +122,7 @@ impl AdaptiveValues {
                 ns: 0,
                 made: begin.elapsed_ns(),
                 is_by_map: false,
+                known: 0,
             };
             values.prices.note(&made);
         }
@@ -154,13 +158,13 @@ impl AdaptiveValues {
                 prices.ray_ns(),
             ),
         };
-        let is_made = match *asking {
-            [one] if self.refine == Refine::Lazy => {
-                map.make_for_one(&tables, one, SAMPLED as u32, ray_ns)
-            }
-            _ => map.make_for(&tables, &asking, each, ray_ns),
+        // One alone stands for those that were not sampled.
+        let each = if starts.len() == 1 {
+            SAMPLED as f32
+        } else {
+            each
         };
-        match is_made {
+        match map.make_for(&tables, &asking, each, ray_ns) {
             true => begin.elapsed_ns().max(1),
             false => 0,
         }

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::super::bricks::{Decision, Store, cell_in_brick};
 use super::super::candidates::{Candidates, Casters};
-use super::super::map::Map;
 use super::super::lattice::Cell;
 use super::super::links::{Link, read};
+use super::super::map::Map;
 use super::super::packed::Packed;
 use super::super::refine::{Care, Refiner};
 use super::super::room::Share;
@@ -227,7 +227,9 @@ impl AdaptiveValues {
     pub(super) fn make_scene_tables(&self, occluders: &Occluders) -> Option<()> {
         if self.tables.get().is_none() {
             let has_values = self.knowledge == Knowledge::Values;
-            let share = self.room.take(SceneTables::bytes_for(occluders, has_values))?;
+            let share = self
+                .room
+                .take(SceneTables::bytes_for(occluders, has_values))?;
             // Another thread may be faster.
             let tables = SceneTables::new(occluders, &self.frame, has_values);
             self.tables.get_or_init(|| (tables, share));

@@ -20,9 +20,9 @@ use fearless_simd::Level;
 
 use super::bricks::Store;
 use super::budget::{Budget, Looks};
-use super::map::{Map, Prices};
 use super::forms::START_ROOM;
 use super::lattice::Lattice;
+use super::map::{Map, Prices};
 use super::packed::Packed;
 use super::refine::Depth;
 use super::room::{Room, Share};
@@ -121,7 +121,9 @@ impl Lists {
         self.map
             .get()
             .and_then(Option::as_ref)
-            .is_some_and(|(_, share)| map.bytes() <= share.bytes() || share.grow(map.bytes() - share.bytes() + GROWTH))
+            .is_some_and(|(_, share)| {
+                map.bytes() <= share.bytes() || share.grow(map.bytes() - share.bytes() + GROWTH)
+            })
     }
 
     fn map_bytes(&self) -> u64 {
@@ -207,9 +209,7 @@ impl AdaptiveValues {
 
     /// Returns whether to ask the map of a light.
     pub(crate) fn is_map_worth_it(&self, light: usize, is_refining: bool) -> bool {
-        !is_refining
-            || self.refine != Refine::Lazy
-            || self.lights[light].prices.is_map_worth_it()
+        !is_refining || self.refine != Refine::Lazy || self.lights[light].prices.is_map_worth_it()
     }
 
     /// Returns whether nothing waits until it pays.
@@ -380,9 +380,8 @@ impl AdaptiveValues {
     pub(crate) fn table_bytes(&self) -> u64 {
         let lights = 0..self.lights.len();
         let of_lights = lights.map(|light| {
-            let of_lists = |lists: &Lists| {
-                lists.share.bytes() + lists.tables.edge_bytes() + lists.map_bytes()
-            };
+            let of_lists =
+                |lists: &Lists| lists.share.bytes() + lists.tables.edge_bytes() + lists.map_bytes();
             match (self.packed(light), self.known(light)) {
                 (Some(light), _) => of_lists(&light.lists),
                 (None, Some(known)) => of_lists(&known.lists),

@@ -7,11 +7,11 @@
 use antumbra_geometry::{Mesh, Occluders};
 
 use super::super::bricks::Store;
-use super::super::map::Map;
 use super::super::lattice::Lattice;
+use super::super::map::Map;
 use super::super::tables::{LightTables, SceneTables};
 use super::demand::TABLE_NS;
-use super::{Knowledge, AdaptiveValues, Making};
+use super::{AdaptiveValues, Knowledge, Making};
 use crate::Refine;
 use crate::frame::Frame;
 use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_TABLES};
@@ -51,7 +51,8 @@ impl AdaptiveValues {
         if making.knowledge == Knowledge::Maps {
             let spendable = query_count.map(|queries| 0.75 * RAY_NS * queries as f64);
             let is_made = making.refine != Refine::Lazy
-                || spendable.is_none_or(|spendable| spendable > Map::price(occluders, false) as f64);
+                || spendable
+                    .is_none_or(|spendable| spendable > Map::price(occluders, false) as f64);
             if !is_made {
                 return 0;
             }

@@ -17,8 +17,10 @@ pub(super) const LEVELS: u32 = 3;
 /// Bits of a receiver's place that say its cell in a node.
 const CELL_BITS: u32 = 4;
 
-/// A list is cut while its entries, tested by all queries that are expected, are more than this.
+/// A list is cut while its entries, tested by all queries that are expected, are more than this; and later when so many
+/// were tested.
 const CUT: f32 = 400.0;
+const TESTS_LEFT: i32 = 2_000;
 /// Longer lists are cut whoever asks, and are none at the finest level.
 const LONGEST: usize = 60;
 /// Sheets are looked for among so many surfaces, and disjoint ones among so many.
@@ -29,63 +31,43 @@ const MOST_APART: usize = 6;
 const APART: f32 = 4.0 * BOUND;
 const PAST: f32 = 2.0 * BOUND;
 
-/// Who asks about a tile.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Asking<'a> {
-    /// Points at these places ([`place_codes`]), in order, each of which stands for so many queries.
-    Points(&'a [u32], f32),
-    /// So many queries, anywhere.
-    Anywhere(f32),
-}
-
-impl<'a> Asking<'a> {
-    fn weight(self) -> f32 {
-        match self {
-            Self::Points(codes, each) => codes.len() as f32 * each,
-            Self::Anywhere(weight) => weight,
-        }
-    }
-
-    fn is_nobody(self) -> bool {
-        matches!(self, Self::Points([], _))
-    }
-
-    /// Those who ask about a cell of a cell of this level.
-    fn within(self, cell: usize, level: u32) -> Self {
-        match self {
-            Self::Points(codes, each) => {
-                let first = codes.partition_point(|&code| digit(code, level) < cell);
-                let count = codes[first..].partition_point(|&code| digit(code, level) == cell);
-                Self::Points(&codes[first..first + count], each)
-            }
-            Self::Anywhere(weight) => Self::Anywhere(weight / NODE_CELLS as f32),
-        }
-    }
-}
-
 /// Returns numbers for places in tiles, whose digits are their cells, level by level.
 #[inline(always)]
-pub(super) fn place_codes<S: Simd>([u, v]: [f32x8<S>; 2]) -> u32x8<S> {
+pub(super) fn place_codes<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>) -> u32x8<S> {
+    digits(simd, u) | digits(simd, v) << 2
+}
+
+/// The digits of one axis, two bits each, apart by those of the other.
+#[inline(always)]
+fn digits<S: Simd>(simd: S, x: f32x8<S>) -> u32x8<S> {
     const ALONG: f32 = (1 << (2 * LEVELS)) as f32;
-    let number = |x: f32x8<S>| {
-        let x = (x * ALONG).max(x * 0.0).min(x * 0.0 + (ALONG - 0.5));
-        let whole: u32x8<S> = x.to_int();
-        // The digits apart, two bits for those of the other axis between.
-        (whole & 3) | (whole & 12) << 2 | (whole & 48) << 4
-    };
-    number(u) | number(v) << 2
+    let least = f32x8::splat(simd, 0.0);
+    let most = f32x8::splat(simd, ALONG - 0.5);
+    let whole: u32x8<S> = (x * ALONG).max(least).min(most).to_int();
+    (whole & 3) | (whole & 12) << 2 | (whole & 48) << 4
+}
+
+/// How many queries are expected of a tile or a cell, anywhere in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Queries {
+    pub(super) count: f32,
+    /// Whether there were more than a list is worth.
+    pub(super) are_more: bool,
+}
+
+impl Queries {
+    fn in_a_cell(self) -> Self {
+        Self {
+            count: self.count / NODE_CELLS as f32,
+            are_more: false,
+        }
+    }
 }
 
 /// Returns the cell of a node of this level, 0 for the tile's, that holds the place of a code.
 #[inline(always)]
 pub(super) fn digit(code: u32, level: u32) -> usize {
     (code >> (CELL_BITS * (LEVELS - 1 - level))) as usize % NODE_CELLS
-}
-
-/// Returns whether two places are in one cell of a level, all in one of level 0.
-pub(super) fn are_in_one_cell(one: u32, other: u32, level: u32) -> bool {
-    let shift = CELL_BITS * (LEVELS - level);
-    one >> shift == other >> shift
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -104,10 +86,6 @@ struct Known {
 }
 
 impl Known {
-    const UNASKED: Self = Self {
-        word: Word::UNASKED,
-        nearest: f32::NEG_INFINITY,
-    };
     const HOPELESS: Self = Self {
         word: Word::HOPELESS,
         nearest: f32::NEG_INFINITY,
@@ -207,7 +185,7 @@ impl<'a, S: Simd> Builder<'a, S> {
     }
 
     /// Makes the tile itself, or its cell of a level that holds the place of a code.
-    pub(super) fn make(&mut self, level: u32, code: u32, asking: Asking<'_>) -> Made<'_> {
+    pub(super) fn make(&mut self, level: u32, code: u32, queries: Queries) -> Made<'_> {
         self.words.clear();
         let mut cell = Cell {
             low: [-0.5; 2],
@@ -227,7 +205,7 @@ impl<'a, S: Simd> Builder<'a, S> {
                 #[inline(always)]
                 || self.first_list(&cell),
             );
-            self.cell(&mut list, &cell, asking)
+            self.cell(&mut list, &cell, queries)
         };
         Made {
             words: &self.words,
@@ -284,7 +262,7 @@ impl<'a, S: Simd> Builder<'a, S> {
     }
 
     /// Cuts a cell into sixteen.
-    fn node(&mut self, list: &[Entry], cell: &Cell, asking: Asking<'_>) -> Known {
+    fn node(&mut self, list: &[Entry], cell: &Cell, queries: Queries) -> Known {
         let first = self.words.len();
         self.words.resize(first + NODE_WORDS, 0);
         let side = 0.25 * cell.side;
@@ -315,7 +293,7 @@ impl<'a, S: Simd> Builder<'a, S> {
                 side,
                 level: cell.level + 1,
             };
-            let known = self.cell(list, &finer, asking.within(number, cell.level));
+            let known = self.cell(list, &finer, queries.in_a_cell());
             self.words[first + number] = known.word.0;
             self.words[first + NODE_CELLS + number] = known.nearest.to_bits();
             nearest = nearest.min(known.nearest);
@@ -346,14 +324,14 @@ impl<'a, S: Simd> Builder<'a, S> {
         }
     }
 
-    fn cell(&mut self, list: &mut Vec<Entry>, cell: &Cell, asking: Asking<'_>) -> Known {
-        if asking.is_nobody() {
-            return Known::UNASKED;
-        }
+    fn cell(&mut self, list: &mut Vec<Entry>, cell: &Cell, queries: Queries) -> Known {
         let covers = list.iter().filter(|entry| entry.covers);
         let mut full = covers.fold(f32::INFINITY, |full, entry| full.min(entry.far));
         list.retain(|entry| entry.near <= full + APART);
-        let nearest = list.iter().fold(f32::INFINITY, |near, entry| near.min(entry.near)) - PAST;
+        let nearest = list
+            .iter()
+            .fold(f32::INFINITY, |near, entry| near.min(entry.near))
+            - PAST;
         if list.is_empty() {
             return Known::NOTHING;
         }
@@ -365,7 +343,10 @@ impl<'a, S: Simd> Builder<'a, S> {
         }
         let mut sheet = Sheet::NONE;
         if list.len() <= MOST_IN_SHEET {
-            sheet = self.sheet(list, cell, full);
+            let over = self.over_a_place(list, cell);
+            if let Some(over) = over.filter(|&over| over != 0) {
+                sheet = self.sheet(list, cell, full, over);
+            }
             if sheet.far <= full {
                 full = sheet.far;
                 let others = list.iter().enumerate();
@@ -377,7 +358,9 @@ impl<'a, S: Simd> Builder<'a, S> {
             } else {
                 sheet = Sheet::NONE;
             }
-            if sheet.is_none() && list.len() <= MOST_APART && self.are_apart(list) {
+            // Two over one place are not.
+            let may_be_apart = over.is_none_or(|over| over.count_ones() < 2);
+            if sheet.is_none() && may_be_apart && list.len() <= MOST_APART && self.are_apart(list) {
                 let word = Word::LIT;
                 return Known { word, nearest };
             }
@@ -402,7 +385,7 @@ impl<'a, S: Simd> Builder<'a, S> {
         }
         let asked = order.iter().filter(|entry| !entry.0).count();
         let is_finest = cell.level >= LEVELS;
-        let is_short = asked <= LONGEST && asking.weight() * asked as f32 <= CUT;
+        let is_short = !queries.are_more && asked <= LONGEST && queries.count * asked as f32 <= CUT;
         if is_finest || is_short {
             if order.len() > LONGEST {
                 self.order = order;
@@ -412,6 +395,9 @@ impl<'a, S: Simd> Builder<'a, S> {
             let place = self.words.len();
             self.words.push((full + PAST).to_bits());
             self.words.push((asked as u32) << 16 | order.len() as u32);
+            // So many tests later it pays to cut the cell.
+            let left = if is_finest { i32::MAX } else { TESTS_LEFT };
+            self.words.push(left.cast_unsigned());
             for &(_, near, surface) in &order {
                 self.words.push(near.to_bits());
                 self.words.push(surface);
@@ -423,14 +409,12 @@ impl<'a, S: Simd> Builder<'a, S> {
         self.order = order;
         list.retain(|entry| entry.near <= full + APART);
         let list = std::mem::take(list);
-        self.node(&list, cell, asking)
+        self.node(&list, cell, queries)
     }
 
     /// Returns the nearest sheet of a list: triangles that cover each place of the inflated cell exactly once.
-    fn sheet(&mut self, list: &[Entry], cell: &Cell, full: f32) -> Sheet {
-        let Some(over) = self.over_a_place(list, cell) else {
-            return Sheet::NONE;
-        };
+    /// `over` are those over one place of it.
+    fn sheet(&mut self, list: &[Entry], cell: &Cell, full: f32, over: u64) -> Sheet {
         for (number, entry) in list.iter().enumerate() {
             self.in_list[usize::from(entry.facet)] = number as u32;
         }

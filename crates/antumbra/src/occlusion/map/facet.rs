@@ -256,8 +256,14 @@ impl Facet {
             let least = (key - reach).max(f32x16::splat(simd, self.keys[0]));
             let most = (key + reach).min(f32x16::splat(simd, self.keys[1]));
             // Beside the triangle the two may have passed each other.
-            near = depths.depth(simd, least).min(f32x16::splat(simd, self.depths[1])).into();
-            far = depths.depth(simd, most).max(f32x16::splat(simd, self.depths[0])).into();
+            near = depths
+                .depth(simd, least)
+                .min(f32x16::splat(simd, self.depths[1]))
+                .into();
+            far = depths
+                .depth(simd, most)
+                .max(f32x16::splat(simd, self.depths[0]))
+                .into();
         }
         for (near, far) in near.iter_mut().zip(&mut far) {
             (*near, *far) = (*near - BOUND, *far + BOUND);
@@ -342,7 +348,11 @@ pub(super) fn footprint(
         return Some((footprint, None));
     };
     // A triangle whose plane holds the light blocks nothing; nor is one needed that repeats another.
-    if side == 0 || tables.joined().is_some_and(|mesh| mesh.is_repeated(surface)) {
+    if side == 0
+        || tables
+            .joined()
+            .is_some_and(|mesh| mesh.is_repeated(surface))
+    {
         return None;
     }
     let corners = occluders.triangle_positions(surface)?;

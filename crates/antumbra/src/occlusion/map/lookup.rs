@@ -16,6 +16,7 @@ use super::super::starts::{Asks, Entry, Moved};
 use super::super::tables::NONE;
 use super::words::{BIAS, Word};
 use super::{Located, Map, NOWHERE, Told as ToldOfCell, entry, told as told_of};
+use crate::shadow::draw;
 
 /// Points whose coordinates are smaller are so near the scene that forms are known well there.
 const NEAR: f32 = 1.25;
@@ -80,6 +81,9 @@ impl AdaptiveValues {
     }
 }
 
+/// Lists of one block in so many are counted, for all.
+const COUNTED: u64 = 8;
+
 /// What words are, a bit each: thresholds, those that their starts are past, lists.
 struct Kinds {
     thresholds: u64,
@@ -89,12 +93,7 @@ struct Kinds {
 
 impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
-    fn find_many_in_map(
-        &self,
-        map: &Map,
-        starts: &[Start],
-        asked: u64,
-    ) -> Told {
+    fn find_many_in_map(&self, map: &Map, starts: &[Start], asked: u64) -> Told {
         let mut told = Told::default();
         if asked.count_ones() as usize <= FEW {
             self.find_each_in_map(map, starts, asked, &mut told);
@@ -112,13 +111,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(never)]
-    fn find_each_in_map(
-        &self,
-        map: &Map,
-        starts: &[Start],
-        asked: u64,
-        told: &mut Told,
-    ) {
+    fn find_each_in_map(&self, map: &Map, starts: &[Start], asked: u64, told: &mut Told) {
         for number in Numbers(asked) {
             told.add(number, self.find_one_in_map(map, &starts[number]));
         }
@@ -144,13 +137,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Answers those starts of a block that are asked. One step for all of them before the next, as in `many`.
     #[inline(always)]
-    fn find_block_in_map(
-        &self,
-        map: &Map,
-        starts: &[Start; MANY],
-        asked: u64,
-        told: &mut Told,
-    ) {
+    fn find_block_in_map(&self, map: &Map, starts: &[Start; MANY], asked: u64, told: &mut Told) {
         let mut surfaces = [0; MANY];
         let mut on_surface_count = 0;
         for (surface, start) in surfaces.iter_mut().zip(starts) {
@@ -167,19 +154,13 @@ impl<S: Simd> Lookup<'_, S> {
         let mut listed = 0;
         if is_free {
             for number in Numbers(asked & !known) {
-                told.add(
-                    number,
-                    self.find_outside_in_map(map, &starts[number]),
-                );
+                told.add(number, self.find_outside_in_map(map, &starts[number]));
             }
         } else {
             let there;
             (there, listed) = self.are_on_surfaces(starts, &surfaces, &places, asked, told);
             for number in Numbers(asked & !there) {
-                told.add(
-                    number,
-                    self.find_off_surface_in_map(map, &starts[number]),
-                );
+                told.add(number, self.find_off_surface_in_map(map, &starts[number]));
             }
             told.unknown |= asked & there & !known & !told.shadowed;
             known &= there & !told.shadowed;
@@ -260,6 +241,7 @@ impl<S: Simd> Lookup<'_, S> {
         [lists, listed]: [u64; 2],
         told: &mut Told,
     ) {
+        let is_sampled = self.values.is_refining() && draw().is_multiple_of(COUNTED);
         told.listed |= lists;
         let mut pairs = Pairs::none();
         let mut wide = [[0.0; 16]; MANY];
@@ -270,8 +252,14 @@ impl<S: Simd> Lookup<'_, S> {
                 told.shadowed |= 1 << number;
                 continue;
             }
-            wide[number] = widened([places[0][number], places[1][number], places[2][number]]);
             let count = counts[usize::from(listed >> number & 1 == 0)];
+            if is_sampled && !map.test(words[number], COUNTED as u32 * count as u32) {
+                // It pays to cut the cell.
+                told.unknown |= 1 << number;
+                told.listed &= !(1 << number);
+                continue;
+            }
+            wide[number] = widened([places[0][number], places[1][number], places[2][number]]);
             let own = starts[0][number].surface.map_or(NONE, |SurfaceId(own)| own);
             for place in 0..count {
                 let (nearest, SurfaceId(surface)) = entry(entries, place);
@@ -303,7 +291,9 @@ impl<S: Simd> Lookup<'_, S> {
         if !self.tables.are_all_opaque() {
             let planes = self.tables.start_planes();
             for (number, &surface) in surfaces.iter().enumerate() {
-                let clear = planes.get(surface as usize).map_or(0, StartPlane::clear_bit);
+                let clear = planes
+                    .get(surface as usize)
+                    .map_or(0, StartPlane::clear_bit);
                 listed &= !(u64::from(clear) << number);
             }
         }
@@ -345,9 +335,13 @@ impl<S: Simd> Lookup<'_, S> {
         match self.move_onto_surface(start) {
             Moved::OwnShadow => Found::by_value(true),
             Moved::Unknown => Found::NOTHING,
-            Moved::To(point, _) => {
-                self.find_at_in_map(map, start, point, self.values.narrow(point), self.is_listed(start))
-            }
+            Moved::To(point, _) => self.find_at_in_map(
+                map,
+                start,
+                point,
+                self.values.narrow(point),
+                self.is_listed(start),
+            ),
         }
     }
 

@@ -21,10 +21,10 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rayon::prelude::*;
 
-use self::build::{Asking, Builder, LEVELS, are_in_one_cell, digit, place_codes};
+use self::build::{Builder, LEVELS, Queries, digit, place_codes};
 use self::facet::footprint;
 pub(crate) use self::prices::{Prices, Spent};
-use self::words::{Arena, BIAS, ENTRY, HEAD, NODE_CELLS, Word};
+use self::words::{Arena, BIAS, ENTRY, HEAD, LEFT, NODE_CELLS, Word};
 use super::footprint::{Part, Window};
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
@@ -50,13 +50,11 @@ const TILES_EACH: f64 = 1.0 / 8.0;
 const TILE_COUNT: [f64; 2] = [64.0, 65_536.0];
 
 /// What making a map costs for each surface, tables with it and tiles without, and the mesh of the scene, in nanoseconds.
-const SURFACE_NS: u64 = 450;
-const JOINED_NS: u64 = 350;
+const SURFACE_NS: u64 = 600;
+const JOINED_NS: u64 = 600;
 /// What a tile costs, and each surface in it, in nanoseconds.
-const TILE_NS: f32 = 500.0;
-const IN_TILE_NS: f32 = 600.0;
-/// The same for all cells of a tile is so much more.
-const WHOLE_TILE: f32 = 3.0;
+const TILE_NS: f32 = 3_000.0;
+const IN_TILE_NS: f32 = 900.0;
 
 /// What one start found, of which more may be known if somebody asks, or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,8 +146,12 @@ impl Map {
             false => Word::UNASKED,
         };
         Some(Self {
-            tiles: (0..count).map(|tile| AtomicU32::new(word(tile).0)).collect(),
-            nearest: (0..count).map(|_| AtomicU32::new(f32::INFINITY.to_bits())).collect(),
+            tiles: (0..count)
+                .map(|tile| AtomicU32::new(word(tile).0))
+                .collect(),
+            nearest: (0..count)
+                .map(|_| AtomicU32::new(f32::INFINITY.to_bits()))
+                .collect(),
             asked: (0..count).map(|_| AtomicU32::new(0)).collect(),
             arena: Arena::new((most_bytes / 4) as usize),
             first: first.into(),
@@ -175,19 +177,22 @@ impl Map {
     pub(crate) fn make_all(&self, tables: &Tables<'_>, queries: f32) {
         let weight = queries / self.tiles.len() as f32;
         const RUN: usize = 64;
-        (0..self.tiles.len().div_ceil(RUN)).into_par_iter().for_each(|run| {
-            check();
-            dispatch!(Level::new(), simd => {
-                let mut builder = Builder::new(simd, *tables);
-                for tile in RUN * run..self.tiles.len().min(RUN * (run + 1)) {
-                    self.make_tile(&mut builder, tile, Asking::Anywhere(weight));
-                }
+        (0..self.tiles.len().div_ceil(RUN))
+            .into_par_iter()
+            .for_each(|run| {
+                check();
+                dispatch!(Level::new(), simd => {
+                    let mut builder = Builder::new(simd, *tables);
+                    for tile in RUN * run..self.tiles.len().min(RUN * (run + 1)) {
+                        self.make_tile(&mut builder, tile, weight);
+                    }
+                });
             });
-        });
     }
 
-    /// Makes tiles that it pays to know, of those that starts ask about which found nothing: each start stands for so
-    /// many queries, which would take a ray of so many nanoseconds each. Returns whether any was made.
+    /// Makes tiles that it pays to know, of those that starts ask about which found nothing, each of which stands for so
+    /// many queries that would take a ray of so many nanoseconds; and cuts cells whose lists were asked too often.
+    /// Returns whether any was made.
     pub(super) fn make_for(
         &self,
         tables: &Tables<'_>,
@@ -197,24 +202,54 @@ impl Map {
     ) -> bool {
         let asking = &*self.sorted(asking);
         let mut is_any = false;
-        let mut codes = Vec::new();
         dispatch!(Level::new(), simd => {
             let mut builder = Builder::new(simd, *tables);
             for group in asking.chunk_by(|a, b| a.0 == b.0) {
                 let tile = group[0].0 as usize;
-                let count = group.len() as u32;
-                let before = self.asked[tile].fetch_add(count, Ordering::Relaxed);
-                let queries = (before + count) as f32 * each;
-                let price = TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32;
-                if queries * ray_ns < price {
-                    continue;
+                if self.tiles[tile].load(Ordering::Acquire) == Word::UNASKED.0 {
+                    is_any |= self.make_if_paid(&mut builder, tile, group.len(), [each, ray_ns]);
+                } else {
+                    is_any |= self.cut_lists(&mut builder, tile, group);
                 }
-                self.asked[tile].store(0, Ordering::Relaxed);
-                codes.clear();
-                codes.extend(group.iter().map(|asking| asking.1));
-                is_any |= self.make_cells(&mut builder, tile, &codes, queries / count as f32);
             }
         });
+        is_any
+    }
+
+    fn make_if_paid<S: Simd>(
+        &self,
+        builder: &mut Builder<'_, S>,
+        tile: usize,
+        starts: usize,
+        [each, ray_ns]: [f32; 2],
+    ) -> bool {
+        let before = self.asked[tile].fetch_add(starts as u32, Ordering::Relaxed);
+        let queries = (before as f32 + starts as f32) * each;
+        let price = TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32;
+        queries * ray_ns >= price && self.make_tile(builder, tile, queries)
+    }
+
+    /// Cuts those cells of a tile, which hold some places, whose lists were asked too often.
+    fn cut_lists<S: Simd>(
+        &self,
+        builder: &mut Builder<'_, S>,
+        tile: usize,
+        places: &[(u32, u32)],
+    ) -> bool {
+        let mut is_any = false;
+        for &(_, code) in places {
+            let (word, slot) = self.cell(tile, code);
+            if word.is_list() && !self.arena.spend(word.place() + LEFT, 0) {
+                if !is_any {
+                    self.take_up(builder, tile);
+                }
+                let queries = Queries {
+                    count: 0.0,
+                    are_more: true,
+                };
+                is_any |= self.make(builder, tile, slot, code, queries);
+            }
+        }
         is_any
     }
 
@@ -244,68 +279,28 @@ impl Map {
         sorted
     }
 
-    /// Makes a whole tile for one start that stands for some others, which took a ray of so many nanoseconds each, if
-    /// they have paid for it by now. Returns whether it did.
-    pub(super) fn make_for_one(
-        &self,
-        tables: &Tables<'_>,
-        (tile, code): (u32, u32),
-        others: u32,
-        ray_ns: f32,
-    ) -> bool {
-        let tile = tile as usize;
-        let is_open = self.cell(tile, code).0 == Word::UNASKED;
-        let before = self.asked[tile].fetch_add(others, Ordering::Relaxed);
-        let queries = (before + others) as f32;
-        let price = WHOLE_TILE * (TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32);
-        if !is_open || queries * ray_ns < price {
-            return false;
-        }
-        self.asked[tile].store(0, Ordering::Relaxed);
-        dispatch!(Level::new(), simd => {
-            let mut builder = Builder::new(simd, *tables);
-            self.make_tile(&mut builder, tile, Asking::Anywhere(2.0 * queries));
-        });
-        true
-    }
-
     fn take_up<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize) {
         let views = &self.views.all;
         let number = views.partition_point(|view| view.first <= tile) - 1;
         let view = &views[number];
-        let (row, column) = ((tile - view.first) / view.size[0], (tile - view.first) % view.size[0]);
+        let (row, column) = (
+            (tile - view.first) / view.size[0],
+            (tile - view.first) % view.size[0],
+        );
         let middle = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
         builder.take_up(view, middle, self.surfaces_of(tile));
     }
 
-    fn make_tile<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize, asking: Asking<'_>) {
-        if !self.surfaces_of(tile).is_empty() {
-            self.take_up(builder, tile);
-            self.make(builder, tile, (0, None), 0, asking);
+    fn make_tile<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize, queries: f32) -> bool {
+        if self.surfaces_of(tile).is_empty() {
+            return false;
         }
-    }
-
-    /// Makes those cells of a tile that nobody has asked about and that hold some places, in order, each of which
-    /// stands for so many queries. Returns whether any was made.
-    fn make_cells<S: Simd>(
-        &self,
-        builder: &mut Builder<'_, S>,
-        tile: usize,
-        mut codes: &[u32],
-        each: f32,
-    ) -> bool {
         self.take_up(builder, tile);
-        let mut is_any = false;
-        while let Some(&code) = codes.first() {
-            let (word, slot) = self.cell(tile, code);
-            let count = codes.partition_point(|&other| are_in_one_cell(code, other, slot.0));
-            let these;
-            (these, codes) = codes.split_at(count);
-            if word == Word::UNASKED {
-                is_any |= self.make(builder, tile, slot, code, Asking::Points(these, each));
-            }
-        }
-        is_any
+        let queries = Queries {
+            count: queries,
+            are_more: false,
+        };
+        self.make(builder, tile, (0, None), 0, queries)
     }
 
     /// Returns what is known of a place in a tile, the level of its cell, and where the word stands, `None` for the
@@ -327,9 +322,9 @@ impl Map {
         tile: usize,
         (level, slot): (u32, Option<usize>),
         code: u32,
-        asking: Asking<'_>,
+        queries: Queries,
     ) -> bool {
-        let made = builder.make(level, code, asking);
+        let made = builder.make(level, code, queries);
         let Some(place) = self.arena.take(made.words.len()) else {
             return false;
         };
@@ -347,14 +342,17 @@ impl Map {
 
     /// Returns where starts within the scene's box are, given coordinate by coordinate.
     #[inline(always)]
-    pub(super) fn locate<S: Simd, const N: usize>(&self, simd: S, places: &[[f32; N]; 3]) -> Located<N> {
+    pub(super) fn locate<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        places: &[[f32; N]; 3],
+    ) -> Located<N> {
         let located = self.views.locate(simd, places);
         let mut codes = [0; N];
         for first in (0..N).step_by(8) {
-            let [u, v] = [0, 1].map(|axis: usize| {
-                f32x8::from_slice(simd, &located.within[axis][first..first + 8])
-            });
-            codes[first..first + 8].copy_from_slice(place_codes([u, v]).as_slice());
+            let u = f32x8::from_slice(simd, &located.within[0][first..first + 8]);
+            let v = f32x8::from_slice(simd, &located.within[1][first..first + 8]);
+            codes[first..first + 8].copy_from_slice(place_codes(simd, u, v).as_slice());
         }
         Located {
             tiles: located.tiles,
@@ -401,6 +399,12 @@ impl Map {
         })
     }
 
+    /// Notes that so many entries of a list are tested; returns whether it stays.
+    #[inline(always)]
+    pub(super) fn test(&self, word: u32, count: u32) -> bool {
+        self.arena.spend(Word(word).place() + LEFT, count)
+    }
+
     /// Returns the depth behind which all starts of a list are in shadow, how many entries it has for starts on listed
     /// surfaces and for all, and where they are.
     #[inline(always)]
@@ -409,7 +413,11 @@ impl Map {
         let full = f32::from_bits(self.arena.read(place));
         let counts = self.arena.read(place + 1);
         let counts = [counts >> 16, counts & 0xffff].map(|count| count as usize);
-        (full, counts, self.arena.slice(place + HEAD, ENTRY * counts[1]))
+        (
+            full,
+            counts,
+            self.arena.slice(place + HEAD, ENTRY * counts[1]),
+        )
     }
 }
 

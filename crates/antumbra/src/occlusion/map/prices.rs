@@ -14,6 +14,9 @@ const OF_COMING: f64 = 0.5;
 /// A map that takes longer than rays is asked by one chunk of queries in so many.
 const SELDOM: u32 = 16;
 
+/// So many chunks may ask it in vain until it counts.
+const VAIN: u32 = 32;
+
 /// How much of what a chunk took comes into what queries took lately.
 const RECENT: f32 = 0.25;
 /// A ray takes about so long as long as none was measured, in nanoseconds.
@@ -26,6 +29,8 @@ pub(crate) struct Spent {
     pub(crate) ns: u64,
     pub(crate) made: u64,
     pub(crate) is_by_map: bool,
+    /// Those that the map has answered.
+    pub(crate) known: u64,
 }
 
 /// The account of one light. Threads add to it now and then.
@@ -39,6 +44,8 @@ pub(crate) struct Prices {
     /// Queries that are known to come.
     expected: AtomicU64,
     tries: AtomicU32,
+    /// Chunks that asked a map in vain, most of them.
+    vain: AtomicU32,
 }
 
 impl Prices {
@@ -63,6 +70,18 @@ impl Prices {
         }
         if spent.queries == 0 {
             return;
+        }
+        // What is asked in vain at first says nothing of what a map takes when there is more of it.
+        if spent.is_by_map {
+            let is_vain = 2 * spent.known < spent.queries;
+            let vain = if is_vain {
+                self.vain.fetch_add(1, order)
+            } else {
+                VAIN
+            };
+            if vain < VAIN {
+                return;
+            }
         }
         let recent = &self.recent[usize::from(spent.is_by_map)];
         let now = spent.ns as f32 / spent.queries as f32;
@@ -95,7 +114,11 @@ impl Prices {
             let recent = self.recent[way].load(Ordering::Relaxed);
             f32::from_bits(recent)
         });
-        map <= ray || self.tries.fetch_add(1, Ordering::Relaxed).is_multiple_of(SELDOM)
+        map <= ray
+            || self
+                .tries
+                .fetch_add(1, Ordering::Relaxed)
+                .is_multiple_of(SELDOM)
     }
 }
 
@@ -143,6 +166,7 @@ mod tests {
             ns: 600_000,
             made: 0,
             is_by_map: false,
+            known: 0,
         };
         prices.note(&spent);
         assert_eq!((prices.expected(), prices.ray_ns()), (4_000, 100.0));
@@ -158,6 +182,7 @@ mod tests {
             ns: 1_000 * each,
             made: 0,
             is_by_map,
+            known: 1_000,
         };
         prices.note(&spent(100, false));
         assert!(prices.is_map_worth_it());

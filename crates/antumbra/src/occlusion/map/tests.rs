@@ -114,7 +114,11 @@ fn wound_fan(builder: &mut OccludersBuilder, random: &mut Random) {
         })
         .collect();
     for number in 0..count - usize::from(!is_closed) {
-        let face = [DVec3::new(0.01, 0.02, tip), rim[number], rim[(number + 1) % count]];
+        let face = [
+            DVec3::new(0.01, 0.02, tip),
+            rim[number],
+            rim[(number + 1) % count],
+        ];
         builder.add_face(&face, Opacity::Opaque).expect("a face");
     }
 }
@@ -160,8 +164,7 @@ fn start(
             let view = views.all[random.below(views.all.len())];
             let place = [0, 1].map(|axis| {
                 let tile = random.below(view.size[axis] + 1) as f64;
-                tile + random.pick(&[0.0, 0.0, 0.25, 1.0 / 32.0])
-                    + random.pick(&[0.0, 1e-6, -1e-6])
+                tile + random.pick(&[0.0, 0.0, 0.25, 1.0 / 32.0]) + random.pick(&[0.0, 1e-6, -1e-6])
                     - view.shift[axis]
             });
             let depth = random.real(-1.0, 1.0);
@@ -193,7 +196,6 @@ fn light(occluders: &Occluders, random: &mut Random) -> LightShape {
     }
 }
 
-
 #[test]
 fn what_a_map_tells_is_what_surfaces_do() {
     let random = &mut Random(1);
@@ -223,7 +225,10 @@ fn what_a_map_tells_is_what_surfaces_do() {
                 moved.point += room * random.of_cube();
             }
             let segment = occluders.segment(&moved, &light);
-            let x = frame.point_in_frame(given.point).to_array().map(|x| x as f32);
+            let x = frame
+                .point_in_frame(given.point)
+                .to_array()
+                .map(|x| x as f32);
             // As far as starts are asked about that are where they seem to be.
             let off = (segment.origin() - given.point).abs().max_element();
             if x.iter().any(|x| x.abs() > 1.25) || off > room {
@@ -235,7 +240,9 @@ fn what_a_map_tells_is_what_surfaces_do() {
             }
             let (words, cells) = map.words(&located);
             let is_listed = given.surface.is_some_and(|surface| {
-                tables.side(surface.0 as usize).is_some_and(|side| side != 0)
+                tables
+                    .side(surface.0 as usize)
+                    .is_some_and(|side| side != 0)
                     && occluders.is_opaque(surface)
             });
             let blocking: Vec<SurfaceId> = occluders
@@ -246,7 +253,11 @@ fn what_a_map_tells_is_what_surfaces_do() {
             let nearest = || map.nearest(located.tiles[0], cells[0]);
             match told(words[0], depth, is_listed, nearest) {
                 Told::Is(is_shadowed) => {
-                    assert_eq!(!blocking.is_empty(), is_shadowed, "{light:?} {given:?} {moved:?}");
+                    assert_eq!(
+                        !blocking.is_empty(),
+                        is_shadowed,
+                        "{light:?} {given:?} {moved:?}"
+                    );
                     *(if is_shadowed { &mut full } else { &mut lit }) += 1;
                 }
                 Told::Unasked | Told::Hopeless => unknown += 1,

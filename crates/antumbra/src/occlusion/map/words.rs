@@ -3,7 +3,7 @@
 //! A word of 32 bits says what a cell knows: a threshold (an `f32`, not negative), or with its highest bit where to go
 //! on: to a node of sixteen cells, or to a list. All lie in one arena that is zero at first and of which only what was
 //! written takes memory. Whoever makes a tile or a cell writes what is below it, then publishes its word; nobody reads
-//! what is not published. A word of which nothing was known is written over, others are not.
+//! what is not published. A word of which nothing was known, or a list, is written over, others are not.
 
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
@@ -76,9 +76,11 @@ pub(super) const BIAS: f32 = 4.0;
 pub(super) const NODE_WORDS: usize = 32;
 pub(super) const NODE_CELLS: usize = 16;
 
-/// A list begins with the depth behind which all is in shadow, and how many entries it has for starts on listed surfaces
-/// and for others. An entry is a depth before which it blocks nothing, and a surface.
-pub(super) const HEAD: usize = 2;
+/// A list begins with the depth behind which all is in shadow, how many entries it has for starts on listed surfaces
+/// and for others, and how many more of them may be tested before it pays to cut its cell. An entry is a depth before which it blocks nothing, and a surface.
+pub(super) const HEAD: usize = 3;
+/// Where in a list it says how many tests are left.
+pub(super) const LEFT: usize = 2;
 pub(super) const ENTRY: usize = 2;
 
 /// Tiles begin at multiples of this.
@@ -105,7 +107,10 @@ impl Arena {
     /// Takes so many words; `None` if there is no room.
     pub(super) fn take(&self, words: usize) -> Option<usize> {
         let words = words.next_multiple_of(ALIGNED);
-        let end = |next: usize| next.checked_add(words).filter(|&end| end <= self.words.len());
+        let end = |next: usize| {
+            next.checked_add(words)
+                .filter(|&end| end <= self.words.len())
+        };
         self.next
             .fetch_update(Ordering::Relaxed, Ordering::Relaxed, end)
             .ok()
@@ -125,6 +130,16 @@ impl Arena {
     #[inline(always)]
     pub(super) fn read(&self, place: usize) -> u32 {
         self.words[place].load(Ordering::Acquire)
+    }
+
+    /// Takes so much from a number that stands at a place; threads may take at once, and some of it be lost. Returns
+    /// whether something is left.
+    #[inline(always)]
+    pub(super) fn spend(&self, place: usize, count: u32) -> bool {
+        let left = self.words[place].load(Ordering::Relaxed).cast_signed();
+        let less = left.saturating_sub(count as i32);
+        self.words[place].store(less.cast_unsigned(), Ordering::Relaxed);
+        less > 0
     }
 
     pub(super) fn publish(&self, place: usize, word: Word, nearest: f32) {
