@@ -162,7 +162,7 @@ class ShadowIndex:
         scene: Scene,
         lights: Sequence[Light] | None = None,
         *,
-        method: Literal["voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
+        method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
         refine: Literal["lazy", "eager", "asked"] = "lazy",
         resolution: int = 2048,
         memory: int = 512 << 20,

@@ -64,13 +64,13 @@ fn without_embree_bench_says_so_and_measures_us() {
         assert!(set["bytes"]["voxel_1990"].as_u64().unwrap() > 0);
     }
     // Only the first queries are asked of no values.
-    assert!(scene["coherent"]["voxel_cold_ns"].as_f64().unwrap() > 0.0);
+    assert!(scene["coherent"]["auto_cold_ns"].as_f64().unwrap() > 0.0);
     for set in ["shuffled", "free"] {
-        assert_eq!(scene[set].get("voxel_cold_ns"), Some(&Value::Null));
+        assert_eq!(scene[set].get("auto_cold_ns"), Some(&Value::Null));
     }
     assert_eq!(scene["break_even"]["most_frames"], 16);
     let table = String::from_utf8_lossy(&output.stdout);
-    assert!(table.contains("cold voxel has"), "{table}");
+    assert!(table.contains("cold auto has"), "{table}");
     for (voxels, is_sampled) in [("64", true), ("256", true), ("512", false)] {
         let values = &scene["oracle"][voxels];
         assert!(values["first_pass"].as_f64().unwrap() > 0.0);
@@ -144,7 +144,7 @@ fn frames_are_asked_of_values_that_are_made_on_the_way() {
         }
 
         let figures = json(&folder.path().join("figures.json"));
-        assert!(figures["geometric_means"]["orbit"]["voxel_by_bvh"].is_f64());
+        assert!(figures["geometric_means"]["orbit"]["auto_by_bvh"].is_f64());
         let scene = &figures["scenes"][0];
         assert_eq!(scene["name"], "city");
         assert_eq!(scene["mismatches"], 0);
@@ -152,15 +152,15 @@ fn frames_are_asked_of_values_that_are_made_on_the_way() {
         for part in ["first_frame", "warm_after_three_views", "orbit", "samples"] {
             let part = &scene[part];
             assert!(part["queries"].as_u64().unwrap() > 100);
-            assert!(part["voxel_ns"].as_f64().unwrap() > 0.0);
+            assert!(part["auto_ns"].as_f64().unwrap() > 0.0);
             assert!(part["bvh_ns"].as_f64().unwrap() > 0.0);
-            assert!(part["voxel_by_bvh"].as_f64().unwrap() > 0.0);
+            assert!(part["auto_by_bvh"].as_f64().unwrap() > 0.0);
             assert!(part.get("embree_ns").is_some() && part.get("embree8_ns").is_some());
         }
         for (series, count) in [("orbit", 5), ("samples", 3)] {
             let series = &scene[series];
             assert_eq!(series["frames"], count);
-            let times = series["frames_ns"]["voxel"].as_array().unwrap();
+            let times = series["frames_ns"]["auto"].as_array().unwrap();
             assert_eq!(times.len(), count);
             let last = &series["last_frame"];
             let shares = ["first_pass", "blocker_list", "ray"].map(|by| last[by].as_f64().unwrap());
@@ -170,8 +170,8 @@ fn frames_are_asked_of_values_that_are_made_on_the_way() {
             }
         }
         // The orbit begins at the camera itself.
-        let first = scene["first_frame"]["voxel_ns"].as_f64();
-        assert_eq!(first, scene["orbit"]["frames_ns"]["voxel"][0].as_f64());
+        let first = scene["first_frame"]["auto_ns"].as_f64();
+        assert_eq!(first, scene["orbit"]["frames_ns"]["auto"][0].as_f64());
     }
 }
 
@@ -204,7 +204,7 @@ fn short_series_and_eager_values_are_told() {
     let arguments = [&sets[..], &common, &json_file].concat();
     assert_success(&antumbra(folder.path(), &arguments, nowhere));
     let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
-    assert_eq!(scene["coherent"].get("voxel_cold_ns"), Some(&Value::Null));
+    assert_eq!(scene["coherent"].get("auto_cold_ns"), Some(&Value::Null));
     assert_eq!(scene.get("break_even"), Some(&Value::Null));
 }
 

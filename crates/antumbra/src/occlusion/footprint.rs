@@ -1,4 +1,4 @@
-//! Which tiles and columns of a light's view a surface may lie in.
+//! Which tiles of a light's view a surface may lie in.
 //!
 //! In: a view, a triangle or a curved shape. Out: every cell of a grid of squares that, inflated, holds a part of its
 //! projection, and those that lie in it wholly. `f64` is off by 2^-40 of a tile here; margins are 2^-11 and
@@ -104,7 +104,7 @@ pub(super) struct Footprint {
     pub(super) margin: f64,
 }
 
-/// A grid of square cells in a view: its tiles, or the columns of a tile.
+/// A grid of square cells in a view: its tiles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     /// Where it begins, in tiles.

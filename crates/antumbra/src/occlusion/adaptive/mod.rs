@@ -347,17 +347,22 @@ impl AdaptiveValues {
     pub(crate) fn bytes_of(&self, light: usize) -> u64 {
         match (self.packed(light), self.known(light)) {
             (Some(light), _) => light.packed.bytes(),
-            (None, Some(known)) => known.store.as_ref().map_or(0, |store| {
-                let (values, lists) = store.bytes();
-                values + lists
-            }),
+            (None, Some(known)) => {
+                let of_store = known.store.as_ref().map_or(0, |store| {
+                    let (values, lists) = store.bytes();
+                    values + lists
+                });
+                of_store + known.lists.map_bytes()
+            }
             (None, None) => 0,
         }
     }
 
-    /// Returns the bytes of values and links.
+    /// Returns the bytes of values and links, and of maps.
     pub(crate) fn value_bytes(&self) -> u64 {
-        self.sum(Packed::value_bytes, |store| store.bytes().0)
+        let maps = (0..self.lights.len()).filter_map(|light| self.known(light));
+        let of_maps = maps.map(|known| known.lists.map_bytes());
+        self.sum(Packed::value_bytes, |store| store.bytes().0) + of_maps.sum::<u64>()
     }
 
     /// Returns the bytes of lists.

@@ -24,7 +24,7 @@ const PACKED_SQUARE: u64 = 48;
 /// Bytes of the store for one of what is packed from it.
 const STORE_SHARE: u64 = 2;
 /// Bytes of the store that queries fill, for a surface.
-const FILLED_EACH: u64 = 40;
+const FILLED_EACH: u64 = 80;
 /// Bytes of contour edges for a triangle.
 const EDGES_EACH: u64 = 120;
 /// Nanoseconds that a ray takes, as queries account for it, on scenes of many kinds.
