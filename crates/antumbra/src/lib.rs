@@ -3,6 +3,7 @@
 mod batch;
 mod bvh;
 mod clock;
+mod draw;
 mod frame;
 mod grid;
 mod index;

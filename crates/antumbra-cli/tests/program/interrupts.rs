@@ -108,6 +108,8 @@ fn verify_and_eager_preparation_end_soon_after_ctrl_c() {
         text(&scene),
         "-o",
         text(&picture),
+        "--shadows",
+        "voxel",
         "--refine",
         "eager",
     ];

@@ -183,9 +183,12 @@ fn what_was_made_on_the_way_is_kept() {
     let (again, _, figures) = world.render(&LAMPS, &[&with_file[..], &size].concat());
     assert!(picture == again);
     let first = world
-        .render(&LAMPS, &[&["--refine", "asked"], &size[..]].concat())
+        .render(
+            &LAMPS,
+            &[&["--refine", "asked", "--shadows", "voxel"], &size[..]].concat(),
+        )
         .2;
-    // Without a file the lists over directions from the light answer until voxels have values.
+    // Without a file rays answer until voxels have values.
     let by_value = |figures| count(figures, "/shadow/first_pass");
     assert!(by_value(&figures) > by_value(&first));
     // A query goes on from there.

@@ -153,8 +153,10 @@ fn the_picture_depends_neither_on_the_method_nor_on_threads() {
 #[test]
 fn the_occlusion_picture_does_not_depend_on_threads() {
     let (folder, scene) = Folder::with_scene();
-    let expected = rendered(&folder, &scene, &["--show", "occlusion", "--threads", "1"]);
-    assert!(rendered(&folder, &scene, &["--show", "occlusion", "--threads", "7"]) == expected);
+    let shown = ["--show", "occlusion", "--refine", "eager", "--threads"];
+    let by = |threads| rendered(&folder, &scene, &[&shown[..], &[threads]].concat());
+    let expected = by("1");
+    assert!(by("7") == expected);
     assert!(rendered(&folder, &scene, &[]) != expected);
 }
 

@@ -142,7 +142,7 @@ fn batches_are_answered_by_our_own_methods_only() {
     assert_code(&refused, 2);
     let said = stderr(&refused);
     assert!(
-        said.contains("possible values: voxel, voxel-1990, grid, bvh, naive"),
+        said.contains("possible values: auto, voxel, voxel-1990, grid, bvh, naive"),
         "{said}"
     );
 }

@@ -2,10 +2,10 @@
 
 use antumbra_geometry::Start;
 
-use super::draw::{SAMPLED, draw};
 use super::order::WINDOW;
 use super::voxel::{ByVoxel, NOTED, Rays};
 use crate::clock::Reading;
+use crate::draw::{SAMPLED, draw};
 use crate::occlusion::{Found, Lists, MANY, Map, Spent};
 use crate::{Answer, Counters, Decided, QueryError};
 

@@ -5,7 +5,6 @@
 
 mod auto;
 mod bvh;
-mod draw;
 mod grid;
 mod naive;
 mod order;
@@ -13,7 +12,6 @@ mod voxel;
 mod voxel_1990;
 
 pub(crate) use bvh::{by_bvh, many_by_bvh};
-pub(crate) use draw::{SAMPLED, draw};
 pub(crate) use grid::by_grid;
 pub(crate) use naive::by_reference;
 pub(crate) use voxel::{ByVoxel, Rays};

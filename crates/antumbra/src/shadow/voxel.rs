@@ -2,10 +2,10 @@
 
 use antumbra_geometry::{Occluders, Start};
 
-use super::draw::{SAMPLED, TIMED, draw};
 use super::order::{self, Order, WINDOW};
 use crate::bvh::Bvh;
 use crate::clock::Reading;
+use crate::draw::{SAMPLED, TIMED, draw};
 use crate::occlusion::{
     Account, AdaptiveValues, BLOCK, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS, Scene,
     Store, cost_of_rays,

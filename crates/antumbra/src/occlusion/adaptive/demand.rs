@@ -14,7 +14,7 @@ use super::making::Scene;
 use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
 use crate::clock::Reading;
-use crate::shadow::SAMPLED;
+use crate::draw::SAMPLED;
 
 /// A unit of cost in links, in nanoseconds, as a power of two.
 pub(super) const UNIT: u32 = 4;

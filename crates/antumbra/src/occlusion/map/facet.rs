@@ -169,7 +169,8 @@ impl Facet {
             let slope = line.x.abs().max(line.y.abs());
             let error = from.length() + to.length();
             // Not for NaN.
-            if !(slope > view.scale * STEEPEST_ERROR * error) {
+            let is_told = slope > view.scale * STEEPEST_ERROR * error;
+            if !is_told {
                 return false;
             }
             let value = (line.x * at.x + line.y * at.y + line.z) * view.scale;

@@ -16,7 +16,7 @@ use super::super::starts::{Asks, Entry, Moved};
 use super::super::tables::NONE;
 use super::words::{BIAS, Word};
 use super::{Located, Map, NOWHERE, Told as ToldOfCell, entry, told as told_of};
-use crate::shadow::draw;
+use crate::draw::draw;
 
 /// Points whose coordinates are smaller are so near the scene that forms are known well there.
 const NEAR: f32 = 1.25;
@@ -205,7 +205,14 @@ impl<S: Simd> Lookup<'_, S> {
             told.unknown |= is_behind << number;
         }
         if lists != 0 {
-            self.find_in_lists_of_map(map, starts, places, &located, &words, [lists, listed], told);
+            self.find_in_lists_of_map(
+                map,
+                starts,
+                places,
+                (&located, &words),
+                [lists, listed],
+                told,
+            );
         }
     }
 
@@ -236,8 +243,7 @@ impl<S: Simd> Lookup<'_, S> {
         map: &Map,
         starts: [&[Start; MANY]; 2],
         places: &Places,
-        located: &Located<MANY>,
-        words: &[u32; MANY],
+        (located, words): (&Located<MANY>, &[u32; MANY]),
         [lists, listed]: [u64; 2],
         told: &mut Told,
     ) {

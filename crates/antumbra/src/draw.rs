@@ -8,7 +8,7 @@ use std::cell::Cell;
 /// One query or block in so many says what using lists has cost, for all of them.
 pub(crate) const SAMPLED: u64 = 16;
 /// One of so many single queries that say so is timed.
-pub(super) const TIMED: u64 = 16;
+pub(crate) const TIMED: u64 = 16;
 
 thread_local! {
     /// How many numbers this thread has drawn.
