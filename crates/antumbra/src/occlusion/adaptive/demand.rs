@@ -60,7 +60,7 @@ impl Drop for Unclaim<'_> {
 
 /// What tables cost: for each triangle those of the scene, and for each the mesh and its edges, and for each other
 /// surface.
-pub(super) const TABLE_NS: u64 = 40;
+pub(super) const TABLE_NS: u64 = 400;
 const WHOLE_NS: u64 = 700;
 const CURVED_NS: u64 = 500;
 

@@ -274,7 +274,6 @@ fn looks_that_cost_more_than_rays_are_few_until_they_do_not() {
                 looked_count,
                 found_count,
                 took: Some(160 * (1_000 - looked_count) + each_ns * looked_count),
-                ..Account::default()
             });
         }
         count
