@@ -116,7 +116,7 @@ def test_what_is_no_scene_and_no_light_is_refused(number: int) -> None:
 
 
 SETTINGS: list[tuple[dict[str, Any], type[Exception], str]] = [
-    ({"method": "magic"}, ValueError, 'method is "magic": expected "voxel"'),
+    ({"method": "magic"}, ValueError, 'method is "magic": expected "auto", "voxel"'),
     ({"method": 3}, TypeError, "method: expected a str, found int"),
     ({"refine": "later"}, ValueError, 'refine is "later": expected "lazy"'),
     ({"resolution": 3}, ValueError, "resolution is 3: expected 4 to 4096"),
