@@ -62,7 +62,7 @@ impl Drop for Unclaim<'_> {
 /// surface.
 pub(super) const TABLE_NS: u64 = 400;
 const WHOLE_NS: u64 = 700;
-const CURVED_NS: u64 = 500;
+pub(super) const CURVED_NS: u64 = 500;
 
 impl AdaptiveValues {
     /// Adds what some queries of a light came to, with so many more known to come; makes the light's tables

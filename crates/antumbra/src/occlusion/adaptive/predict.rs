@@ -10,7 +10,7 @@ use super::super::bricks::Store;
 use super::super::lattice::Lattice;
 use super::super::map::Map;
 use super::super::tables::{LightTables, SceneTables};
-use super::demand::TABLE_NS;
+use super::demand::{CURVED_NS, TABLE_NS};
 use super::{AdaptiveValues, Knowledge, Making};
 use crate::Refine;
 use crate::frame::Frame;
@@ -76,7 +76,8 @@ impl AdaptiveValues {
                 scene + light_count * stays + making.max(store)
             }
             Refine::Asked | Refine::Lazy => {
-                let price = TABLE_NS * triangle_count;
+                let price =
+                    TABLE_NS * triangle_count + CURVED_NS * (surface_count - triangle_count);
                 let queries = query_count.unwrap_or(u64::MAX) as f64;
                 let spendable =
                     RAY_NS * (HOPE_FOR_TABLES * queries + FORESIGHT * queries.min(AHEAD));
