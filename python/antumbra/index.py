@@ -126,13 +126,14 @@ class ShadowIndex:
         scene: The surfaces.
         lights: The lights; queries name them by their place here. By default the scene's.
         method: How queries are answered. `"voxel"`, the default, keeps values in voxels, and lists of the few
-            surfaces that may block; `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
+            surfaces that may block; it alone can be saved, and is pickled with what it knows. `"auto"` makes an exact
+            shadow map of each light where that pays; `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
             the method of the paper; `"naive"` tests every surface: the reference. All give the same answers.
-        refine: When `"voxel"` computes its values: `"lazy"`, while queries are answered, where it is predicted to
+        refine: When `"voxel"` computes its values, and `"auto"` its maps: `"lazy"`, while queries are answered, where it is predicted to
             save time; `"eager"`, all of them now; `"asked"`, at the first query of each voxel.
         resolution: Finest voxels of `"voxel"` along the longest axis, 4 to 4096, a power of two or rounded up
             to one; half of it for points of space.
-        memory: Bytes at most for all that lights know of `"voxel"`, with what is needed to make it, up to 4 GiB.
+        memory: Bytes at most for all that lights know of `"voxel"` or `"auto"`, with what is needed to make it, up to 4 GiB.
             Where that is too little, values are dropped and made again, or rays answer (`evictions` and
             `lights_without_room` in `stats`). Surfaces, tree, grid and about 250 bytes a light come beside.
         memory_limit: Bytes at most for grid, tree and values, by prediction; what lights know takes what they

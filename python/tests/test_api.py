@@ -66,7 +66,7 @@ def test_every_method_gives_the_answers_of_the_reference(
     ]
     expected = [reference.occluded(points, [0, 1, 2], **more) for more in asked]
     assert all(answers.any() and not answers.all() for answers in expected)
-    methods = ("voxel", "bvh", "grid", "voxel-1990") if refine == "lazy" else ("voxel",)
+    methods = ("auto", "voxel", "bvh", "grid", "voxel-1990") if refine == "lazy" else ("auto", "voxel")
     for method in methods:
         index = antumbra.ShadowIndex(scene, LIGHTS, method=method, refine=refine, resolution=64, grid=12)  # type: ignore[arg-type]
         for more, answers in zip(asked, expected):

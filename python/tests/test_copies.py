@@ -69,7 +69,7 @@ def test_bytes_that_are_no_scene_are_refused(scene: antumbra.Scene) -> None:
             antumbra._antumbra.Scene.of_bytes(bad)
 
 
-@pytest.mark.parametrize("method", ["voxel", "voxel-1990", "grid", "bvh", "naive"])
+@pytest.mark.parametrize("method", ["auto", "voxel", "voxel-1990", "grid", "bvh", "naive"])
 @pytest.mark.parametrize("protocol", [2, pickle.HIGHEST_PROTOCOL])
 def test_an_index_answers_as_before(scene: antumbra.Scene, bumps: Any, method: Any, protocol: int) -> None:
     index = antumbra.ShadowIndex(scene, LIGHTS, method=method, refine="asked", resolution=64, grid=8)

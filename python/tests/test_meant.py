@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-METHODS = ("voxel", "bvh", "grid", "voxel-1990", "naive")
+METHODS = ("auto", "voxel", "bvh", "grid", "voxel-1990", "naive")
 MUNICH = np.array([691000.0, 5334000.0, 520.0])
 SUN = [antumbra.DirectionalLight((0, 0, 1))]
 NORMAL = [[0.1, 0.0, 1.0]]

@@ -77,7 +77,7 @@ def test_layers_say_who_is_in_shadow_and_how_that_was_decided(file: Path) -> Non
 def test_a_picture_depends_neither_on_method_nor_on_threads(file: Path) -> None:
     scene = antumbra.Scene.load(file)
     expected = antumbra.render(scene, method="naive", threads=1)
-    for method in ("voxel", "bvh", "grid", "voxel-1990"):
+    for method in ("auto", "voxel", "bvh", "grid", "voxel-1990"):
         picture = antumbra.render(scene, method=method, threads=2)  # type: ignore[arg-type]
         assert np.array_equal(picture.colour, expected.colour)
         assert np.array_equal(picture.shadow, expected.shadow)

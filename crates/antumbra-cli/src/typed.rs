@@ -112,17 +112,17 @@ pub(crate) struct IndexCost {
     #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
     pub(crate) lists: Option<[usize; 2]>,
 
-    /// When method voxel computes its values [default: lazy; eager for verify, inspect, bake and export]
+    /// When method voxel computes its values, and auto its maps [default: lazy; eager for verify, inspect, bake and export]
     #[arg(long, value_name = "WHEN", value_enum)]
     pub(crate) refine: Option<RefineWhen>,
 
-    /// Memory for all that lights know of method voxel, such as 64MiB, up to 4GiB. What does not fit is computed
+    /// Memory for all that lights know of methods auto and voxel, such as 64MiB, up to 4GiB. What does not fit is computed
     /// again when needed, or rays answer; answers do not change [default: 512MiB]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub(crate) occlusion_memory: Option<u64>,
 }
 
-/// When method `voxel` computes its values.
+/// When methods `voxel` and `auto` compute what they know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RefineWhen {
     /// While queries are answered, where it is predicted to save time

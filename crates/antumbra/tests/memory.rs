@@ -196,6 +196,9 @@ fn predictions_are_no_less_than_what_is_taken_and_no_more_than_half_more() {
         let surfaces = occluders.memory_bytes();
         for (method, refine, query_count) in [
             (Method::Bvh, Refine::Lazy, 10_000),
+            (Method::Auto, Refine::Lazy, 10_000),
+            (Method::Auto, Refine::Lazy, 3_000_000),
+            (Method::Auto, Refine::Eager, 10_000),
             (Method::Voxel, Refine::Lazy, 10_000),
             (Method::Voxel, Refine::Lazy, 3_000_000),
             (Method::Voxel, Refine::Eager, 10_000),
@@ -209,7 +212,7 @@ fn predictions_are_no_less_than_what_is_taken_and_no_more_than_half_more() {
                 ..Refinement::default()
             };
             let rays = match method {
-                Method::Bvh | Method::Voxel => RayMethod::Bvh,
+                Method::Bvh | Method::Voxel | Method::Auto => RayMethod::Bvh,
                 _ => RayMethod::Grid,
             };
             let predicted = ShadowIndex::predict(

@@ -13,7 +13,7 @@ use crate::Counters;
 
 /// So much of what rays alone would have taken may be lost in the hope of gaining more.
 const HOPE: f64 = 1.0 / 16.0;
-/// The same for tables, which are bought once.
+/// Share of the time of rays that may be lost for tables, which are bought once.
 pub(crate) const HOPE_FOR_TABLES: f64 = 1.0 / 10.0;
 /// So much of the gain may be spent on values.
 const REINVESTED: f64 = 0.7;

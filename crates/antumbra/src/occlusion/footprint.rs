@@ -1,7 +1,6 @@
 //! Which tiles of a light's view a surface may lie in.
 //!
-//! In: a view, a triangle or a curved shape. Out: every cell of a grid of squares that, inflated, holds a part of its
-//! projection, and those that lie in it wholly. `f64` is off by 2^-40 of a tile here; margins are 2^-11 and
+//! In: a view, a triangle or a curved shape. Out: every tile that, inflated, holds a part of its projection. `f64` is off by 2^-40 of a tile here; margins are 2^-11 and
 //! more.
 
 use antumbra_geometry::{DVec2, DVec3, Occluders, SurfaceId};
@@ -102,48 +101,6 @@ pub(super) struct Footprint {
     pub(super) depths: [f64; 2],
     /// By how much cells are inflated.
     pub(super) margin: f64,
-}
-
-/// A grid of square cells in a view: its tiles.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Window {
-    /// Where it begins, in tiles.
-    pub(super) origin: DVec2,
-    /// Cells along both axes.
-    pub(super) size: [usize; 2],
-    /// Cells along the side of a tile.
-    pub(super) fineness: f64,
-}
-
-impl Window {
-    pub(super) fn tiles(view: &View) -> Self {
-        Self {
-            origin: DVec2::ZERO,
-            size: view.size,
-            fineness: 1.0,
-        }
-    }
-
-    /// Returns the cells along both axes that a box meets: the first, and the one after the last.
-    #[inline]
-    fn ranges(&self, low: DVec2, high: DVec2) -> [[usize; 2]; 2] {
-        let low = (low - self.origin) * self.fineness;
-        let high = (high - self.origin) * self.fineness;
-        std::array::from_fn(|axis| {
-            let count = self.size[axis] as f64;
-            let first = low[axis].clamp(0.0, count) as usize;
-            let end = (high[axis] + 1.0).clamp(0.0, count) as usize;
-            [first, end.max(first)]
-        })
-    }
-}
-
-/// A cell of a footprint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Part {
-    pub(super) at: [usize; 2],
-    /// Whether all of the inflated cell lies in the footprint.
-    pub(super) is_covered: bool,
 }
 
 impl Footprint {
@@ -250,69 +207,57 @@ impl Footprint {
         })
     }
 
-    /// Calls `visit` with every cell.
+    /// Calls `visit` with column and row of every tile of the view that may hold a part of it, inflated.
     #[inline]
-    pub(super) fn parts(&self, window: &Window, mut visit: impl FnMut(Part)) {
-        let [[left, right], [bottom, top]] = window.ranges(self.low, self.high);
-        // A polygon meets all cells of a row that is its whole height.
+    pub(super) fn tiles(&self, view: &View, mut visit: impl FnMut([usize; 2])) {
+        let [[left, right], [bottom, top]] = self.ranges(view);
+        // A polygon meets all tiles of a row that is its whole height.
         if self.count == 0 || right - left <= 1 || top - bottom <= 1 {
             for row in bottom..top {
-                for column in left..right {
-                    visit(Part {
-                        at: [column, row],
-                        is_covered: false,
-                    });
-                }
+                (left..right).for_each(|column| visit([column, row]));
             }
             return;
         }
-        let (step, margin) = (1.0 / window.fineness, self.margin);
+        let margin = self.margin;
         for row in bottom..top {
-            let low = window.origin.y + row as f64 * step;
-            let [outer, inner] = self.across([low - margin, low + step + margin]);
-            let [outer, inner] = [outer, inner].map(|range| range.map(|x| x - window.origin.x));
-            let first = ((outer[0] - margin) * window.fineness).max(0.0) as usize;
-            let end = (outer[1] + margin) * window.fineness + 1.0;
-            let end = end.clamp(0.0, window.size[0] as f64) as usize;
-            for column in first..end {
-                let left = column as f64 * step;
-                let is_covered = left - margin >= inner[0] && left + step + margin <= inner[1];
-                visit(Part {
-                    at: [column, row],
-                    is_covered,
-                });
-            }
+            let low = row as f64;
+            let [first, last] = self.across([low - margin, low + 1.0 + margin]);
+            let first = (first - margin).max(0.0) as usize;
+            let end = (last + margin + 1.0).clamp(0.0, view.size[0] as f64) as usize;
+            (first..end).for_each(|column| visit([column, row]));
         }
     }
 
-    /// Returns what the polygon covers at some heights between two lines, and at all.
+    /// Returns the tiles along both axes that the box meets: the first, and the one after the last.
     #[inline]
-    fn across(&self, lines: [f64; 2]) -> [[f64; 2]; 2] {
-        const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-        let join = |[low, high]: [f64; 2], x: f64| [low.min(x), high.max(x)];
-        let mut between = NOTHING;
-        let mut at = [NOTHING; 2];
+    fn ranges(&self, view: &View) -> [[usize; 2]; 2] {
+        std::array::from_fn(|axis| {
+            let count = view.size[axis] as f64;
+            let first = self.low[axis].clamp(0.0, count) as usize;
+            let end = (self.high[axis] + 1.0).clamp(0.0, count) as usize;
+            [first, end.max(first)]
+        })
+    }
+
+    /// Returns what the polygon covers at any height between two lines.
+    #[inline]
+    fn across(&self, lines: [f64; 2]) -> [f64; 2] {
+        let mut covered = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut join = |x: f64| covered = [covered[0].min(x), covered[1].max(x)];
         let places = &self.places[..self.count];
         let mut from = places[self.count - 1];
         for &to in places {
             if to.y >= lines[0] && to.y <= lines[1] {
-                between = join(between, to.x);
+                join(to.x);
             }
-            for (line, at) in lines.iter().zip(&mut at) {
+            for line in lines {
                 let (below, above) = (from.y - line, to.y - line);
                 if below * above < 0.0 {
-                    let x = from.x + (to.x - from.x) * (below / (below - above));
-                    *at = join(*at, x);
+                    join(from.x + (to.x - from.x) * (below / (below - above)));
                 }
             }
             from = to;
         }
-        let outer = [
-            between[0].min(at[0][0]).min(at[1][0]),
-            between[1].max(at[0][1]).max(at[1][1]),
-        ];
-        // A convex set that holds both ends of an upright piece holds the piece.
-        let inner = [at[0][0].max(at[1][0]), at[0][1].min(at[1][1])];
-        [outer, inner]
+        covered
     }
 }

@@ -37,6 +37,10 @@ impl Pairs {
     /// Pairs a start with a surface. A list of so many as there is room for may follow [`Pairs::is_full`].
     #[inline(always)]
     pub(super) fn push(&mut self, surface: u32, number: usize) {
+        debug_assert!(
+            self.count < PAIRS + SPARE,
+            "a list is longer than there is room for"
+        );
         let at = self.count.min(PAIRS + SPARE - 1);
         self.surfaces[at] = surface;
         self.numbers[at] = number as u8;

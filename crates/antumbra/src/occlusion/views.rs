@@ -97,6 +97,8 @@ const LEAST_W: [f64; 2] = [0.25, 1.0 / 64.0];
 const FARTHEST: f64 = 3.0;
 /// Tiles along an axis at most.
 const MOST_ALONG: f64 = 512.0;
+/// Places that rounding leads beyond a face are moved into the last of so many cells of a tile.
+pub(super) const CELLS_ALONG_TILE: u32 = 64;
 /// Tiles about what surfaces fill.
 const BORDER: f64 = 1.0;
 
@@ -280,7 +282,7 @@ impl Locator {
         let half = 0.5 * *size as f32;
         let rate = f32x8::splat(simd, half) / depths;
         // Rounding may lead a little beyond a face.
-        let last = f32x8::splat(simd, *size as f32 - 1.0 / 64.0);
+        let last = f32x8::splat(simd, *size as f32 - 1.0 / CELLS_ALONG_TILE as f32);
         let u = (a * rate + half).max(f32x8::splat(simd, 0.0)).min(last);
         let v = (b * rate + half).max(f32x8::splat(simd, 0.0)).min(last);
         let (column, row) = (whole(u), whole(v));
@@ -345,7 +347,7 @@ impl View {
             high = high.max(place);
         }
         let longest = (high - low).max_element();
-        // A scene that is seen from its edge has columns no longer than wide.
+        // A scene that is seen from its edge has tiles no longer than wide.
         let extent = (high - low).max(DVec2::splat((longest / 64.0).max(1.0 / 1024.0)));
         let scale = (tile_count / (extent.x * extent.y))
             .sqrt()

@@ -17,7 +17,7 @@ use super::record::Recorded;
 /// Frames of one camera in which values may pay. All are asked: who is ahead by a hair may fall back.
 const MOST_FRAMES: u32 = 16;
 
-/// What was found about cold `auto`.
+/// Times of `auto` from nothing.
 pub(super) struct Cold {
     /// The first frame's queries.
     pub(super) measured: Measured,

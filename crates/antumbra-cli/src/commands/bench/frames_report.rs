@@ -58,7 +58,7 @@ pub(super) struct Timing {
     auto_by_bvh: Option<f64>,
     /// Median over the rounds of the time of Embree, one ray a call, by that of each other method.
     embree_by: BTreeMap<String, f64>,
-    /// The same for Embree's faster way: one ray a call, or eight.
+    /// Median over the rounds of the time of Embree's faster way, one ray a call or eight, by each method's.
     embree_best_by: BTreeMap<String, f64>,
     /// Width of the middle half of the rounds over the median.
     spread: BTreeMap<String, f64>,

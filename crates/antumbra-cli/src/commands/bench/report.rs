@@ -112,7 +112,7 @@ pub(super) struct SetReport {
     pub(super) times_ns: BTreeMap<String, Option<f64>>,
     /// Median over the rounds of the time of Embree, one ray a call, by each method's.
     pub(super) embree_by: BTreeMap<String, f64>,
-    /// The same for Embree's faster way: one ray a call, or eight.
+    /// Median over the rounds of the time of Embree's faster way, one ray a call or eight, by each method's.
     pub(super) embree_best_by: BTreeMap<String, f64>,
     /// Width of the middle half of the rounds over the median.
     pub(super) spread: BTreeMap<String, f64>,

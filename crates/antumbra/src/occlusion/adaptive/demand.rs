@@ -143,10 +143,6 @@ impl AdaptiveValues {
         if !self.is_refining() {
             return 0;
         }
-        if !lists.may_grow(map) {
-            self.lights[light].is_refused.store(true, Ordering::Relaxed);
-            return 0;
-        }
         let begin = Reading::now();
         let asking = self.places_in_map(map, starts);
         let prices = &self.lights[light].prices;
@@ -164,7 +160,11 @@ impl AdaptiveValues {
         } else {
             each
         };
-        match map.make_for(&tables, &asking, each, ray_ns) {
+        let is_made = map.make_for(&tables, &asking, each, ray_ns);
+        if map.is_full() {
+            self.lights[light].is_refused.store(true, Ordering::Relaxed);
+        }
+        match is_made {
             true => begin.elapsed_ns().max(1),
             false => 0,
         }

@@ -1,4 +1,4 @@
-//! What is made: tables, maps, bricks; all of them before the first query, or one by one.
+//! The making of tables, maps and bricks: before the first query, or one by one.
 
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, OnceLock, PoisonError};
@@ -35,7 +35,7 @@ pub(super) const LOOK_PRICE: u32 = 9;
 /// Bricks so many halvings below the root are made quickly.
 const QUICK_LEVELS: u32 = 2;
 
-/// A map that is made before the first query is made for so many.
+/// Queries for which a map is made before the first one.
 const WHOLE_MAP: f32 = 1e8;
 
 /// What a brick costs, quick and full: itself, and each candidate.
@@ -362,7 +362,7 @@ impl AdaptiveValues {
                     map.make_all(&tables, queries);
                 }
                 let share = held.keep(map.bytes())?;
-                Some((map, share))
+                Some(map.keep(share))
             });
             if map.is_none() {
                 let values = &self.lights[light];

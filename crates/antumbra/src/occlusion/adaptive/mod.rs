@@ -103,8 +103,8 @@ pub(crate) struct PackedLight {
 #[derive(Debug)]
 pub(crate) struct Lists {
     pub(super) tables: LightTables,
-    /// What all directions from the light know, if anything can be known so.
-    map: OnceLock<Option<(Map, Share)>>,
+    /// The light's map; `None` where no view suits it or there was no room.
+    map: OnceLock<Option<Map>>,
     /// Of the tables.
     share: Share,
 }
@@ -113,17 +113,7 @@ impl Lists {
     /// Returns what all directions from the light know, if there is a map.
     #[inline(always)]
     pub(crate) fn map(&self) -> Option<&Map> {
-        self.map.get()?.as_ref().map(|(map, _)| map)
-    }
-
-    /// Returns whether a map may take more bytes, and has them.
-    fn may_grow(&self, map: &Map) -> bool {
-        self.map
-            .get()
-            .and_then(Option::as_ref)
-            .is_some_and(|(_, share)| {
-                map.bytes() <= share.bytes() || share.grow(map.bytes() - share.bytes() + GROWTH)
-            })
+        self.map.get()?.as_ref()
     }
 
     fn map_bytes(&self) -> u64 {
@@ -131,7 +121,7 @@ impl Lists {
     }
 }
 
-/// What lights know.
+/// The kind of knowledge that lights keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Knowledge {
     /// Maps of their directions.
@@ -150,9 +140,6 @@ pub(crate) struct Making {
     /// Bytes at most of all that lights know, and of what is needed to make it.
     pub(crate) most_bytes: u64,
 }
-
-/// Bytes that a map takes from the room at a time.
-const GROWTH: u64 = 1 << 18;
 
 /// In place of a light.
 const NO_LIGHT: usize = usize::MAX;

@@ -8,12 +8,15 @@ use fearless_simd::{Simd, f32x8, f32x16, u32x8};
 
 use super::super::forms::BOUND;
 use super::super::tables::{NONE, Tables};
+use super::super::views::CELLS_ALONG_TILE;
 use super::super::views::View;
 use super::facet::{Cells, Depths, Facet, ROOM};
 use super::words::{Arena, NODE_CELLS, NODE_WORDS, Word};
 
 /// Cells are cut so often below a tile.
 pub(super) const LEVELS: u32 = 3;
+// Places are moved by no more than a cell.
+const _: () = assert!(1 << (2 * LEVELS) == CELLS_ALONG_TILE);
 /// Bits of a receiver's place that say its cell in a node.
 const CELL_BITS: u32 = 4;
 
@@ -21,8 +24,10 @@ const CELL_BITS: u32 = 4;
 /// were tested.
 const CUT: f32 = 400.0;
 const TESTS_LEFT: i32 = 2_000;
-/// Longer lists are cut whoever asks, and are none at the finest level.
+/// Longer lists are cut where so many queries are expected for each entry, and are none at the finest level: so heaps
+/// of large surfaces, which no cut takes apart, cost no more than rays.
 const LONGEST: usize = 60;
+const CUT_SHARE: f32 = 0.5;
 /// Sheets are looked for among so many surfaces, and disjoint ones among so many.
 const MOST_IN_SHEET: usize = 48;
 const MOST_APART: usize = 6;
@@ -385,6 +390,12 @@ impl<'a, S: Simd> Builder<'a, S> {
         }
         let asked = order.iter().filter(|entry| !entry.0).count();
         let is_finest = cell.level >= LEVELS;
+        // What a cut costs must not be more than the rays of those who ask.
+        let is_dear = asked > LONGEST && queries.count < CUT_SHARE * asked as f32;
+        if is_dear {
+            self.order = order;
+            return Known::HOPELESS;
+        }
         let is_short = !queries.are_more && asked <= LONGEST && queries.count * asked as f32 <= CUT;
         if is_finest || is_short {
             if order.len() > LONGEST {

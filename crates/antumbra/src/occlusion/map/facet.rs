@@ -23,6 +23,9 @@ use super::super::views::View;
 /// What places and lines in a tile may be off together, in tiles.
 pub(super) const ROOM: f32 = 1.0 / (1u32 << 17) as f32;
 
+/// Corners at most so many tiles away are compared with lines: a place, a slope and the line are off by `2^-20` each.
+const FARTHEST: f32 = 4.0;
+
 /// Sides are told whose slope is so many times the error of their numbers, for a unit of place.
 const STEEPEST_ERROR: f64 = 1.0 / (1u64 << 26) as f64;
 
@@ -111,11 +114,13 @@ pub(super) struct Measured {
 }
 
 /// Sides of a triangle whose plane is used are at least so long, its normal is at least so much of their product, and
-/// so much of it is the depth's. Corners err by 2^-53, so the normal by `2^-50 / (LEAST_NORMAL LEAST_SIDE)` = 2^-30,
-/// the terms of a key by 8 times that, and keys by 2^-22.
+/// so much of it is the depth's. Corners err by 2^-53, so the normal by `2^-50 / (LEAST_NORMAL LEAST_SIDE)` = 2^-30 at
+/// most, and over the triangle, which is no longer than 3.5, heights and so keys times [`FLATTEST`] by 2^-28 at most. Beyond
+/// the triangle the plane is cut at the depths of its corners.
 const LEAST_SIDE: f64 = 1.0 / 8192.0;
 const LEAST_NORMAL: f64 = 1.0 / 128.0;
 const FLATTEST: f64 = 1.0 / 32.0;
+const KEY_ERROR: f64 = 1.0 / (1u64 << 23) as f64;
 
 impl Facet {
     /// `None` if the surface blocks nothing in the view. `middle` is the tile's, in tiles. Returns also by how much cells
@@ -217,9 +222,10 @@ impl Facet {
         let at = (middle - view.shift) / view.scale;
         let slope = [n[0], n[1]].map(|x| x / (below * view.scale));
         let key = (n[0] * at.x + n[1] * at.y + add) / below;
-        // What `f32` makes of the key, in depth.
-        let error = (key.abs() + slope[0].abs() + slope[1].abs()) * f64::from(f32::EPSILON) * 2.0;
-        if error * depths.steepness(far) > f64::from(BOUND) / 4.0 {
+        // What `f32` makes of the key, and what it errs by before, in depth.
+        let rounding =
+            (key.abs() + slope[0].abs() + slope[1].abs()) * f64::from(f32::EPSILON) * 2.0;
+        if (rounding + KEY_ERROR) * depths.steepness(far) > f64::from(BOUND) / 2.0 {
             return;
         }
         self.has_plane = true;
@@ -313,8 +319,11 @@ impl Facet {
     /// Returns whether no place is inside both, up to lines of this one. `ends` are the positions of both triangles'
     /// corners.
     pub(super) fn parts_from(&self, other: &Self, [own, others]: [&[DVec3; 3]; 2]) -> bool {
+        // Of corners far off `f32` does not tell on which side of a line they are.
+        let is_near = |corner: &[f32; 2]| corner.iter().all(|x| x.abs() < FARTHEST);
         self.has_places
             && other.has_places
+            && other.corners.iter().all(is_near)
             && self.sides.iter().enumerate().any(|(number, &[x, y, z])| {
                 // A corner that both share lies exactly on the line.
                 let ends = [own[number], own[(number + 1) % 3]];

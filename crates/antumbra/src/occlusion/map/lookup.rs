@@ -1,4 +1,4 @@
-//! What map know of starts.
+//! What a map knows of starts.
 //!
 //! In: starts. Out: a [`Found`] each, as from a list. Invariant: an answer that is found is the reference's.
 
@@ -22,7 +22,7 @@ use crate::draw::draw;
 const NEAR: f32 = 1.25;
 
 impl AdaptiveValues {
-    /// Finds what map tell of those of at most [`MANY`] starts that are asked, a bit each.
+    /// Finds what a map tells of those of at most [`MANY`] starts a bit each.
     #[inline]
     pub(crate) fn find_many_in_map(
         &self,
@@ -45,7 +45,7 @@ impl AdaptiveValues {
         })
     }
 
-    /// Finds what map tell of a start.
+    /// Finds what a map tells of a start.
     #[inline]
     pub(crate) fn find_one_in_map(
         &self,
@@ -377,7 +377,7 @@ impl<S: Simd> Lookup<'_, S> {
         let depth = located.depths[0];
         let word = match told_of(words[0], depth, is_listed, nearest) {
             ToldOfCell::Is(is_shadowed) => return Found::by_value(is_shadowed),
-            ToldOfCell::Unasked | ToldOfCell::Hopeless => return Found::NOTHING,
+            ToldOfCell::Unknown => return Found::NOTHING,
             ToldOfCell::List(word) => word,
         };
         let (full, counts, entries) = map.list(word);

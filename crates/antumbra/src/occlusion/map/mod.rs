@@ -13,7 +13,8 @@ mod prices;
 mod tests;
 mod words;
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use antumbra_geometry::{DVec2, LightShape, Occluders, SurfaceId};
 use antumbra_task::{check, checked};
@@ -25,7 +26,7 @@ use self::build::{Builder, LEVELS, Queries, digit, place_codes};
 use self::facet::footprint;
 pub(crate) use self::prices::{Prices, Spent};
 use self::words::{Arena, BIAS, ENTRY, HEAD, LEFT, NODE_CELLS, Word};
-use super::footprint::{Part, Window};
+use super::room::Share;
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
 use crate::frame::Frame;
@@ -43,11 +44,18 @@ pub(crate) struct Map {
     /// Queries that found nothing in a tile.
     asked: Box<[AtomicU32]>,
     arena: Arena,
+    /// Of all its bytes, once it is made.
+    share: OnceLock<Share>,
+    is_full: AtomicBool,
 }
 
 /// Tiles for a surface, and the fewest and most of them.
 const TILES_EACH: f64 = 1.0 / 8.0;
 const TILE_COUNT: [f64; 2] = [64.0, 65_536.0];
+
+/// Entries of tiles at most, for each surface and for each tile: more than that tiles are made wider, so often.
+const MOST_ENTRIES: [usize; 2] = [16, 16];
+const TRIES: usize = 3;
 
 /// What making a map costs for each surface, tables with it and tiles without, and the mesh of the scene, in nanoseconds.
 const SURFACE_NS: u64 = 600;
@@ -56,11 +64,10 @@ const JOINED_NS: u64 = 600;
 const TILE_NS: f32 = 3_000.0;
 const IN_TILE_NS: f32 = 900.0;
 
-/// What one start found, of which more may be known if somebody asks, or not.
+/// What one start found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Told {
-    Unasked,
-    Hopeless,
+    Unknown,
     Is(bool),
     /// The surfaces of a list.
     List(u32),
@@ -82,8 +89,10 @@ impl Map {
 
     /// Returns the most bytes that [`Map::new`] takes at its height but for its arena.
     pub(crate) fn height_bytes(occluders: &Occluders) -> u64 {
-        let tiles = tile_count(occluders) as u64 * 2;
-        16 * tiles + 24 * (occluders.surface_count() as u64 + tiles)
+        // As many again by rounding and borders.
+        let tiles = 2 * tile_count(occluders) as usize;
+        let entries = most_entries(occluders.surface_count(), tiles);
+        (20 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries) as u64
     }
 
     /// Returns about how many bytes it usually takes, and at the height of its making.
@@ -102,9 +111,18 @@ impl Map {
     /// Sorts surfaces into tiles, about which nothing is known yet. `None` if no view suits the light. Words take at
     /// most so many bytes.
     pub(crate) fn new(occluders: &Occluders, tables: &Tables<'_>, most_bytes: u64) -> Option<Self> {
-        Self::with_tiles(occluders, tables, most_bytes, tile_count(occluders))
+        let mut count = tile_count(occluders);
+        for _ in 0..TRIES {
+            let made = Self::with_tiles(occluders, tables, most_bytes, count);
+            if made.is_some() {
+                return made;
+            }
+            count /= 16.0;
+        }
+        None
     }
 
+    /// `None` also if tiles would hold too many surfaces.
     fn with_tiles(
         occluders: &Occluders,
         tables: &Tables<'_>,
@@ -114,17 +132,24 @@ impl Map {
         let (frame, light): (&Frame, &LightShape) = (tables.frame, tables.light);
         let views = Views::new(&occluders.bounds(), frame, light, tile_count)?;
         let count = views.tile_count();
-        let mut placed: Vec<(u32, u32)> = Vec::with_capacity(2 * occluders.surface_count());
+        let most = most_entries(occluders.surface_count(), count);
+        let mut placed: Vec<(u32, u32)> = Vec::with_capacity(most);
+        let mut has_room = true;
         for view in &views.all {
-            let window = Window::tiles(view);
             for surface in checked(occluders.surfaces()) {
                 let Some((footprint, _)) = footprint(view, surface, tables) else {
                     continue;
                 };
-                footprint.parts(&window, |Part { at, .. }| {
-                    let tile = view.first + at[1] * view.size[0] + at[0];
-                    placed.push((tile as u32, surface.0));
+                footprint.tiles(view, |[column, row]| {
+                    has_room &= placed.len() < most;
+                    if has_room {
+                        let tile = view.first + row * view.size[0] + column;
+                        placed.push((tile as u32, surface.0));
+                    }
                 });
+                if !has_room {
+                    return None;
+                }
             }
         }
         let mut first = vec![0_u32; count + 1];
@@ -154,6 +179,8 @@ impl Map {
                 .collect(),
             asked: (0..count).map(|_| AtomicU32::new(0)).collect(),
             arena: Arena::new((most_bytes / 4) as usize),
+            share: OnceLock::new(),
+            is_full: AtomicBool::new(false),
             first: first.into(),
             surfaces: surfaces.into(),
             views,
@@ -167,6 +194,30 @@ impl Map {
             + size_of_val(&*self.nearest)
             + size_of_val(&*self.asked);
         (tables + 4 * self.arena.taken()) as u64
+    }
+
+    /// Takes what it has of its room from here on from this share.
+    pub(crate) fn keep(self, share: Share) -> Self {
+        Self {
+            share: OnceLock::from(share),
+            ..self
+        }
+    }
+
+    /// Returns whether something found no room.
+    pub(crate) fn is_full(&self) -> bool {
+        self.is_full.load(Ordering::Relaxed)
+    }
+
+    /// Takes words, where there is room for them.
+    fn take(&self, words: usize) -> Option<usize> {
+        let bytes = Arena::bytes_of(words);
+        let has_room = self.share.get().is_none_or(|share| share.grow(bytes));
+        let place = has_room.then(|| self.arena.take(words)).flatten();
+        if place.is_none() {
+            self.is_full.store(true, Ordering::Relaxed);
+        }
+        place
     }
 
     fn surfaces_of(&self, tile: usize) -> &[u32] {
@@ -325,7 +376,7 @@ impl Map {
         queries: Queries,
     ) -> bool {
         let made = builder.make(level, code, queries);
-        let Some(place) = self.arena.take(made.words.len()) else {
+        let Some(place) = self.take(made.words.len()) else {
             return false;
         };
         made.write(&self.arena, place);
@@ -431,14 +482,12 @@ pub(super) fn told(word: u32, depth: f32, is_listed: bool, nearest: impl Fn() ->
         } else if is_listed || depth < nearest() {
             Told::Is(false)
         } else {
-            Told::Hopeless
+            Told::Unknown
         }
     } else if word.is_list() {
         Told::List(word.0)
-    } else if word == Word::UNASKED {
-        Told::Unasked
     } else {
-        Told::Hopeless
+        Told::Unknown
     }
 }
 
@@ -446,6 +495,10 @@ pub(super) fn told(word: u32, depth: f32, is_listed: bool, nearest: impl Fn() ->
 fn tile_count(occluders: &Occluders) -> f64 {
     let count = TILES_EACH * occluders.surface_count() as f64;
     count.clamp(TILE_COUNT[0], TILE_COUNT[1])
+}
+
+fn most_entries(surface_count: usize, tile_count: usize) -> usize {
+    MOST_ENTRIES[0] * surface_count + MOST_ENTRIES[1] * tile_count
 }
 
 /// In place of a tile.

@@ -18,7 +18,7 @@ const PLACE: u32 = (1 << 30) - 1;
 impl Word {
     /// Nobody has asked about the cell.
     pub(super) const UNASKED: Self = Self(u32::MAX);
-    /// More surfaces may block its starts than a list holds.
+    /// More surfaces may block its starts than a list holds, and nobody asks often enough to cut it.
     pub(super) const HOPELESS: Self = Self(u32::MAX - 1);
     /// Words of lists are this and larger.
     pub(super) const LIST: u32 = LIST;
@@ -77,7 +77,8 @@ pub(super) const NODE_WORDS: usize = 32;
 pub(super) const NODE_CELLS: usize = 16;
 
 /// A list begins with the depth behind which all is in shadow, how many entries it has for starts on listed surfaces
-/// and for others, and how many more of them may be tested before it pays to cut its cell. An entry is a depth before which it blocks nothing, and a surface.
+/// and for others, and how many more of them may be tested before it pays to cut its cell. An entry is a depth before
+/// which it blocks nothing, and a surface.
 pub(super) const HEAD: usize = 3;
 /// Where in a list it says how many tests are left.
 pub(super) const LEFT: usize = 2;
@@ -102,6 +103,11 @@ impl Arena {
             words: bytemuck::allocation::zeroed_slice_box(words),
             next: AtomicUsize::new(FIRST),
         }
+    }
+
+    /// Returns the bytes that so many words take.
+    pub(super) fn bytes_of(words: usize) -> u64 {
+        4 * words.next_multiple_of(ALIGNED) as u64
     }
 
     /// Takes so many words; `None` if there is no room.
