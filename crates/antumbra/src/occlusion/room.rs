@@ -92,6 +92,12 @@ impl Share {
         is_there
     }
 
+    /// Lets so many bytes go, which this caller has taken.
+    pub(crate) fn give_back(&self, bytes: u64) {
+        self.bytes.fetch_sub(bytes, Ordering::Relaxed);
+        self.room.taken.fetch_sub(bytes, Ordering::Relaxed);
+    }
+
     /// Lets all but so many bytes go.
     pub(crate) fn shrink_to(&self, bytes: u64) {
         let before = self.bytes.fetch_min(bytes, Ordering::Relaxed);

@@ -9,8 +9,8 @@ use crate::draw::{SAMPLED, draw};
 use crate::occlusion::{Found, Lists, MANY, Map, Spent};
 use crate::{Answer, Counters, Decided, QueryError};
 
-/// Queries that are asked of a map before what they have not found is made: so a tile is taken up seldom.
-const TOGETHER: usize = 1 << 18;
+/// Queries that are asked of a map before what they have not found is made.
+const TOGETHER: usize = 4 * NOTED;
 
 impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the map, as far as there is one, and by rays.

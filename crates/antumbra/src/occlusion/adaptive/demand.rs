@@ -31,7 +31,8 @@ struct Busy<'a>(&'a AtomicBool);
 
 impl<'a> Busy<'a> {
     fn begin(is_busy: &'a AtomicBool) -> Option<Self> {
-        (!is_busy.swap(true, Ordering::Acquire)).then_some(Self(is_busy))
+        // Not `then_some`: what that makes in vain it drops, and so says that the other thread is done.
+        (!is_busy.swap(true, Ordering::Acquire)).then(|| Self(is_busy))
     }
 }
 
@@ -349,5 +350,22 @@ impl AdaptiveValues {
         if is_full(&before) {
             self.evictions.fetch_add(1, Ordering::Relaxed);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_refused_leaves_the_other_busy() {
+        let is_busy = AtomicBool::new(false);
+        let busy = Busy::begin(&is_busy);
+        assert!(busy.is_some());
+        for _ in 0..2 {
+            assert!(Busy::begin(&is_busy).is_none());
+        }
+        drop(busy);
+        assert!(Busy::begin(&is_busy).is_some());
     }
 }

@@ -56,10 +56,11 @@ impl AdaptiveValues {
             if !is_made {
                 return 0;
             }
-            let [map, map_height] = Map::usual_bytes(occluders);
+            // As systems count that give all memory at once.
+            let map = of_light + Map::most_words(occluders);
             let mesh = Mesh::height_bytes(occluders.triangle_count());
-            let stays = light_count * (of_light + map) + mesh / 2;
-            return (scene + stays + (map_height - map).max(mesh / 2)).min(making.most_bytes);
+            let all = scene + mesh + light_count * map + Map::height_bytes(occluders);
+            return all.min(making.most_bytes);
         }
         let roots = Store::bare_bytes(&lattices(occluders, making), making.most_bytes);
         let all = match making.refine {

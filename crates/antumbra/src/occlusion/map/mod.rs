@@ -95,13 +95,6 @@ impl Map {
         (20 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries) as u64
     }
 
-    /// Returns about how many bytes it usually takes, and at the height of its making.
-    pub(crate) fn usual_bytes(occluders: &Occluders) -> [u64; 2] {
-        const USUAL_WORDS: u64 = 40;
-        let taken = 4 * USUAL_WORDS * occluders.surface_count() as u64;
-        [taken, taken + Self::height_bytes(occluders)]
-    }
-
     /// Returns the most bytes of its words.
     pub(crate) fn most_words(occluders: &Occluders) -> u64 {
         const WORDS_EACH: u64 = 128;
@@ -212,10 +205,14 @@ impl Map {
     /// Takes words, where there is room for them.
     fn take(&self, words: usize) -> Option<usize> {
         let bytes = Arena::bytes_of(words);
-        let has_room = self.share.get().is_none_or(|share| share.grow(bytes));
+        let share = self.share.get();
+        let has_room = share.is_none_or(|share| share.grow(bytes));
         let place = has_room.then(|| self.arena.take(words)).flatten();
         if place.is_none() {
             self.is_full.store(true, Ordering::Relaxed);
+            if let (Some(share), true) = (share, has_room) {
+                share.give_back(bytes);
+            }
         }
         place
     }
@@ -251,6 +248,10 @@ impl Map {
         each: f32,
         ray_ns: f32,
     ) -> bool {
+        // What would find no room is not worth making.
+        if self.is_full() {
+            return false;
+        }
         let asking = &*self.sorted(asking);
         let mut is_any = false;
         dispatch!(Level::new(), simd => {

@@ -368,6 +368,16 @@ fn a_map_keeps_to_its_share() {
         );
         assert_eq!(room.taken(), map.bytes());
     });
+    // Where its own words come to an end first.
+    map_of(&occluders, &light, |tables, map| {
+        let bytes = map.expect("a map").bytes();
+        let map = Map::new(&occluders, tables, 512).expect("a map");
+        let room = Room::new(10 * bytes);
+        let share = room.take(map.bytes()).expect("a share");
+        let map = map.keep(share);
+        map.make_all(tables, 1e9);
+        assert!(map.is_full() && room.taken() == map.bytes());
+    });
 }
 
 #[test]
