@@ -44,6 +44,8 @@ pub struct Mesh {
     /// For each side of a triangle, from corner to corner, twice the triangle beyond, and 1 if the two turn along it in
     /// opposite directions; [`NO_EDGE`] where not exactly one is beyond.
     across: Vec<[u32; 3]>,
+    /// Whether a triangle repeats another one that blocks everywhere.
+    repeated: Vec<bool>,
     components: Vec<u32>,
     flat_groups: Vec<u32>,
 }
@@ -57,6 +59,16 @@ pub const NO_COMPONENT: u32 = u32::MAX;
 impl Mesh {
     /// Joins the triangles of a scene.
     pub fn new(occluders: &Occluders) -> Self {
+        Self::with_edges(occluders, true)
+    }
+
+    /// Likewise, without edges and components: what lies beyond the sides of triangles, and in which planes they lie, in
+    /// a sixth of the memory.
+    pub fn without_edges(occluders: &Occluders) -> Self {
+        Self::with_edges(occluders, false)
+    }
+
+    fn with_edges(occluders: &Occluders, has_edges: bool) -> Self {
         let count = occluders.triangle_count();
         let mut components = Joined::new(count);
         let mut planes = Joined::new(count);
@@ -71,7 +83,8 @@ impl Mesh {
             corners.sort_unstable();
             (corners, is_member(surface), surface)
         }));
-        vertex_sets.sort_unstable();
+        let position_count = occluders.positions.len();
+        let vertex_sets = sorted(vertex_sets, position_count, |set| set.0[0]);
         check();
         let mut is_twin = vec![false; count];
         for same in vertex_sets.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
@@ -91,11 +104,12 @@ impl Mesh {
             });
         at_edges.extend(all);
         check();
-        at_edges.sort_unstable();
+        let at_edges = sorted(at_edges, position_count, |of| of.0[0]);
 
         let edge_count = at_edges.chunk_by(|a, b| a.0 == b.0).count();
+        let [edge_count, in_edges] = [edge_count, count].map(|n| if has_edges { n } else { 0 });
         let mut edges = Vec::with_capacity(edge_count);
-        let mut triangle_edges = vec![[NO_EDGE; 3]; count];
+        let mut triangle_edges = vec![[NO_EDGE; 3]; in_edges];
         let mut across = vec![[NO_EDGE; 3]; count];
         let mut members = Vec::new();
         for all in checked(at_edges.chunk_by(|a, b| a.0 == b.0)) {
@@ -134,6 +148,9 @@ impl Mesh {
                 }
                 _ => Faces::Rim,
             };
+            if !has_edges {
+                continue;
+            }
             for &member in &members {
                 let own = &mut triangle_edges[member as usize];
                 if let Some(free) = own.iter_mut().find(|edge| **edge == NO_EDGE) {
@@ -156,12 +173,15 @@ impl Mesh {
                 NO_COMPONENT
             }
         };
-        let components = (0..count as u32).map(component_of).collect();
+        let components = (0..in_edges as u32).map(component_of).collect();
+        let is_repeated = |surface: u32| is_twin[surface as usize] && is_member(surface);
+        let repeated = (0..count as u32).map(is_repeated).collect();
         let flat_groups = (0..count as u32).map(|s| planes.root(s)).collect();
         Self {
             edges,
             triangle_edges,
             across,
+            repeated,
             components,
             flat_groups,
         }
@@ -192,7 +212,7 @@ impl Mesh {
     /// Returns whether a triangle repeats another one that blocks everywhere, corner by corner in any order: one of them
     /// has edges, this one has none.
     pub fn is_repeated(&self, triangle: SurfaceId) -> bool {
-        self.component(triangle) != NO_COMPONENT && self.edges_of(triangle) == [NO_EDGE; 3]
+        self.repeated[triangle.0 as usize]
     }
 
     /// Returns the component of a triangle, [`NO_COMPONENT`] for those that do not block everywhere.
@@ -227,13 +247,18 @@ impl Mesh {
     /// it three sides and their sets of each triangle.
     pub fn height_bytes(triangle_count: usize) -> u64 {
         let made = 3 * size_of::<MeshEdge>() + 2 * size_of::<[u32; 3]>() + 2 * size_of::<u32>();
-        let beside = 3 * size_of::<([u32; 2], u32)>() + 2 * size_of::<u32>() + size_of::<bool>();
-        ((made + beside) * triangle_count) as u64
+        (triangle_count * (made + BESIDE)) as u64
+    }
+
+    /// The same of [`Mesh::without_edges`].
+    pub fn height_bytes_without_edges(triangle_count: usize) -> u64 {
+        let made = size_of::<[u32; 3]>() + size_of::<u32>();
+        (triangle_count * (made + BESIDE)) as u64
     }
 
     /// Returns whether it says how triangles are joined: not of no triangles, nor after [`Mesh::keep_planes`].
     pub fn is_joined(&self) -> bool {
-        !self.triangle_edges.is_empty()
+        !self.across.is_empty()
     }
 
     /// Drops all but what says which triangles lie in one plane. There are no edges then.
@@ -250,9 +275,35 @@ impl Mesh {
         (self.edges.capacity() * size_of::<MeshEdge>()
             + size_of_val(self.triangle_edges.as_slice())
             + size_of_val(self.across.as_slice())
+            + size_of_val(self.repeated.as_slice())
             + size_of_val(self.components.as_slice())
             + size_of_val(self.flat_groups.as_slice())) as u64
     }
+}
+
+/// What [`Mesh::new`] takes beside for each triangle: three sides, twice while they are sorted, and sets.
+const BESIDE: usize =
+    2 * 3 * size_of::<([u32; 2], u32)>() + 5 * size_of::<u32>() + 2 * size_of::<bool>();
+
+/// Sorts items, of which few share the first number of their keys. All of those are below `count`.
+fn sorted<T: Ord + Copy>(items: Vec<T>, count: usize, first: impl Fn(&T) -> u32) -> Vec<T> {
+    let mut ends = vec![0_u32; count + 1];
+    for item in &items {
+        ends[first(item) as usize + 1] += 1;
+    }
+    for number in 0..count {
+        ends[number + 1] += ends[number];
+    }
+    let mut sorted = items.clone();
+    for item in checked(&items) {
+        let end = &mut ends[first(item) as usize];
+        sorted[*end as usize] = *item;
+        *end += 1;
+    }
+    for same in checked(sorted.chunk_by_mut(|a, b| first(a) == first(b))) {
+        same.sort_unstable();
+    }
+    sorted
 }
 
 /// Returns whether an edge of two triangles may cast an edge of a shadow, on whose sides the light is so.

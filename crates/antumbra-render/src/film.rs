@@ -111,6 +111,20 @@ pub fn work(size: [u32; 2], sampling: Sampling) -> u64 {
     columns * rows
 }
 
+/// Tells the index that [`render`] will be called so often for such pictures, so that it makes at once what pays for all of
+/// them.
+pub fn expect(prepared: &Prepared, size: [u32; 2], sampling: Sampling, frames: u64) {
+    let samples = match sampling {
+        Sampling::Corners => 1,
+        Sampling::Stratified { samples } => u64::from(samples),
+    };
+    // About as many samples see something that faces a light.
+    let queries = frames * work(size, sampling) * samples / 2;
+    for light in 0..prepared.scene().lights.len() {
+        prepared.index().expect_queries(light, queries);
+    }
+}
+
 /// Returns the bytes that [`render`] takes for the picture and its layers, before any is taken.
 pub fn predict_bytes(size: [u32; 2], sampling: Sampling, aovs: Aovs, light_count: usize) -> u64 {
     // The layers are there twice while they are sorted into planes.
@@ -135,11 +149,7 @@ pub fn render(
     let [columns, _] = lattice(size, settings.sampling);
     let sample_count = work(size, settings.sampling) as usize;
     let stride = settings.aovs.channel_count(lights.len());
-    for light in 0..lights.len() {
-        // About as many samples see something that faces a light.
-        let index = prepared.index();
-        index.expect_queries(light, sample_count as u64 / 2);
-    }
+    expect(prepared, size, settings.sampling, 1);
     let mut pixels = vec![[0.0f32; 3]; sample_count];
     let mut shares = vec![0.0f32; stride * sample_count];
 

@@ -494,7 +494,7 @@ fn share_known_on_a_plane(axis: usize, height: f64, place: impl Fn(usize) -> [f6
         })
         .build()
         .expect("an index");
-    const COUNT: usize = 60_000;
+    const COUNT: usize = 120_000;
     let mut counters = Counters::default();
     for number in 0..COUNT {
         let [x, y] = place(number);
@@ -524,8 +524,9 @@ fn points_on_grids_and_planes_across_any_axis_are_learned_alike() {
         for (kind, place) in places.iter().enumerate() {
             let shares = [0, 1, 2].map(|axis| share_known_on_a_plane(axis, height, place));
             for share in shares {
-                // How many more depends on what rays and lists take here and now.
-                assert!(share > 0.05, "height {height}, places {kind}: {shares:?}");
+                // At least the one in sixteen that a map is tried with; how many more depends on what rays and lists
+                // take here and now.
+                assert!(share > 0.02, "height {height}, places {kind}: {shares:?}");
             }
         }
     }

@@ -34,9 +34,10 @@ impl Pairs {
         }
     }
 
-    /// Pairs a start with a surface. A list of so many as there is room for may follow [`Pairs::is_full`].
+    /// Pairs a start with a surface if that is wanted, without a branch. A list of so many as there is room for may
+    /// follow [`Pairs::is_full`].
     #[inline(always)]
-    pub(super) fn push(&mut self, surface: u32, number: usize) {
+    pub(super) fn push_if(&mut self, surface: u32, number: usize, is_wanted: bool) {
         debug_assert!(
             self.count < PAIRS + SPARE,
             "a list is longer than there is room for"
@@ -44,7 +45,7 @@ impl Pairs {
         let at = self.count.min(PAIRS + SPARE - 1);
         self.surfaces[at] = surface;
         self.numbers[at] = number as u8;
-        self.count = at + 1;
+        self.count = at + usize::from(is_wanted);
     }
 
     /// Pairs a start with so many surfaces; behind them there are some more to be read.

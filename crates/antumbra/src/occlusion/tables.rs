@@ -120,14 +120,26 @@ impl SceneTables {
 
     /// Returns the mesh; makes it where there is room. On one thread: one that waits for others may take up a query
     /// that waits for these tables.
-    pub(super) fn make_mesh(&self, occluders: &Occluders, room: &Arc<Room>) -> Option<&Mesh> {
+    pub(super) fn make_mesh(
+        &self,
+        occluders: &Occluders,
+        room: &Arc<Room>,
+        has_edges: bool,
+    ) -> Option<&Mesh> {
         if self.mesh.get().is_none() {
-            let most = Mesh::height_bytes(occluders.triangle_count());
+            let count = occluders.triangle_count();
+            let most = match has_edges {
+                true => Mesh::height_bytes(count),
+                false => Mesh::height_bytes_without_edges(count),
+            };
             let held = room.hold(most);
             if held.bytes() < most {
                 return None;
             }
-            let mesh = Mesh::new(occluders);
+            let mesh = match has_edges {
+                true => Mesh::new(occluders),
+                false => Mesh::without_edges(occluders),
+            };
             let share = held.keep(mesh.memory_bytes())?;
             // Another thread may have been faster.
             self.mesh.get_or_init(|| (mesh, share));
@@ -239,7 +251,7 @@ impl LightTables {
         if self.edges.get().is_some() {
             return true;
         }
-        let Some(mesh) = scene.make_mesh(occluders, room) else {
+        let Some(mesh) = scene.make_mesh(occluders, room, true) else {
             return false;
         };
         let is_contour = |edge: &&MeshEdge| mesh.is_contour(edge, &self.sides);

@@ -26,11 +26,15 @@ impl<R: Rays> ByVoxel<'_, R> {
         let is_refining = self.values.is_refining();
         let (mut left, mut left_answers) = (starts, is_shadowed);
         let mut is_first = true;
+        let mut announced = None;
         while !left.is_empty() {
             let known = self.values.known(light);
             let lists = known.as_deref().map(|known| &*known.lists);
             let map = lists.and_then(|lists| Some((lists, lists.map()?)));
             let map = map.filter(|_| self.values.is_map_worth_it(light, is_refining));
+            if let (true, Some(map), None) = (is_refining, map, &announced) {
+                announced = Some(self.values.announce(map, self.occluders, left, light));
+            }
             // Rays are put in order together, once it is known what they cost.
             let count = match map {
                 Some(_) => TOGETHER,
@@ -44,29 +48,32 @@ impl<R: Rays> ByVoxel<'_, R> {
                 std::mem::take(&mut left_answers).split_at_mut(starts.len());
             let begin = is_refining.then(Reading::now);
             let rays_before = counters.shadow.rays;
-            let made = match map {
+            let beside = match map {
                 Some(map) => self.ask_map(map, starts, is_shadowed, counters, &check)?,
                 None => {
                     self.answer_by_rays(starts, is_shadowed, counters, &check)?;
-                    0
+                    Beside::default()
                 }
             };
             if let Some(begin) = begin {
                 let spent = Spent {
                     queries: starts.len() as u64,
-                    ns: begin.elapsed_ns().saturating_sub(made),
-                    made,
+                    ns: begin.elapsed_ns().saturating_sub(beside.made + beside.rays),
+                    made: beside.made,
                     is_by_map: map.is_some(),
                     known: starts.len() as u64 - (counters.shadow.rays - rays_before),
                 };
                 self.values.spent(self.occluders, light, &spent);
             }
         }
+        if let Some(announced) = announced {
+            self.values.retract(light, &announced);
+        }
         Ok(())
     }
 
-    /// Answers queries by the map, makes those of its cells that pay, and answers the rest by rays. Returns how long
-    /// making took, in nanoseconds.
+    /// Answers queries by the map, makes those of its cells that pay, and answers the rest by rays. Returns what took time
+    /// beside the map.
     fn ask_map(
         &self,
         (lists, map): (&Lists, &Map),
@@ -74,7 +81,7 @@ impl<R: Rays> ByVoxel<'_, R> {
         is_shadowed: &mut [bool],
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<u64, QueryError> {
+    ) -> Result<Beside, QueryError> {
         let (occluders, light) = (self.occluders, self.light_number);
         let mut unknown = Unknown::default();
         let (mut list_count, mut shadowed_count) = (0, 0);
@@ -119,14 +126,17 @@ impl<R: Rays> ByVoxel<'_, R> {
         counters.shadow.shadowed += shadowed_count;
         counters.shadow.blocker_list += list_count;
         counters.shadow.first_pass += (starts.len() - unknown.starts.len()) as u64 - list_count;
+        let mut rays = 0;
         if !unknown.starts.is_empty() {
+            let begin = self.values.is_refining().then(Reading::now);
             let mut blocked = vec![false; unknown.starts.len()];
             self.answer_by_rays(&unknown.starts, &mut blocked, counters, check)?;
             for (&number, &blocked) in unknown.numbers.iter().zip(&blocked) {
                 is_shadowed[number as usize] = blocked;
             }
+            rays = begin.map_or(0, |begin| begin.elapsed_ns());
         }
-        Ok(made)
+        Ok(Beside { made, rays })
     }
 
     /// Answers one query by the map, if there is one, or by a ray.
@@ -160,7 +170,11 @@ impl<R: Rays> ByVoxel<'_, R> {
         };
         if let Some((first, second)) = begin {
             let reading = second.since_ns(first);
-            let took = second.elapsed_ns().saturating_sub(reading + made);
+            let by_ray = match map.is_some() && found.is_nothing() {
+                true => self.values.ray_ns(light),
+                false => 0,
+            };
+            let took = second.elapsed_ns().saturating_sub(reading + made + by_ray);
             let spent = Spent {
                 queries: SAMPLED,
                 ns: SAMPLED * took,
@@ -172,6 +186,13 @@ impl<R: Rays> ByVoxel<'_, R> {
         }
         answer
     }
+}
+
+/// What took time beside lookups, in nanoseconds.
+#[derive(Default)]
+struct Beside {
+    made: u64,
+    rays: u64,
 }
 
 /// Starts of a chunk that nothing is known of.

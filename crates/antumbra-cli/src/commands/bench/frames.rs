@@ -2,7 +2,7 @@
 //!
 //! In: a scene, an orbit of cameras, jittered samples of one camera. Out: the time of every frame with
 //! every method. `voxel` begins each series without values and makes them while it is timed; what the
-//! other methods keep was built before. A frame is recorded, asked of all methods in all rounds and
+//! other methods keep was built before. Ours is told how many queries the frames of a series will ask. A frame is recorded, asked of all methods in all rounds and
 //! dropped, so each round has an index of ours to itself.
 
 use std::collections::BTreeMap;
@@ -131,6 +131,8 @@ fn scene(
         recording,
         stopwatch,
     };
+    // Alone, as by those who want one picture.
+    let first_played = bench.play(&orbit[..1], None);
     let orbit_played = bench.play(&orbit, Some(WARM_FRAME));
     screen.detail(format!("{}: orbit done", path.display()));
     let samples_played = bench.play(&samples, None);
@@ -141,7 +143,7 @@ fn scene(
         notes.push("values were made before the first query, which no time counts".into());
     }
     let occluders = subject.recorder.gathered().occluders();
-    let all = [&orbit_played, &samples_played];
+    let all = [&first_played, &orbit_played, &samples_played];
     let verdicts = all.iter().flat_map(|series| &series.verdicts);
     Ok(SceneReport {
         name: subject.name.clone(),
@@ -152,7 +154,7 @@ fn scene(
         ours_wrong: verdicts.map(|verdicts| verdicts.ours_wrong).sum(),
         notes,
         preparation,
-        first_frame: orbit_played.timing(0..1),
+        first_frame: first_played.timing(0..1),
         warm_after_three_views: orbit_played.warm_timing(),
         orbit: orbit_played.report(),
         samples: samples_played.report(),
@@ -216,6 +218,9 @@ impl Bench<'_> {
                         &mut series.mismatches,
                     ));
                 }
+                // Whoever draws frames knows how many.
+                let queries = recorded.is_shadowed.len() * (frames.len() - number);
+                ours[AUTO].method.index().expect_queries(0, queries as u64);
                 let voxel = ours[AUTO].method.load_counted(&recorded.batch);
                 let bvh = ours[BVH].method.load(&recorded.batch);
                 let all = [&voxel as &dyn LoadedBatch, &*bvh];

@@ -104,7 +104,9 @@ fn frames(
         "rendering",
     );
     let progress = |samples| bar.inc(samples);
-    for (view, path) in &meant.frames {
+    for (number, (view, path)) in meant.frames.iter().enumerate() {
+        let frames_left = (meant.frames.len() - number) as u64;
+        film::expect(prepared, meant.size, meant.settings.sampling, frames_left);
         let begin = Instant::now();
         let watch = Watch {
             task: interrupt.task(),

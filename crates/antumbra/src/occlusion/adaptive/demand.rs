@@ -65,6 +65,17 @@ pub(super) const TABLE_NS: u64 = 400;
 const WHOLE_NS: u64 = 700;
 pub(super) const CURVED_NS: u64 = 500;
 
+/// So many starts of a call, or one in [`MOST_STRIDE`], say where the others are.
+const ANNOUNCED: usize = 8_192;
+const MOST_STRIDE: usize = 64;
+
+/// Where queries of a call are, and for how many each stands.
+#[derive(Debug, Default)]
+pub(crate) struct Announced {
+    places: Vec<(u32, u32)>,
+    each: u32,
+}
+
 impl AdaptiveValues {
     /// Adds what some queries of a light came to, with so many more known to come; makes the light's tables
     /// when they pay.
@@ -145,21 +156,20 @@ impl AdaptiveValues {
             return 0;
         }
         let begin = Reading::now();
-        let asking = self.places_in_map(map, starts);
+        let asking = self.places_in_map(map, &tables, starts);
         let prices = &self.lights[light].prices;
         let (each, ray_ns) = match self.refine {
             // So that what is made does not depend on times.
             Refine::Asked => (1e3, 1e3),
+            // One alone stands for those that were not sampled.
             Refine::Lazy | Refine::Eager => (
-                1.0 + prices.expected() as f32 / starts.len() as f32,
+                if starts.len() == 1 {
+                    SAMPLED as f32
+                } else {
+                    1.0
+                },
                 prices.ray_ns(),
             ),
-        };
-        // One alone stands for those that were not sampled.
-        let each = if starts.len() == 1 {
-            SAMPLED as f32
-        } else {
-            each
         };
         let is_made = map.make_for(&tables, &asking, each, ray_ns);
         if map.is_full() {
@@ -168,6 +178,44 @@ impl AdaptiveValues {
         match is_made {
             true => begin.elapsed_ns().max(1),
             false => 0,
+        }
+    }
+
+    /// Notes where starts of a call are that it will ask a light's map about, each as often as that many queries of as
+    /// many starts as these are known to come.
+    pub(crate) fn announce(
+        &self,
+        (lists, map): (&Lists, &Map),
+        occluders: &Occluders,
+        starts: &[Start],
+        light: usize,
+    ) -> Announced {
+        let Some(tables) = self.tables(occluders, light, lists) else {
+            return Announced::default();
+        };
+        let stride = (starts.len() / ANNOUNCED).clamp(1, MOST_STRIDE);
+        let sample: Vec<Start> = starts.iter().step_by(stride).copied().collect();
+        let places = self.places_in_map(map, &tables, &sample);
+        let expected = self.lights[light].prices.expected();
+        let each = stride as u64 * (expected / starts.len().max(1) as u64).max(1);
+        let each = each.min(u64::from(u16::MAX)) as u32;
+        map.expect(&places, each);
+        Announced { places, each }
+    }
+
+    /// Returns what a ray to a light took lately, in nanoseconds.
+    pub(crate) fn ray_ns(&self, light: usize) -> u64 {
+        self.lights[light].prices.ray_ns() as u64
+    }
+
+    /// Notes that those were asked.
+    pub(crate) fn retract(&self, light: usize, announced: &Announced) {
+        if let Some(map) = self
+            .known(light)
+            .as_deref()
+            .and_then(|known| known.lists.map())
+        {
+            map.expect_no_more(&announced.places, announced.each);
         }
     }
 

@@ -36,7 +36,7 @@ pub(super) const LOOK_PRICE: u32 = 9;
 const QUICK_LEVELS: u32 = 2;
 
 /// Queries for which a map is made before the first one.
-const WHOLE_MAP: f32 = 1e8;
+const WHOLE_MAP: f32 = 2e8;
 
 /// What a brick costs, quick and full: itself, and each candidate.
 const QUICK_NS: [u64; 2] = [6_000, 300];
@@ -351,7 +351,7 @@ impl AdaptiveValues {
         lists.map.get_or_init(|| {
             let (scene, _) = self.tables.get()?;
             // For sheets; where there is no room for it there are none.
-            scene.make_mesh(occluders, &self.room);
+            scene.make_mesh(occluders, &self.room, false);
             let tables = self.tables(occluders, light, lists)?;
             let height = Map::height_bytes(occluders);
             let words = Map::most_words(occluders);

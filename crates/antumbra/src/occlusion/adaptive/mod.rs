@@ -372,8 +372,7 @@ impl AdaptiveValues {
     pub(crate) fn table_bytes(&self) -> u64 {
         let lights = 0..self.lights.len();
         let of_lights = lights.map(|light| {
-            let of_lists =
-                |lists: &Lists| lists.share.bytes() + lists.tables.edge_bytes() + lists.map_bytes();
+            let of_lists = |lists: &Lists| lists.share.bytes() + lists.tables.edge_bytes();
             match (self.packed(light), self.known(light)) {
                 (Some(light), _) => of_lists(&light.lists),
                 (None, Some(known)) => of_lists(&known.lists),

@@ -58,7 +58,7 @@ impl AdaptiveValues {
             }
             // As systems count that give all memory at once.
             let map = of_light + Map::most_words(occluders);
-            let mesh = Mesh::height_bytes(occluders.triangle_count());
+            let mesh = Mesh::height_bytes_without_edges(occluders.triangle_count());
             let all = scene + mesh + light_count * map + Map::height_bytes(occluders);
             return all.min(making.most_bytes);
         }

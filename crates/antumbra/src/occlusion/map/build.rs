@@ -2,6 +2,8 @@
 //!
 //! In: the facets of a tile, who asks. Out: the tile's words. The proofs are in the note beside this file.
 
+use std::collections::HashMap;
+
 use antumbra_geometry::{DVec2, DVec3, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, f32x16, u32x8};
@@ -11,7 +13,7 @@ use super::super::tables::{NONE, Tables};
 use super::super::views::CELLS_ALONG_TILE;
 use super::super::views::View;
 use super::facet::{Cells, Depths, Facet, ROOM};
-use super::words::{Arena, NODE_CELLS, NODE_WORDS, Word};
+use super::words::{ALIGNED, Arena, NODE_CELLS, NODE_WORDS, Word};
 
 /// Cells are cut so often below a tile.
 pub(super) const LEVELS: u32 = 3;
@@ -22,12 +24,13 @@ const CELL_BITS: u32 = 4;
 
 /// A list is cut while its entries, tested by all queries that are expected, are more than this; and later when so many
 /// were tested.
-const CUT: f32 = 400.0;
-const TESTS_LEFT: i32 = 2_000;
-/// Longer lists are cut where so many queries are expected for each entry, and are none at the finest level: so heaps
-/// of large surfaces, which no cut takes apart, cost no more than rays.
-const LONGEST: usize = 60;
-const CUT_SHARE: f32 = 0.5;
+const CUT: f32 = 1_500.0;
+const TESTS_LEFT: u32 = 2_000;
+const NOT_CUT: u32 = i32::MAX.cast_unsigned();
+/// Longer lists than [`Queries::longest`], or than this, are none.
+pub(super) const LONGEST: usize = 60;
+/// A tile that is made for so many queries is not made again.
+pub(super) const AGAIN: f32 = 4_000.0;
 /// Sheets are looked for among so many surfaces, and disjoint ones among so many.
 const MOST_IN_SHEET: usize = 48;
 const MOST_APART: usize = 6;
@@ -58,15 +61,45 @@ pub(super) struct Queries {
     pub(super) count: f32,
     /// Whether there were more than a list is worth.
     pub(super) are_more: bool,
+    /// Lists of more surfaces take longer than rays.
+    pub(super) longest: usize,
+    /// Whether a cell that has none then is left so.
+    pub(super) are_all: bool,
 }
 
 impl Queries {
+    /// Queries of a whole tile, where a ray takes so many nanoseconds.
+    pub(super) fn of_tile(count: f32, ray_ns: f32) -> Self {
+        Self {
+            count,
+            are_more: false,
+            longest: longest(ray_ns),
+            are_all: count >= AGAIN,
+        }
+    }
+
+    /// Queries of a cell whose list was asked too often.
+    pub(super) fn of_list(ray_ns: f32) -> Self {
+        Self {
+            are_more: true,
+            ..Self::of_tile(0.0, ray_ns)
+        }
+    }
+
     fn in_a_cell(self) -> Self {
         Self {
             count: self.count / NODE_CELLS as f32,
             are_more: false,
+            ..self
         }
     }
+}
+
+/// Returns how many surfaces a list has that takes as long as a ray.
+fn longest(ray_ns: f32) -> usize {
+    const LIST_NS: f32 = 20.0;
+    const TEST_NS: f32 = 3.0;
+    (((ray_ns - LIST_NS) / TEST_NS) as usize).clamp(4, LONGEST)
 }
 
 /// Returns the cell of a node of this level, 0 for the tile's, that holds the place of a code.
@@ -83,22 +116,26 @@ struct Entry {
     far: f32,
 }
 
-/// What a cell knows, and the depth before which nothing is.
+/// What a cell knows, and what it says of free starts.
 #[derive(Clone, Copy)]
 struct Known {
     word: Word,
-    nearest: f32,
+    free: Word,
 }
 
 impl Known {
-    const HOPELESS: Self = Self {
-        word: Word::HOPELESS,
-        nearest: f32::NEG_INFINITY,
-    };
     const NOTHING: Self = Self {
         word: Word::LIT,
-        nearest: f32::INFINITY,
+        free: Word::LIT,
     };
+
+    /// No threshold, so that free starts need nothing else.
+    fn alike(word: Word) -> Self {
+        Self {
+            word,
+            free: Word::NEVER,
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -128,6 +165,8 @@ pub(super) struct Builder<'a, S> {
     in_list: Vec<u32>,
     words: Vec<u32>,
     order: Vec<(bool, f32, u32)>,
+    /// Lists for free starts, by their facets; `None` if none are made.
+    free_lists: Option<HashMap<Vec<u16>, Word>>,
     spare: Vec<Vec<Vec<Entry>>>,
 }
 
@@ -135,7 +174,7 @@ pub(super) struct Builder<'a, S> {
 pub(super) struct Made<'a> {
     pub(super) words: &'a [u32],
     pub(super) own: Word,
-    pub(super) nearest: f32,
+    pub(super) free: Word,
 }
 
 impl Made<'_> {
@@ -151,6 +190,9 @@ impl Made<'_> {
                 let word = &mut words[word.place() + number];
                 due.push(Word(*word));
                 *word = Word(*word).moved(place).0;
+            }
+            for free in &mut words[word.place() + NODE_CELLS..][..NODE_CELLS] {
+                *free = Word(*free).moved(place).0;
             }
         }
         arena.write(place, words.into_iter());
@@ -169,6 +211,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             in_list: Vec::new(),
             words: Vec::new(),
             order: Vec::new(),
+            free_lists: None,
             spare: Vec::new(),
         }
     }
@@ -189,9 +232,16 @@ impl<'a, S: Simd> Builder<'a, S> {
         self.find_beyond();
     }
 
-    /// Makes the tile itself, or its cell of a level that holds the place of a code.
-    pub(super) fn make(&mut self, level: u32, code: u32, queries: Queries) -> Made<'_> {
+    /// Makes the tile itself, or its cell of a level that holds the place of a code; with lists for free starts where
+    /// others need thresholds only, if that is wanted.
+    pub(super) fn make(
+        &mut self,
+        (level, code): (u32, u32),
+        queries: Queries,
+        has_free: bool,
+    ) -> Made<'_> {
         self.words.clear();
+        self.free_lists = has_free.then(HashMap::new);
         let mut cell = Cell {
             low: [-0.5; 2],
             side: 1.0,
@@ -204,7 +254,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             cell.low[1] += cell.side * (number >> 2) as f32;
         }
         let known = if self.facets.len() > usize::from(u16::MAX) {
-            Known::HOPELESS
+            Known::alike(Word::HOPELESS)
         } else {
             let mut list = self.simd.vectorize(
                 #[inline(always)]
@@ -215,7 +265,7 @@ impl<'a, S: Simd> Builder<'a, S> {
         Made {
             words: &self.words,
             own: known.word,
-            nearest: known.nearest,
+            free: known.free,
         }
     }
 
@@ -288,7 +338,6 @@ impl<'a, S: Simd> Builder<'a, S> {
             #[inline(always)]
             || self.split(list, &cells, &mut lists),
         );
-        let mut nearest = f32::INFINITY;
         for (number, list) in lists.iter_mut().enumerate() {
             let finer = Cell {
                 low: [
@@ -300,14 +349,10 @@ impl<'a, S: Simd> Builder<'a, S> {
             };
             let known = self.cell(list, &finer, queries.in_a_cell());
             self.words[first + number] = known.word.0;
-            self.words[first + NODE_CELLS + number] = known.nearest.to_bits();
-            nearest = nearest.min(known.nearest);
+            self.words[first + NODE_CELLS + number] = known.free.0;
         }
         self.spare.push(lists);
-        Known {
-            word: Word::node(first),
-            nearest,
-        }
+        Known::alike(Word::node(first))
     }
 
     #[inline(always)]
@@ -344,9 +389,11 @@ impl<'a, S: Simd> Builder<'a, S> {
             && entry.covers
         {
             let word = Word::threshold(entry.far + PAST);
-            return Known { word, nearest };
+            let free = self.free(list, nearest, |_| true);
+            return Known { word, free };
         }
         let mut sheet = Sheet::NONE;
+        let mut hidden = 0_u64;
         if list.len() <= MOST_IN_SHEET {
             let over = self.over_a_place(list, cell);
             if let Some(over) = over.filter(|&over| over != 0) {
@@ -358,7 +405,20 @@ impl<'a, S: Simd> Builder<'a, S> {
                 let mut others = others.filter(|&(number, _)| !sheet.holds(number));
                 if others.all(|(_, other)| other.near > full + APART) {
                     let word = Word::threshold(full + PAST);
-                    return Known { word, nearest };
+                    let free = self.free(list, nearest, |number| sheet.holds(number));
+                    return Known { word, free };
+                }
+                if let Some(slant) = self.slant(list, cell, &sheet, nearest) {
+                    hidden = slant.hidden;
+                    let numbers = 0..list.len();
+                    let is_behind = |&number: &usize| list[number].near > full + APART;
+                    let is_hidden = |number: &usize| hidden >> number & 1 != 0;
+                    let mut others = numbers.filter(|number| !sheet.holds(*number));
+                    if others.all(|number| is_hidden(&number) || is_behind(&number)) {
+                        let word = self.write_slant(&slant, full + PAST);
+                        let free = self.free(list, nearest, |number| sheet.holds(number));
+                        return Known { word, free };
+                    }
                 }
             } else {
                 sheet = Sheet::NONE;
@@ -367,7 +427,8 @@ impl<'a, S: Simd> Builder<'a, S> {
             let may_be_apart = over.is_none_or(|over| over.count_ones() < 2);
             if sheet.is_none() && may_be_apart && list.len() <= MOST_APART && self.are_apart(list) {
                 let word = Word::LIT;
-                return Known { word, nearest };
+                let free = self.free(list, nearest, |_| true);
+                return Known { word, free };
             }
         }
         // Of the rest what may matter; a sheet behind all others matters to starts on none of these only.
@@ -380,42 +441,41 @@ impl<'a, S: Simd> Builder<'a, S> {
                 last = last.max(entry.far);
             }
         }
-        let is_behind = !sheet.is_none() && last + APART < sheet.near;
+        // Starts on what hides behind a sheet must ask it.
+        let is_behind = !sheet.is_none() && hidden == 0 && last + APART < sheet.near;
         for (number, entry) in list.iter().enumerate() {
             let is_sheet = sheet.holds(number);
-            if is_sheet || entry.near <= full + APART {
+            let is_hidden = number < MOST_IN_SHEET && hidden >> number & 1 != 0;
+            if is_sheet || !is_hidden && entry.near <= full + APART {
                 let surface = self.facets[usize::from(entry.facet)].surface;
                 order.push((is_sheet && is_behind, entry.near - PAST, surface));
             }
         }
         let asked = order.iter().filter(|entry| !entry.0).count();
         let is_finest = cell.level >= LEVELS;
-        // What a cut costs must not be more than the rays of those who ask.
-        let is_dear = asked > LONGEST && queries.count < CUT_SHARE * asked as f32;
-        if is_dear {
-            self.order = order;
-            return Known::HOPELESS;
-        }
-        let is_short = !queries.are_more && asked <= LONGEST && queries.count * asked as f32 <= CUT;
-        if is_finest || is_short {
-            if order.len() > LONGEST {
+        let pays = queries.are_more || queries.count * asked as f32 > CUT;
+        if is_finest || !pays {
+            if asked > queries.longest || order.len() > LONGEST {
                 self.order = order;
-                return Known::HOPELESS;
+                // Rays take less.
+                return Known::alike(match is_finest || queries.are_all {
+                    true => Word::HOPELESS,
+                    false => Word::UNASKED,
+                });
             }
             order.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
             let place = self.words.len();
             self.words.push((full + PAST).to_bits());
             self.words.push((asked as u32) << 16 | order.len() as u32);
             // So many tests later it pays to cut the cell.
-            let left = if is_finest { i32::MAX } else { TESTS_LEFT };
-            self.words.push(left.cast_unsigned());
+            self.words
+                .push(if is_finest { NOT_CUT } else { TESTS_LEFT });
             for &(_, near, surface) in &order {
                 self.words.push(near.to_bits());
                 self.words.push(surface);
             }
             self.order = order;
-            let word = Word::list(place);
-            return Known { word, nearest };
+            return Known::alike(Word::list(place));
         }
         self.order = order;
         list.retain(|entry| entry.near <= full + APART);
@@ -447,6 +507,83 @@ impl<'a, S: Simd> Builder<'a, S> {
             self.in_list[usize::from(entry.facet)] = NONE;
         }
         best
+    }
+
+    /// Returns a slanted threshold as steep as the largest part of a sheet, which lies behind all of it, and those of a
+    /// list that lie behind the threshold. `None` if keys do not tell such depths.
+    fn slant(&self, list: &[Entry], cell: &Cell, sheet: &Sheet, nearest: f32) -> Option<Slant> {
+        let (middle, half) = (cell.middle(), 0.5 * cell.side + self.margin);
+        let facet = |number: usize| &self.facets[usize::from(list[number].facet)];
+        let members = || (0..list.len()).filter(|&number| sheet.holds(number));
+        let slopes = members().filter_map(|number| facet(number).slope(middle, half));
+        let (slope, _) = slopes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let [least, most] = [nearest, sheet.far].map(f64::from);
+        let steepness = self
+            .depths
+            .steepness(least)
+            .min(self.depths.steepness(most));
+        // Not for NaN, nor nearer than the light.
+        let is_told = steepness > LEAST_SLANTED && self.depths.weight(least) > 0.0;
+        if !is_told {
+            return None;
+        }
+        let key = |depth: f32| self.depths.key(f64::from(depth)) as f32;
+        let over = |number: usize| {
+            let Entry { near, far, .. } = list[number];
+            let at = slope[0] * middle[0] + slope[1] * middle[1];
+            let reach = (slope[0].abs() + slope[1].abs()) * half;
+            let [low, high] = facet(number).key_less(slope, middle, half);
+            [
+                low.max(key(near) - at - reach),
+                high.min(key(far) - at + reach),
+            ]
+        };
+        // What the key of a start, of a place and of a plane is off, and what `f32` makes of it.
+        let steepest = slope[0].abs() + slope[1].abs();
+        let size = key(nearest).abs().max(key(sheet.far).abs()) + steepest;
+        let error = 2.0 * BOUND / steepness as f32 + steepest * self.margin + size * KEY_ROUNDING;
+        let far = members().fold(f32::NEG_INFINITY, |far, number| far.max(over(number)[1]));
+        let key = far + 2.0 * error;
+        let is_hidden = |&number: &usize| {
+            !sheet.holds(number) && number < MOST_IN_SHEET && over(number)[0] > key + 2.0 * error
+        };
+        let hidden = (0..list.len()).filter(is_hidden);
+        let hidden = hidden.fold(0_u64, |hidden, number| hidden | 1 << number);
+        (hidden != 0).then_some(Slant { slope, key, hidden })
+    }
+
+    /// Returns what a cell says of free starts that are not past its threshold, of which no other than these of a list
+    /// may block any.
+    fn free(&mut self, list: &[Entry], nearest: f32, is_one: impl Fn(usize) -> bool) -> Word {
+        let Some(lists) = &mut self.free_lists else {
+            return Word::threshold(nearest);
+        };
+        let ones = list.iter().enumerate().filter(|one| is_one(one.0));
+        let key: Vec<u16> = ones.map(|(_, entry)| entry.facet).collect();
+        if key.len() > LONGEST {
+            return Word::NEVER;
+        }
+        // Many cells of a tile say the same.
+        *lists.entry(key).or_insert_with_key(|key| {
+            let place = self.words.len();
+            let count = key.len() as u32;
+            let head = [f32::INFINITY.to_bits(), count << 16 | count, NOT_CUT];
+            self.words.extend(head);
+            for &facet in key {
+                let facet = &self.facets[usize::from(facet)];
+                let near = facet.nearest() - PAST;
+                self.words.extend([near.to_bits(), facet.surface]);
+            }
+            Word::list(place)
+        })
+    }
+
+    fn write_slant(&mut self, slant: &Slant, full: f32) -> Word {
+        let place = self.words.len().next_multiple_of(ALIGNED);
+        self.words.resize(place, 0);
+        let [x, y] = slant.slope;
+        self.words.extend([x, y, slant.key, full].map(f32::to_bits));
+        Word::slant(place)
     }
 
     /// Returns those of a list that hold a place of a cell to which no side comes near, a bit each, if there is one.
@@ -524,6 +661,18 @@ impl<'a, S: Simd> Builder<'a, S> {
             })
         })
     }
+}
+
+/// Slanted thresholds are made for nothing that is so near a light: a depth changes so little with its key.
+const LEAST_SLANTED: f64 = 1.0 / (1u64 << 20) as f64;
+/// What `f32` makes of a key less a linear function, of the size of both.
+const KEY_ROUNDING: f32 = 1.0 / (1u32 << 20) as f32;
+
+/// Starts whose key less a linear function is more than this lie behind a sheet, and so do some of a list.
+struct Slant {
+    slope: [f32; 2],
+    key: f32,
+    hidden: u64,
 }
 
 /// Members of a list, a bit each, and between which depths they are.

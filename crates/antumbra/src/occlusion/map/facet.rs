@@ -49,7 +49,7 @@ impl Depths {
         }
     }
 
-    fn key(self, z: f64) -> f64 {
+    pub(super) fn key(self, z: f64) -> f64 {
         match self {
             Self::Parallel => z,
             Self::Perspective(w) => z / (1.0 + w * z),
@@ -58,11 +58,26 @@ impl Depths {
     }
 
     /// Returns by how much `Z` changes with the key, at most up to a depth.
-    fn steepness(self, z: f64) -> f64 {
+    pub(super) fn steepness(self, z: f64) -> f64 {
+        self.weight(z) * self.weight(z)
+    }
+
+    /// Returns what coordinates are divided by at a depth.
+    pub(super) fn weight(self, z: f64) -> f64 {
         match self {
             Self::Parallel => 1.0,
-            Self::Perspective(w) => (1.0 + w * z) * (1.0 + w * z),
-            Self::Cube => z * z,
+            Self::Perspective(w) => 1.0 + w * z,
+            Self::Cube => z,
+        }
+    }
+
+    /// Returns the key of a start's depth.
+    #[inline(always)]
+    pub(super) fn key_of_start(self, z: f32) -> f32 {
+        match self {
+            Self::Parallel => z,
+            Self::Perspective(w) => z / (1.0 + w as f32 * z),
+            Self::Cube => -1.0 / z.max(f32::MIN_POSITIVE),
         }
     }
 
@@ -115,12 +130,11 @@ pub(super) struct Measured {
 
 /// Sides of a triangle whose plane is used are at least so long, its normal is at least so much of their product, and
 /// so much of it is the depth's. Corners err by 2^-53, so the normal by `2^-50 / (LEAST_NORMAL LEAST_SIDE)` = 2^-30 at
-/// most, and over the triangle, which is no longer than 3.5, heights and so keys times [`FLATTEST`] by 2^-28 at most. Beyond
-/// the triangle the plane is cut at the depths of its corners.
+/// most, and over the triangle, which is no longer than 3.5, its heights by [`HEIGHT_ERROR`]. Beyond the triangle the
+/// plane is cut at the depths of its corners.
 const LEAST_SIDE: f64 = 1.0 / 8192.0;
 const LEAST_NORMAL: f64 = 1.0 / 128.0;
-const FLATTEST: f64 = 1.0 / 32.0;
-const KEY_ERROR: f64 = 1.0 / (1u64 << 23) as f64;
+const HEIGHT_ERROR: f64 = 1.0 / (1u64 << 28) as f64;
 
 impl Facet {
     /// `None` if the surface blocks nothing in the view. `middle` is the tile's, in tiles. Returns also by how much cells
@@ -216,16 +230,21 @@ impl Facet {
             Depths::Perspective(w) => (height * w - n[2], height),
             Depths::Cube => (height, n[2]),
         };
-        if below.abs() < FLATTEST || depths_are_extreme(depths, near) {
+        if depths_are_extreme(depths, near) {
             return;
         }
         let at = (middle - view.shift) / view.scale;
         let slope = [n[0], n[1]].map(|x| x / (below * view.scale));
         let key = (n[0] * at.x + n[1] * at.y + add) / below;
-        // What `f32` makes of the key, and what it errs by before, in depth.
+        // What `f32` makes of the key, and what a height errs by, in depth: at a point of weight `W` the key errs by
+        // `1 / (W below)` of that.
         let rounding =
             (key.abs() + slope[0].abs() + slope[1].abs()) * f64::from(f32::EPSILON) * 2.0;
-        if (rounding + KEY_ERROR) * depths.steepness(far) > f64::from(BOUND) / 2.0 {
+        let weight = depths.weight(near).max(depths.weight(far));
+        let error = rounding * depths.steepness(far) + HEIGHT_ERROR * weight / below.abs();
+        // Not for NaN.
+        let is_told = error <= f64::from(BOUND) / 2.0;
+        if !is_told {
             return;
         }
         self.has_plane = true;
@@ -281,6 +300,32 @@ impl Facet {
             near,
             far,
         }
+    }
+
+    /// Returns the depth before which it is nowhere.
+    pub(super) fn nearest(&self) -> f32 {
+        self.depths[0] - BOUND
+    }
+
+    /// Returns the slopes of its plane's key, and about which share of a cell's box its own has.
+    pub(super) fn slope(&self, middle: [f32; 2], half: f32) -> Option<([f32; 2], f32)> {
+        let share = |axis: usize| {
+            let (low, high) = (middle[axis] - half, middle[axis] + half);
+            (self.high[axis].min(high) - self.low[axis].max(low)).max(0.0)
+        };
+        let [x, y, _] = self.plane;
+        self.has_plane.then(|| ([x, y], share(0) * share(1)))
+    }
+
+    /// Returns between which values its plane's key less a linear function is over a cell.
+    pub(super) fn key_less(&self, slope: [f32; 2], middle: [f32; 2], half: f32) -> [f32; 2] {
+        if !self.has_plane {
+            return [f32::NEG_INFINITY, f32::INFINITY];
+        }
+        let [x, y] = [0, 1].map(|axis| self.plane[axis] - slope[axis]);
+        let key = x * middle[0] + (y * middle[1] + self.plane[2]);
+        let reach = (x.abs() + y.abs()) * half;
+        [key - reach, key + reach]
     }
 
     /// Returns whether a side may come into a cell about this middle.

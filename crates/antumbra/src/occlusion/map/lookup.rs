@@ -2,6 +2,8 @@
 //!
 //! In: starts. Out: a [`Found`] each, as from a list. Invariant: an answer that is found is the reference's.
 
+use std::hint::black_box;
+
 use antumbra_geometry::{DVec3, Occluders, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, u32x8};
@@ -13,9 +15,9 @@ use super::super::many::{FEW, MANY, Numbers, Places, Told, first_bits};
 use super::super::pairs::{Pairs, widened};
 use super::super::planes::StartPlane;
 use super::super::starts::{Asks, Entry, Moved};
-use super::super::tables::NONE;
+use super::super::tables::{NONE, Tables};
 use super::words::{BIAS, Word};
-use super::{Located, Map, NOWHERE, Told as ToldOfCell, entry, told as told_of};
+use super::{FREE, Located, Map, NOWHERE, Told as ToldOfCell, entry};
 use crate::draw::draw;
 
 /// Points whose coordinates are smaller are so near the scene that forms are known well there.
@@ -66,29 +68,47 @@ impl AdaptiveValues {
 }
 
 impl AdaptiveValues {
-    /// Returns the tiles of starts, as far as they have any, and where in them they are.
-    pub(in super::super) fn places_in_map(&self, map: &Map, starts: &[Start]) -> Vec<(u32, u32)> {
+    /// Returns the tiles of starts, as far as they have any, and where in them they are; with [`FREE`].
+    pub(in super::super) fn places_in_map(
+        &self,
+        map: &Map,
+        tables: &Tables<'_>,
+        starts: &[Start],
+    ) -> Vec<(u32, u32)> {
         let mut all = Vec::with_capacity(starts.len());
         dispatch!(self.level, simd => {
             for starts in starts.chunks(BLOCK) {
                 let located = map.locate(simd, &self.places(starts));
-                let places = located.tiles.iter().zip(&located.codes).take(starts.len());
-                let places = places.filter(|place| *place.0 != NOWHERE);
-                all.extend(places.map(|(&tile, &code)| (tile, code)));
+                let places = located.tiles.iter().zip(&located.codes).zip(starts);
+                let places = places.filter(|((tile, _), _)| **tile != NOWHERE);
+                all.extend(places.map(|((&tile, &code), start)| {
+                    let free = if is_listed(tables, start) { 0 } else { FREE };
+                    (tile, code | free)
+                }));
             }
         });
         all
     }
 }
 
+/// Returns whether a start that is where its point is lies on a triangle that the tiles list.
+#[inline(always)]
+fn is_listed(tables: &Tables<'_>, start: &Start) -> bool {
+    start.surface.is_some_and(|surface| {
+        let side = tables.side(surface.0 as usize);
+        side.is_some_and(|side| side != 0) && tables.occluders.is_opaque(surface)
+    })
+}
+
 /// Lists of one block in so many are counted, for all.
 const COUNTED: u64 = 8;
 
-/// What words are, a bit each: thresholds, those that their starts are past, lists.
+/// What words are, a bit each: thresholds, those that their starts are past, lists, slanted thresholds.
 struct Kinds {
     thresholds: u64,
     shadowed: u64,
     lists: u64,
+    slants: u64,
 }
 
 impl<S: Simd> Lookup<'_, S> {
@@ -129,7 +149,9 @@ impl<S: Simd> Lookup<'_, S> {
             None => self.audience(start, x),
         };
         match asks {
-            Asks::In(_) => self.find_at_in_map(map, start, start.point, x, self.is_listed(start)),
+            Asks::In(_) => {
+                self.find_at_in_map(map, start, start.point, x, is_listed(&self.tables, start))
+            }
             Asks::OwnShadow => Found::by_value(true),
             Asks::Doubt => self.find_off_surface_in_map(map, start),
         }
@@ -168,15 +190,6 @@ impl<S: Simd> Lookup<'_, S> {
         self.find_known_in_map(map, [starts, starts], &places, known, listed, told);
     }
 
-    /// Returns whether a start that is where its point is lies on a triangle that the tiles list.
-    #[inline(always)]
-    fn is_listed(&self, start: &Start) -> bool {
-        start.surface.is_some_and(|surface| {
-            let side = self.tables.side(surface.0 as usize);
-            side.is_some_and(|side| side != 0) && self.occluders.is_opaque(surface)
-        })
-    }
-
     /// Answers those starts that are known to be where their points are. They are given as they are asked, and as
     /// they are where they answer the same.
     #[inline(always)]
@@ -190,20 +203,34 @@ impl<S: Simd> Lookup<'_, S> {
         told: &mut Told,
     ) {
         let located = map.locate(self.simd, places);
-        let (words, cells) = map.words(&located);
+        let (mut words, cells) = map.words(&located);
         let Kinds {
             thresholds,
-            shadowed,
-            lists,
+            mut shadowed,
+            mut lists,
+            slants,
         } = self.kinds(&words, &located.depths);
-        let lists = lists & known;
+        lists &= known;
+        let slants = slants & known;
+        self.fetch(map, &words, slants);
+        for number in Numbers(slants) {
+            let is_past = map.is_past_slant((&located, number), words[number]);
+            shadowed |= u64::from(is_past) << number;
+        }
+        let thresholds = thresholds & known | slants;
         told.shadowed |= shadowed & known;
         told.unknown |= known & !thresholds & !lists;
-        for number in Numbers(known & thresholds & !shadowed & !listed) {
-            let nearest = map.nearest(located.tiles[number], cells[number]);
-            let is_behind = u64::from(located.depths[number] >= nearest);
-            told.unknown |= is_behind << number;
+        for number in Numbers(thresholds & !shadowed & !listed) {
+            let free = map.free(located.tiles[number], cells[number]);
+            if free.is_list() {
+                words[number] = free.0;
+                lists |= 1 << number;
+            } else {
+                let is_lit = located.depths[number] + BIAS < f32::from_bits(free.0);
+                told.unknown |= u64::from(!is_lit) << number;
+            }
         }
+        self.fetch(map, &words, lists);
         if lists != 0 {
             self.find_in_lists_of_map(
                 map,
@@ -216,23 +243,32 @@ impl<S: Simd> Lookup<'_, S> {
         }
     }
 
-    /// Sorts words of starts of some depths, as `told_of` does.
+    /// Reads together what words lead to: what is done with one waits for the next else.
+    #[inline(always)]
+    fn fetch(&self, map: &Map, words: &[u32; MANY], which: u64) {
+        black_box(Numbers(which).fold(0, |read, number| read | map.any_word(words[number])));
+    }
+
+    /// Sorts words of starts of some depths, as `Map::told` does.
     #[inline(always)]
     fn kinds(&self, words: &[u32; MANY], depths: &[f32; MANY]) -> Kinds {
         let mut kinds = Kinds {
             thresholds: 0,
             shadowed: 0,
             lists: 0,
+            slants: 0,
         };
         for first in (0..MANY).step_by(8) {
             let word = u32x8::from_slice(self.simd, &words[first..first + 8]);
             let depth = f32x8::from_slice(self.simd, &depths[first..first + 8]) + BIAS;
             let is_threshold = word.simd_lt(1 << 31);
             let is_past = depth.simd_gt(f32x8::from_bits(word)) & is_threshold;
-            let is_list = word.simd_ge(Word::LIST) & word.simd_lt(Word::HOPELESS.0);
+            let is_list = word.simd_ge(Word::LIST) & word.simd_lt(Word::SLANT);
+            let is_slant = word.simd_ge(Word::SLANT) & word.simd_lt(Word::HOPELESS.0);
             kinds.thresholds |= is_threshold.to_bitmask() << first;
             kinds.shadowed |= is_past.to_bitmask() << first;
             kinds.lists |= is_list.to_bitmask() << first;
+            kinds.slants |= is_slant.to_bitmask() << first;
         }
         kinds
     }
@@ -269,9 +305,7 @@ impl<S: Simd> Lookup<'_, S> {
             let own = starts[0][number].surface.map_or(NONE, |SurfaceId(own)| own);
             for place in 0..count {
                 let (nearest, SurfaceId(surface)) = entry(entries, place);
-                if nearest <= depth && surface != own {
-                    pairs.push(surface, number);
-                }
+                pairs.push_if(surface, number, (nearest <= depth) & (surface != own));
             }
             if pairs.is_full() {
                 self.tell_pairs(&pairs, starts, &wide, told);
@@ -346,7 +380,7 @@ impl<S: Simd> Lookup<'_, S> {
                 start,
                 point,
                 self.values.narrow(point),
-                self.is_listed(start),
+                is_listed(&self.tables, start),
             ),
         }
     }
@@ -367,15 +401,9 @@ impl<S: Simd> Lookup<'_, S> {
         if located.tiles[0] == NOWHERE {
             return Found::NOTHING;
         }
-        let located = Located {
-            tiles: [located.tiles[0]],
-            codes: [located.codes[0]],
-            depths: [located.depths[0]],
-        };
         let (words, cells) = map.words(&located);
-        let nearest = || map.nearest(located.tiles[0], cells[0]);
         let depth = located.depths[0];
-        let word = match told_of(words[0], depth, is_listed, nearest) {
+        let word = match map.told((&located, 0), (words[0], cells[0]), is_listed) {
             ToldOfCell::Is(is_shadowed) => return Found::by_value(is_shadowed),
             ToldOfCell::Unknown => return Found::NOTHING,
             ToldOfCell::List(word) => word,

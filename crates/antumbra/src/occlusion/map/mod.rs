@@ -22,10 +22,10 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 use rayon::prelude::*;
 
-use self::build::{Builder, LEVELS, Queries, digit, place_codes};
-use self::facet::footprint;
+use self::build::{AGAIN, Builder, LEVELS, Queries, digit, place_codes};
+use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
-use self::words::{Arena, BIAS, ENTRY, HEAD, LEFT, NODE_CELLS, Word};
+use self::words::{Arena, BIAS, ENTRY, HEAD, LEFT, NODE_CELLS, SLANT_WORDS, Word};
 use super::room::Share;
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
@@ -35,14 +35,17 @@ use crate::frame::Frame;
 #[derive(Debug)]
 pub(crate) struct Map {
     pub(super) views: Views,
+    depths: Depths,
     /// For each tile where its surfaces begin, and an end.
     first: Box<[u32]>,
     surfaces: Box<[u32]>,
-    /// For each tile what it knows, and the depth before which nothing is.
+    /// For each tile what it knows, and what it says of free starts.
     tiles: Box<[AtomicU32]>,
-    nearest: Box<[AtomicU32]>,
-    /// Queries that found nothing in a tile.
+    free: Box<[AtomicU32]>,
+    /// Queries that found nothing in a tile; once it is made, free ones.
     asked: Box<[AtomicU32]>,
+    /// Queries that calls in progress will ask of a tile.
+    coming: Box<[AtomicU32]>,
     arena: Arena,
     /// Of all its bytes, once it is made.
     share: OnceLock<Share>,
@@ -57,12 +60,30 @@ const TILE_COUNT: [f64; 2] = [64.0, 65_536.0];
 const MOST_ENTRIES: [usize; 2] = [16, 16];
 const TRIES: usize = 3;
 
-/// What making a map costs for each surface, tables with it and tiles without, and the mesh of the scene, in nanoseconds.
-const SURFACE_NS: u64 = 600;
-const JOINED_NS: u64 = 600;
+/// Words at most, for each surface; and so many more for each of the first, as scenes of few are seen as finely.
+const WORDS_EACH: u64 = 128;
+const WORDS_OF_FEW: u64 = 128;
+const FEW: u64 = 4_096;
+
+/// What making a map costs for each surface, in nanoseconds: tables with it and about as much again for tiles, and the
+/// mesh of the scene.
+const SURFACE_NS: u64 = 700;
+const JOINED_NS: u64 = 330;
 /// What a tile costs, and each surface in it, in nanoseconds.
 const TILE_NS: f32 = 3_000.0;
 const IN_TILE_NS: f32 = 900.0;
+/// Of what rays to a tile took a tile may cost this share. Not all come that are announced: views move.
+const OF_RAYS: f32 = 0.5;
+const OF_COMING: f32 = 0.5;
+
+/// Set beside the code of a start's place if the start is free.
+pub(super) const FREE: u32 = 1 << 31;
+
+/// Queries that found no threshold and no list in cells of a tile until it is made again.
+const WANTING: f32 = 1_000.0;
+
+/// Of a whole map rays are taken to last so long, in nanoseconds: lists are of up to 20 surfaces.
+const WHOLE_RAY_NS: f32 = 150.0;
 
 /// What one start found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +98,7 @@ pub(super) enum Told {
 pub(super) struct Located<const N: usize> {
     pub(super) tiles: [u32; N],
     pub(super) codes: [u32; N],
+    within: [[f32; N]; 2],
     pub(super) depths: [f32; N],
 }
 
@@ -92,13 +114,16 @@ impl Map {
         // As many again by rounding and borders.
         let tiles = 2 * tile_count(occluders) as usize;
         let entries = most_entries(occluders.surface_count(), tiles);
-        (20 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries) as u64
+        (24 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries) as u64
     }
 
     /// Returns the most bytes of its words.
     pub(crate) fn most_words(occluders: &Occluders) -> u64 {
-        const WORDS_EACH: u64 = 128;
-        4 * (WORDS_EACH * occluders.surface_count() as u64 + 64 * tile_count(occluders) as u64)
+        let surfaces = occluders.surface_count() as u64;
+        let words = WORDS_EACH * surfaces
+            + WORDS_OF_FEW * surfaces.min(FEW)
+            + 64 * tile_count(occluders) as u64;
+        4 * words
     }
 
     /// Sorts surfaces into tiles, about which nothing is known yet. `None` if no view suits the light. Words take at
@@ -167,15 +192,15 @@ impl Map {
             tiles: (0..count)
                 .map(|tile| AtomicU32::new(word(tile).0))
                 .collect(),
-            nearest: (0..count)
-                .map(|_| AtomicU32::new(f32::INFINITY.to_bits()))
-                .collect(),
+            free: (0..count).map(|_| AtomicU32::new(Word::LIT.0)).collect(),
             asked: (0..count).map(|_| AtomicU32::new(0)).collect(),
+            coming: (0..count).map(|_| AtomicU32::new(0)).collect(),
             arena: Arena::new((most_bytes / 4) as usize),
             share: OnceLock::new(),
             is_full: AtomicBool::new(false),
             first: first.into(),
             surfaces: surfaces.into(),
+            depths: Depths::of(&views.all[0]),
             views,
         })
     }
@@ -184,8 +209,9 @@ impl Map {
         let tables = size_of_val(&*self.first)
             + size_of_val(&*self.surfaces)
             + size_of_val(&*self.tiles)
-            + size_of_val(&*self.nearest)
-            + size_of_val(&*self.asked);
+            + size_of_val(&*self.free)
+            + size_of_val(&*self.asked)
+            + size_of_val(&*self.coming);
         (tables + 4 * self.arena.taken()) as u64
     }
 
@@ -221,7 +247,7 @@ impl Map {
         &self.surfaces[self.first[tile] as usize..self.first[tile + 1] as usize]
     }
 
-    /// Makes all tiles, for so many queries each, on all threads.
+    /// Makes all tiles, for so many queries together, on all threads.
     pub(crate) fn make_all(&self, tables: &Tables<'_>, queries: f32) {
         let weight = queries / self.tiles.len() as f32;
         const RUN: usize = 64;
@@ -232,15 +258,37 @@ impl Map {
                 dispatch!(Level::new(), simd => {
                     let mut builder = Builder::new(simd, *tables);
                     for tile in RUN * run..self.tiles.len().min(RUN * (run + 1)) {
-                        self.make_tile(&mut builder, tile, weight);
+                        let queries = Queries::of_tile(weight, WHOLE_RAY_NS);
+                        self.make_tile(&mut builder, tile, queries, true);
                     }
                 });
             });
     }
 
+    /// Notes that so many queries are coming at each of some places.
+    pub(super) fn expect(&self, places: &[(u32, u32)], each: u32) {
+        for &(tile, _) in places {
+            let coming = &self.coming[tile as usize];
+            let more = |coming: u32| Some(coming.saturating_add(each));
+            let _ = coming.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more);
+        }
+    }
+
+    /// Notes that those have come.
+    pub(super) fn expect_no_more(&self, places: &[(u32, u32)], each: u32) {
+        for &(tile, _) in places {
+            // Of another map, which was dropped meanwhile.
+            let Some(coming) = self.coming.get(tile as usize) else {
+                continue;
+            };
+            let less = |coming: u32| Some(coming.saturating_sub(each));
+            let _ = coming.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
+        }
+    }
+
     /// Makes tiles that it pays to know, of those that starts ask about which found nothing, each of which stands for so
-    /// many queries that would take a ray of so many nanoseconds; and cuts cells whose lists were asked too often.
-    /// Returns whether any was made.
+    /// many queries that would take a ray of so many nanoseconds; cuts cells whose lists were asked too often; and makes
+    /// tiles again that say too little of free starts ([`FREE`]). Returns whether any was made.
     pub(super) fn make_for(
         &self,
         tables: &Tables<'_>,
@@ -258,10 +306,24 @@ impl Map {
             let mut builder = Builder::new(simd, *tables);
             for group in asking.chunk_by(|a, b| a.0 == b.0) {
                 let tile = group[0].0 as usize;
+                let is_free = |&(_, code): &(u32, u32)| code & FREE != 0;
                 if self.tiles[tile].load(Ordering::Acquire) == Word::UNASKED.0 {
-                    is_any |= self.make_if_paid(&mut builder, tile, group.len(), [each, ray_ns]);
-                } else {
-                    is_any |= self.cut_lists(&mut builder, tile, group);
+                    let has_free = group.iter().any(is_free);
+                    let asked = (group.len(), [each, ray_ns]);
+                    is_any |= self.make_if_paid(&mut builder, tile, asked, has_free);
+                    continue;
+                }
+                is_any |= self.cut_lists(&mut builder, tile, group, ray_ns);
+                let is_wanting = |place: &&(u32, u32)| {
+                    let (word, (_, slot)) = self.cell(tile, place.1);
+                    let free = self.free(tile as u32, slot.unwrap_or(0) as u32);
+                    let has_threshold = word.is_threshold() || word.is_slant();
+                    let wants_list = !free.is_list() && free != Word::NEVER;
+                    word == Word::UNASKED || has_threshold && is_free(place) && wants_list
+                };
+                let asked = (group.iter().filter(is_wanting).count(), [each, ray_ns]);
+                if asked.0 > 0 {
+                    is_any |= self.make_if_paid(&mut builder, tile, asked, true);
                 }
             }
         });
@@ -272,13 +334,28 @@ impl Map {
         &self,
         builder: &mut Builder<'_, S>,
         tile: usize,
-        starts: usize,
-        [each, ray_ns]: [f32; 2],
+        (starts, [each, ray_ns]): (usize, [f32; 2]),
+        has_free: bool,
     ) -> bool {
         let before = self.asked[tile].fetch_add(starts as u32, Ordering::Relaxed);
-        let queries = (before as f32 + starts as f32) * each;
+        let coming = self.coming[tile].load(Ordering::Relaxed);
+        let queries = (before as f32 + starts as f32) * each + OF_COMING * coming as f32;
         let price = TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32;
-        queries * ray_ns >= price && self.make_tile(builder, tile, queries)
+        if OF_RAYS * queries * ray_ns < price {
+            return false;
+        }
+        let is_made = self.tiles[tile].load(Ordering::Acquire) != Word::UNASKED.0;
+        if is_made && queries < WANTING {
+            return false;
+        }
+        // So that it serves all as it did.
+        let (queries, has_free) = match is_made {
+            true => (queries.max(AGAIN), true),
+            false => (queries, has_free),
+        };
+        let queries = Queries::of_tile(queries, ray_ns);
+        self.asked[tile].store(0, Ordering::Relaxed);
+        self.make_tile(builder, tile, queries, has_free)
     }
 
     /// Cuts those cells of a tile, which hold some places, whose lists were asked too often.
@@ -287,6 +364,7 @@ impl Map {
         builder: &mut Builder<'_, S>,
         tile: usize,
         places: &[(u32, u32)],
+        ray_ns: f32,
     ) -> bool {
         let mut is_any = false;
         for &(_, code) in places {
@@ -295,11 +373,9 @@ impl Map {
                 if !is_any {
                     self.take_up(builder, tile);
                 }
-                let queries = Queries {
-                    count: 0.0,
-                    are_more: true,
-                };
-                is_any |= self.make(builder, tile, slot, code, queries);
+                let queries = Queries::of_list(ray_ns);
+                let has_free = code & FREE != 0;
+                is_any |= self.make(builder, (tile, code), slot, queries, has_free);
             }
         }
         is_any
@@ -343,16 +419,18 @@ impl Map {
         builder.take_up(view, middle, self.surfaces_of(tile));
     }
 
-    fn make_tile<S: Simd>(&self, builder: &mut Builder<'_, S>, tile: usize, queries: f32) -> bool {
+    fn make_tile<S: Simd>(
+        &self,
+        builder: &mut Builder<'_, S>,
+        tile: usize,
+        queries: Queries,
+        has_free: bool,
+    ) -> bool {
         if self.surfaces_of(tile).is_empty() {
             return false;
         }
         self.take_up(builder, tile);
-        let queries = Queries {
-            count: queries,
-            are_more: false,
-        };
-        self.make(builder, tile, (0, None), 0, queries)
+        self.make(builder, (tile, 0), (0, None), queries, has_free)
     }
 
     /// Returns what is known of a place in a tile, the level of its cell, and where the word stands, `None` for the
@@ -371,21 +449,21 @@ impl Map {
     fn make<S: Simd>(
         &self,
         builder: &mut Builder<'_, S>,
-        tile: usize,
+        (tile, code): (usize, u32),
         (level, slot): (u32, Option<usize>),
-        code: u32,
         queries: Queries,
+        has_free: bool,
     ) -> bool {
-        let made = builder.make(level, code, queries);
+        let made = builder.make((level, code), queries, has_free);
         let Some(place) = self.take(made.words.len()) else {
             return false;
         };
         made.write(&self.arena, place);
-        let (word, nearest) = (made.own.moved(place), made.nearest);
+        let [word, free] = [made.own, made.free].map(|word| word.moved(place));
         match slot {
-            Some(slot) => self.arena.publish(slot, word, nearest),
+            Some(slot) => self.arena.publish(slot, word, free),
             None => {
-                self.nearest[tile].store(nearest.to_bits(), Ordering::Relaxed);
+                self.free[tile].store(free.0, Ordering::Relaxed);
                 self.tiles[tile].store(word.0, Ordering::Release);
             }
         }
@@ -409,11 +487,12 @@ impl Map {
         Located {
             tiles: located.tiles,
             codes,
+            within: located.within,
             depths: located.depths,
         }
     }
 
-    /// Returns what the words of some starts are, and where the depths stand before which nothing is: 0 for the tile's.
+    /// Returns what the words of some starts are, and where it stands what their cells say of free ones: 0 for the tile's.
     #[inline(always)]
     pub(super) fn words<const N: usize>(&self, located: &Located<N>) -> ([u32; N], [u32; N]) {
         let mut words = [Word::UNASKED.0; N];
@@ -428,12 +507,14 @@ impl Map {
             let mut is_any = false;
             for number in 0..N {
                 let word = Word(words[number]);
-                if word.is_node() {
-                    let place = word.place() + digit(located.codes[number], level);
-                    words[number] = self.arena.read(place);
-                    cells[number] = place as u32;
-                    is_any = true;
-                }
+                let is_node = word.is_node();
+                // Nothing foretells which are nodes, so there is no branch; others read where nothing is.
+                let node = if is_node { word.place() } else { 0 };
+                let place = node + digit(located.codes[number], level);
+                let read = self.arena.read(place);
+                words[number] = if is_node { read } else { word.0 };
+                cells[number] = if is_node { place as u32 } else { cells[number] };
+                is_any |= is_node;
             }
             if !is_any {
                 break;
@@ -442,11 +523,12 @@ impl Map {
         (words, cells)
     }
 
-    /// Returns the depth before which nothing is in a cell.
+    /// Returns what a cell says of free starts that are not past its threshold: a depth before which they are lit, or a
+    /// list.
     #[inline(always)]
-    pub(super) fn nearest(&self, tile: u32, cell: u32) -> f32 {
-        f32::from_bits(match cell {
-            0 => self.nearest[tile as usize].load(Ordering::Relaxed),
+    fn free(&self, tile: u32, cell: u32) -> Word {
+        Word(match cell {
+            0 => self.free[tile as usize].load(Ordering::Relaxed),
             cell => self.arena.read(cell as usize + NODE_CELLS),
         })
     }
@@ -455,6 +537,52 @@ impl Map {
     #[inline(always)]
     pub(super) fn test(&self, word: u32, count: u32) -> bool {
         self.arena.spend(Word(word).place() + LEFT, count)
+    }
+
+    /// Returns what a word says of a start of those that were located, on a listed surface or not.
+    #[inline(always)]
+    pub(super) fn told<const N: usize>(
+        &self,
+        (located, number): (&Located<N>, usize),
+        (word, cell): (u32, u32),
+        is_listed: bool,
+    ) -> Told {
+        let depth = located.depths[number];
+        let is_past = match Word(word) {
+            list if list.is_list() => return Told::List(word),
+            slant if slant.is_slant() => self.is_past_slant((located, number), word),
+            threshold if threshold.is_threshold() => depth + BIAS > f32::from_bits(word),
+            _ => return Told::Unknown,
+        };
+        if is_past || is_listed {
+            return Told::Is(is_past);
+        }
+        match self.free(located.tiles[number], cell) {
+            list if list.is_list() => Told::List(list.0),
+            lit_before if depth + BIAS < f32::from_bits(lit_before.0) => Told::Is(false),
+            _ => Told::Unknown,
+        }
+    }
+
+    /// Returns whether a start is past the slanted threshold of its word.
+    #[inline(always)]
+    pub(super) fn is_past_slant<const N: usize>(
+        &self,
+        (located, number): (&Located<N>, usize),
+        word: u32,
+    ) -> bool {
+        let words = self.arena.slice(Word(word).place(), SLANT_WORDS);
+        let read = |at: usize| f32::from_bits(words[at].load(Ordering::Relaxed));
+        let [u, v] = [0, 1].map(|axis: usize| located.within[axis][number] - 0.5);
+        let depth = located.depths[number];
+        let key = self.depths.key_of_start(depth);
+        (depth > read(3)) | (key - (read(0) * u + read(1) * v) > read(2))
+    }
+
+    /// Reads of a list what comes first, so that it is in the caches.
+    #[inline(always)]
+    pub(super) fn any_word(&self, word: u32) -> u32 {
+        self.arena.read(Word(word).place())
     }
 
     /// Returns the depth behind which all starts of a list are in shadow, how many entries it has for starts on listed
@@ -470,25 +598,6 @@ impl Map {
             counts,
             self.arena.slice(place + HEAD, ENTRY * counts[1]),
         )
-    }
-}
-
-/// What a word says of a depth, to starts on listed surfaces or to any.
-#[inline(always)]
-pub(super) fn told(word: u32, depth: f32, is_listed: bool, nearest: impl Fn() -> f32) -> Told {
-    let word = Word(word);
-    if word.is_threshold() {
-        if depth + BIAS > f32::from_bits(word.0) {
-            Told::Is(true)
-        } else if is_listed || depth < nearest() {
-            Told::Is(false)
-        } else {
-            Told::Unknown
-        }
-    } else if word.is_list() {
-        Told::List(word.0)
-    } else {
-        Told::Unknown
     }
 }
 

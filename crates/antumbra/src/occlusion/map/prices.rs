@@ -1,28 +1,33 @@
 //! When a map pays.
 //!
 //! In: what queries took, by rays and by the map, and how many are known to come. Out: whether to make the map, and
-//! whether to ask it. Rays answer until their time, past and promised, outweighs the map's price. So all together takes
-//! at most a quarter longer than rays alone, and half of a promise that is not kept. Times are measured in this process;
+//! whether to ask it. Rays answer until an eighth of their time, past and promised, outweighs the map's price. So all
+//! together takes at most an eighth longer than rays alone, and an eighth of a promise that is not kept; tiles likewise,
+//! which are made where rays to them took twice as long. Times are measured in this process;
 //! answers do not depend on them.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// So much of the time that rays took, and would take for the queries that are known to come, may a map cost.
-const OF_PAST: f64 = 0.25;
-const OF_COMING: f64 = 0.5;
+const OF_PAST: f64 = 0.125;
+const OF_COMING: f64 = 0.125;
 
-/// A map that takes longer than rays is asked by one chunk of queries in so many.
+/// A map whose answers take longer than rays is asked by one chunk of queries in so many.
 const SELDOM: u32 = 16;
+
+/// Of a map that knows less than this share of what it is asked more is made as it is asked.
+const LITTLE: f32 = 0.5;
 
 /// So many chunks may ask it in vain until it counts.
 const VAIN: u32 = 32;
 
-/// How much of what a chunk took comes into what queries took lately.
+/// How much of what a chunk of so many queries took comes into what queries took lately.
 const RECENT: f32 = 0.25;
+const FULL: f32 = 8_192.0;
 /// A ray takes about so long as long as none was measured, in nanoseconds.
 const USUAL_RAY: f32 = 100.0;
 
-/// What some queries took, and making cells for them beside.
+/// What some queries took: by rays, or by the map without the rays that it left, and making cells for them beside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spent {
     pub(crate) queries: u64,
@@ -33,11 +38,17 @@ pub(crate) struct Spent {
     pub(crate) known: u64,
 }
 
+/// Numbers of [`Prices::recent`].
+const BY_RAYS: usize = 0;
+const BY_MAP: usize = 1;
+const KNOWN: usize = 2;
+
 /// The account of one light. Threads add to it now and then.
 #[derive(Debug, Default)]
 pub(crate) struct Prices {
-    /// What a query took lately in nanoseconds, by rays and by the map: the bits of an `f32`, 0 if none was measured.
-    recent: [AtomicU32; 2],
+    /// What a query took lately in nanoseconds, by rays and by the map, and which share the map answered: the bits of an
+    /// `f32`, 0 if none was measured.
+    recent: [AtomicU32; 3],
     by_rays_ns: AtomicU64,
     /// What making took.
     made_ns: AtomicU64,
@@ -83,19 +94,30 @@ impl Prices {
                 return;
             }
         }
-        let recent = &self.recent[usize::from(spent.is_by_map)];
-        let now = spent.ns as f32 / spent.queries as f32;
-        let before = f32::from_bits(recent.load(order));
-        let mean = match before > 0.0 {
-            true => before + RECENT * (now - before),
-            false => now,
+        // Few say little: the first of a call find the caches cold.
+        let weight = RECENT * (spent.queries as f32 / FULL).min(1.0);
+        let update = |way: usize, now: f32| {
+            let before = self.recent(way);
+            let mean = match before > 0.0 {
+                true => before + weight * (now - before),
+                false => now,
+            };
+            self.recent[way].store(mean.to_bits(), order);
         };
-        recent.store(mean.to_bits(), order);
+        let queries = spent.queries as f32;
+        update(usize::from(spent.is_by_map), spent.ns as f32 / queries);
+        if spent.is_by_map {
+            update(KNOWN, spent.known as f32 / queries);
+        }
+    }
+
+    fn recent(&self, way: usize) -> f32 {
+        f32::from_bits(self.recent[way].load(Ordering::Relaxed))
     }
 
     /// Returns what a ray took lately, in nanoseconds.
     pub(crate) fn ray_ns(&self) -> f32 {
-        match f32::from_bits(self.recent[0].load(Ordering::Relaxed)) {
+        match self.recent(BY_RAYS) {
             0.0 => USUAL_RAY,
             recent => recent,
         }
@@ -108,13 +130,12 @@ impl Prices {
         pays(price, made, past, self.expected(), self.ray_ns())
     }
 
-    /// Returns whether to ask the map: it takes less than rays, or it is time to see whether it does.
+    /// Returns whether to ask the map: there is too little of it to tell, it takes less than the rays that it saves, or it
+    /// is time to see whether it does.
     pub(crate) fn is_map_worth_it(&self) -> bool {
-        let [ray, map] = [0, 1].map(|way: usize| {
-            let recent = self.recent[way].load(Ordering::Relaxed);
-            f32::from_bits(recent)
-        });
-        map <= ray
+        let [ray, map, known] = [BY_RAYS, BY_MAP, KNOWN].map(|way| self.recent(way));
+        known < LITTLE
+            || map <= known * ray
             || self
                 .tries
                 .fetch_add(1, Ordering::Relaxed)
@@ -137,16 +158,16 @@ mod tests {
     fn a_map_is_made_when_rays_past_and_promised_outweigh_it() {
         let ms = |ms: u64| 1_000_000 * ms;
         for (price, made, by_rays, expected, ray, is_made) in [
-            // Nothing is known to come: a quarter of what rays took.
-            (ms(50), 0, ms(199), 0, 100.0, false),
-            (ms(50), 0, ms(200), 0, 100.0, true),
-            // Half of what they would take for what comes.
-            (ms(50), 0, 0, 999_999, 100.0, false),
-            (ms(50), 0, 0, 1_000_000, 100.0, true),
-            (ms(50), 0, 0, 500_000, 200.0, true),
-            (ms(50), 0, ms(100), 500_000, 100.0, true),
+            // Nothing is known to come: an eighth of what rays took.
+            (ms(50), 0, ms(399), 0, 100.0, false),
+            (ms(50), 0, ms(400), 0, 100.0, true),
+            // An eighth of what they would take for what comes.
+            (ms(50), 0, 0, 3_999_999, 100.0, false),
+            (ms(50), 0, 0, 4_000_000, 100.0, true),
+            (ms(50), 0, 0, 2_000_000, 200.0, true),
+            (ms(50), 0, ms(200), 2_000_000, 100.0, true),
             // What was made before counts.
-            (ms(50), ms(50), 0, 1_000_000, 100.0, false),
+            (ms(50), ms(50), 0, 4_000_000, 100.0, false),
             (0, 0, 0, 0, 0.0, true),
             (1, 0, 0, 0, 1e9, false),
         ] {

@@ -201,6 +201,7 @@ fn light(occluders: &Occluders, random: &mut Random) -> LightShape {
 fn what_a_map_tells_is_what_surfaces_do() {
     let random = &mut Random(1);
     let (mut lit, mut full, mut listed, mut unknown) = (0, 0, 0, 0);
+    let (mut slanted, mut free) = (0, 0);
     for _ in 0..1_000 {
         let occluders = scene(random);
         if occluders.bounds().size().max_element() < 0.1 {
@@ -210,7 +211,7 @@ fn what_a_map_tells_is_what_surfaces_do() {
         let light = light(&occluders, random);
         let scene_tables = SceneTables::new(&occluders, &frame, true);
         let room = Room::new(1 << 30);
-        scene_tables.make_mesh(&occluders, &room);
+        scene_tables.make_mesh(&occluders, &room, false);
         let light_tables = LightTables::new(&occluders, &frame, &light);
         let tables = Tables::new(&occluders, &frame, &light, &scene_tables, &light_tables);
         let count = random.pick(&[30.0, 400.0, 3_000.0]);
@@ -242,6 +243,12 @@ fn what_a_map_tells_is_what_surfaces_do() {
             if located.tiles[0] == NOWHERE {
                 continue;
             }
+            let is_listed = given.surface.is_some_and(|surface| {
+                tables
+                    .side(surface.0 as usize)
+                    .is_some_and(|side| side != 0)
+                    && occluders.is_opaque(surface)
+            });
             let (mut words, mut cells) = map.words(&located);
             if is_lazy {
                 // Whoever asks in vain makes a tile; a list that was asked too often is cut.
@@ -249,22 +256,18 @@ fn what_a_map_tells_is_what_surfaces_do() {
                     map.test(words[0], i32::MAX.cast_unsigned());
                 }
                 let each = random.pick(&[1.0, 1e2, 1e5]);
-                map.make_for(&tables, &[(located.tiles[0], located.codes[0])], each, 1e6);
+                let free = if is_listed { 0 } else { FREE };
+                let place = (located.tiles[0], located.codes[0] | free);
+                map.make_for(&tables, &[place], each, 1e6);
                 (words, cells) = map.words(&located);
             }
-            let is_listed = given.surface.is_some_and(|surface| {
-                tables
-                    .side(surface.0 as usize)
-                    .is_some_and(|side| side != 0)
-                    && occluders.is_opaque(surface)
-            });
             let blocking: Vec<SurfaceId> = occluders
                 .surfaces()
                 .filter(|&surface| occluders.blocks(surface, &segment))
                 .collect();
             let depth = located.depths[0];
-            let nearest = || map.nearest(located.tiles[0], cells[0]);
-            match told(words[0], depth, is_listed, nearest) {
+            slanted += usize::from(Word(words[0]).is_slant());
+            match map.told((&located, 0), (words[0], cells[0]), is_listed) {
                 Told::Is(is_shadowed) => {
                     assert_eq!(
                         !blocking.is_empty(),
@@ -287,23 +290,25 @@ fn what_a_map_tells_is_what_surfaces_do() {
                         .map(|entry| entry.1)
                         .collect();
                     let mesh = tables.joined();
-                    for surface in blocking {
-                        // In place of one that repeats another, that.
-                        let is_repeated = tables.side(surface.0 as usize).is_some()
-                            && mesh.is_some_and(|mesh| mesh.is_repeated(surface));
-                        assert!(
-                            is_repeated || near.contains(&surface),
-                            "{surface:?} {light:?} {given:?} {moved:?}"
-                        );
-                        listed += 1;
-                    }
+                    // In place of one that repeats another, that.
+                    let is_repeated = |surface: SurfaceId| {
+                        tables.side(surface.0 as usize).is_some()
+                            && mesh.is_some_and(|mesh| mesh.is_repeated(surface))
+                    };
+                    let is_there = |surface| near.contains(surface) || is_repeated(*surface);
+                    assert!(
+                        blocking.is_empty() || blocking.iter().any(is_there),
+                        "{blocking:?} {light:?} {given:?} {moved:?}"
+                    );
+                    listed += usize::from(!blocking.is_empty());
+                    free += usize::from(!Word(words[0]).is_list());
                 }
             }
         }
     }
     assert!(
-        full > 8_000 && lit > 20_000 && listed > 3_000,
-        "{full} {lit} {listed} {unknown}"
+        full > 8_000 && lit > 20_000 && listed > 2_000 && slanted > 1_000 && free > 1_000,
+        "{full} {lit} {listed} {unknown} {slanted} {free}"
     );
 }
 
@@ -314,7 +319,7 @@ fn map_of<T>(
 ) -> T {
     let frame = Frame::new(occluders.bounds());
     let scene_tables = SceneTables::new(occluders, &frame, false);
-    scene_tables.make_mesh(occluders, &Room::new(1 << 30));
+    scene_tables.make_mesh(occluders, &Room::new(1 << 30), false);
     let light_tables = LightTables::new(occluders, &frame, light);
     let tables = Tables::new(occluders, &frame, light, &scene_tables, &light_tables);
     tell(&tables, Map::new(occluders, &tables, 1 << 28))

@@ -1,7 +1,7 @@
 //! The words that a map is made of, and the memory that holds them while it grows.
 //!
 //! A word of 32 bits says what a cell knows: a threshold (an `f32`, not negative), or with its highest bit where to go
-//! on: to a node of sixteen cells, or to a list. All lie in one arena that is zero at first and of which only what was
+//! on: to a node of sixteen cells, to a list, or to a slanted threshold. All lie in one arena that is zero at first and of which only what was
 //! written takes memory. Whoever makes a tile or a cell writes what is below it, then publishes its word; nobody reads
 //! what is not published. A word of which nothing was known, or a list, is written over, others are not.
 
@@ -12,21 +12,26 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 pub(super) struct Word(pub(super) u32);
 
 const NODE: u32 = 0b10 << 30;
-const LIST: u32 = 0b11 << 30;
-const PLACE: u32 = (1 << 30) - 1;
+const LIST: u32 = 0b110 << 29;
+const SLANT: u32 = 0b111 << 29;
+const PLACE: u32 = (1 << 29) - 1;
 
 impl Word {
     /// Nobody has asked about the cell.
     pub(super) const UNASKED: Self = Self(u32::MAX);
     /// More surfaces may block its starts than a list holds, and nobody asks often enough to cut it.
     pub(super) const HOPELESS: Self = Self(u32::MAX - 1);
-    /// Words of lists are this and larger.
+    /// Words of lists are this and larger, those of slanted thresholds this second and larger.
     pub(super) const LIST: u32 = LIST;
+    pub(super) const SLANT: u32 = SLANT;
+
+    /// Of free starts nothing is known, and nothing will be.
+    pub(super) const NEVER: Self = Self(0);
 
     /// No start that the cell speaks of is in shadow.
     pub(super) const LIT: Self = Self(f32::INFINITY.to_bits());
 
-    /// Starts deeper than this are in shadow, others are not.
+    /// Starts deeper than this are in shadow, others are not. As what a cell says of free starts: those before it are lit.
     pub(super) fn threshold(depth: f32) -> Self {
         Self((depth + BIAS).max(0.0).to_bits())
     }
@@ -37,6 +42,10 @@ impl Word {
 
     pub(super) fn list(place: usize) -> Self {
         Self(LIST | place as u32)
+    }
+
+    pub(super) fn slant(place: usize) -> Self {
+        Self(SLANT | place as u32)
     }
 
     /// Returns where a word leads that is one of a tile's own, if it leads on.
@@ -55,7 +64,12 @@ impl Word {
 
     #[inline(always)]
     pub(super) fn is_list(self) -> bool {
-        self.0 >> 30 == LIST >> 30 && self.0 < Self::HOPELESS.0
+        self.0 >> 29 == LIST >> 29
+    }
+
+    #[inline(always)]
+    pub(super) fn is_slant(self) -> bool {
+        self.0 >> 29 == SLANT >> 29 && self.0 < Self::HOPELESS.0
     }
 
     #[inline(always)]
@@ -72,7 +86,8 @@ impl Word {
 /// Added to depths, so that thresholds are positive: depths are above -3.
 pub(super) const BIAS: f32 = 4.0;
 
-/// Words of a node: what its cells know, and the depths before which nothing is.
+/// Words of a node: what its cells know, and what those with thresholds say of free starts that are not past them: a depth
+/// before which they are lit, or a list.
 pub(super) const NODE_WORDS: usize = 32;
 pub(super) const NODE_CELLS: usize = 16;
 
@@ -84,10 +99,14 @@ pub(super) const HEAD: usize = 3;
 pub(super) const LEFT: usize = 2;
 pub(super) const ENTRY: usize = 2;
 
-/// Tiles begin at multiples of this.
-const ALIGNED: usize = 4;
-/// No place is nought.
-const FIRST: usize = ALIGNED;
+/// A slanted threshold is a slope along both axes of the tile and the key that starts are past at its middle, and the
+/// depth behind which all is in shadow whatever the key.
+pub(super) const SLANT_WORDS: usize = 4;
+
+/// Tiles and slanted thresholds begin at multiples of this.
+pub(super) const ALIGNED: usize = 4;
+/// No place is nought. What is before the first is there to be read and says nothing.
+const FIRST: usize = NODE_WORDS;
 
 #[derive(Debug)]
 pub(super) struct Arena {
@@ -148,8 +167,8 @@ impl Arena {
         less > 0
     }
 
-    pub(super) fn publish(&self, place: usize, word: Word, nearest: f32) {
-        self.words[place + NODE_CELLS].store(nearest.to_bits(), Ordering::Relaxed);
+    pub(super) fn publish(&self, place: usize, word: Word, free: Word) {
+        self.words[place + NODE_CELLS].store(free.0, Ordering::Relaxed);
         self.words[place].store(word.0, Ordering::Release);
     }
 
