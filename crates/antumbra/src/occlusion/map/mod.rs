@@ -82,6 +82,9 @@ pub(super) const FREE: u32 = 1 << 31;
 /// Queries that found no threshold and no list in cells of a tile until it is made again.
 const WANTING: f32 = 1_000.0;
 
+/// Tiles of a whole map are made for so many queries at most: for more their lists are cut as they come.
+const MOST_WEIGHT: f32 = 40_000.0;
+
 /// Of a whole map rays are taken to last so long, in nanoseconds: lists are of up to 20 surfaces.
 const WHOLE_RAY_NS: f32 = 150.0;
 
@@ -249,7 +252,7 @@ impl Map {
 
     /// Makes all tiles, for so many queries together, on all threads.
     pub(crate) fn make_all(&self, tables: &Tables<'_>, queries: f32) {
-        let weight = queries / self.tiles.len() as f32;
+        let weight = (queries / self.tiles.len() as f32).min(MOST_WEIGHT);
         const RUN: usize = 64;
         (0..self.tiles.len().div_ceil(RUN))
             .into_par_iter()
