@@ -285,6 +285,8 @@ fn index_for(
 fn a_thousand_lights_made_eagerly_keep_to_the_memory_of_lights() {
     let _alone = alone();
     const ROOM: u64 = 8 << 20;
+    // The scene, points, answers, lights.
+    const INPUTS: u64 = 1 << 20;
     let occluders = city(12);
     let asked = points(&occluders, 2_000);
     let refinement = Refinement {
@@ -297,9 +299,16 @@ fn a_thousand_lights_made_eagerly_keep_to_the_memory_of_lights() {
     let (without, _) = taken(|| index_for(&occluders, Vec::new(), refinement), &asked);
     let lights: Vec<_> = (0..1_000).map(sun).collect();
     let (with, index) = taken(|| index_for(&occluders, lights.clone(), refinement), &asked);
-    // What each light takes that is not asked comes beside.
+    // What each light takes that is not asked comes beside, and what threads work with, as `ShadowIndex::occluded`
+    // says; all that stays is counted.
     let unasked = 1_000 * 400;
-    assert!(with <= without + ROOM + unasked, "{with} {without}");
+    let work = (rayon::current_num_threads() << 21) as u64;
+    assert!(with <= without + ROOM + unasked + work, "{with} {without}");
+    let stays = BYTES.current_usage() as u64;
+    assert!(
+        stays <= without + ROOM + unasked + INPUTS,
+        "{stays} {without}"
+    );
     assert!(with > without + ROOM / 2, "some are made");
     assert!(index.knowledge_bytes() <= ROOM);
     let refused = index.lights_without_room();

@@ -357,9 +357,9 @@ impl AdaptiveValues {
             let words = Map::most_words(occluders);
             let held = self.room.hold(height + words);
             let map = held.bytes().checked_sub(height).and_then(|words| {
-                let map = Map::new(occluders, &tables, words)?;
+                let mut map = Map::new(occluders, &tables, words)?;
                 if let Some(queries) = queries {
-                    map.make_all(&tables, queries);
+                    map = map.whole(&tables, queries);
                 }
                 let share = held.keep(map.bytes())?;
                 Some(map.keep(share))

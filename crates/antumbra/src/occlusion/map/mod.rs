@@ -209,13 +209,15 @@ impl Map {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        let tables = size_of_val(&*self.first)
+        let tables = size_of::<Self>()
+            + size_of_val(&*self.views.all)
+            + size_of_val(&*self.first)
             + size_of_val(&*self.surfaces)
             + size_of_val(&*self.tiles)
             + size_of_val(&*self.free)
             + size_of_val(&*self.asked)
             + size_of_val(&*self.coming);
-        (tables + 4 * self.arena.taken()) as u64
+        (tables + 4 * self.arena.held()) as u64
     }
 
     /// Takes what it has of its room from here on from this share.
@@ -234,7 +236,7 @@ impl Map {
     /// Takes words, where there is room for them.
     fn take(&self, words: usize) -> Option<usize> {
         let bytes = Arena::bytes_of(words);
-        let share = self.share.get();
+        let share = self.share.get().filter(|_| !self.arena.is_trimmed());
         let has_room = share.is_none_or(|share| share.grow(bytes));
         let place = has_room.then(|| self.arena.take(words)).flatten();
         if place.is_none() {
@@ -250,8 +252,16 @@ impl Map {
         &self.surfaces[self.first[tile] as usize..self.first[tile + 1] as usize]
     }
 
-    /// Makes all tiles, for so many queries together, on all threads.
-    pub(crate) fn make_all(&self, tables: &Tables<'_>, queries: f32) {
+    /// Returns a map of which all tiles are made, for so many queries together, on all threads.
+    pub(crate) fn whole(self, tables: &Tables<'_>, queries: f32) -> Self {
+        self.make_all(tables, queries);
+        Self {
+            arena: self.arena.trimmed(),
+            ..self
+        }
+    }
+
+    fn make_all(&self, tables: &Tables<'_>, queries: f32) {
         let weight = (queries / self.tiles.len() as f32).min(MOST_WEIGHT);
         const RUN: usize = 64;
         (0..self.tiles.len().div_ceil(RUN))

@@ -112,6 +112,8 @@ const FIRST: usize = NODE_WORDS;
 pub(super) struct Arena {
     words: Box<[AtomicU32]>,
     next: AtomicUsize,
+    /// Whether all words count as held, not those only that were taken.
+    is_trimmed: bool,
 }
 
 impl Arena {
@@ -121,6 +123,32 @@ impl Arena {
         Self {
             words: bytemuck::allocation::zeroed_slice_box(words),
             next: AtomicUsize::new(FIRST),
+            is_trimmed: false,
+        }
+    }
+
+    /// Gives room back but for a quarter more words than were taken, and holds that.
+    pub(super) fn trimmed(self) -> Self {
+        let taken = self.taken();
+        let mut words = self.words.into_vec();
+        words.truncate(taken + taken / 4);
+        words.shrink_to_fit();
+        Self {
+            words: words.into(),
+            is_trimmed: true,
+            ..self
+        }
+    }
+
+    pub(super) fn is_trimmed(&self) -> bool {
+        self.is_trimmed
+    }
+
+    /// Returns the words that it holds.
+    pub(super) fn held(&self) -> usize {
+        match self.is_trimmed {
+            true => self.words.len(),
+            false => self.taken(),
         }
     }
 
