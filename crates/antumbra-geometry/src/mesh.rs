@@ -250,7 +250,7 @@ impl Mesh {
         (triangle_count * (made + BESIDE)) as u64
     }
 
-    /// The same of [`Mesh::without_edges`].
+    /// Returns the most bytes that [`Mesh::without_edges`] takes at its height, for so many triangles.
     pub fn height_bytes_without_edges(triangle_count: usize) -> u64 {
         let made = size_of::<[u32; 3]>() + size_of::<u32>();
         (triangle_count * (made + BESIDE)) as u64
@@ -281,7 +281,7 @@ impl Mesh {
     }
 }
 
-/// What [`Mesh::new`] takes beside for each triangle: three sides, twice while they are sorted, and sets.
+/// Bytes for each triangle while a mesh is made: its sides, twice while they are sorted, and numbers.
 const BESIDE: usize =
     2 * 3 * size_of::<([u32; 2], u32)>() + 5 * size_of::<u32>() + 2 * size_of::<bool>();
 

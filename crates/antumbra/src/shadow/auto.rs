@@ -27,11 +27,14 @@ impl<R: Rays> ByVoxel<'_, R> {
         let (mut left, mut left_answers) = (starts, is_shadowed);
         let mut is_first = true;
         let mut announced = None;
+        let mut outcome = Ok(());
         while !left.is_empty() {
             let known = self.values.known(light);
             let lists = known.as_deref().map(|known| &*known.lists);
             let map = lists.and_then(|lists| Some((lists, lists.map()?)));
             let map = map.filter(|_| self.values.is_map_worth_it(light, is_refining));
+            // What announcing takes counts, too.
+            let begin = is_refining.then(Reading::now);
             if let (true, Some(map), None) = (is_refining, map, &announced) {
                 announced = Some(self.values.announce(map, self.occluders, left, light));
             }
@@ -46,13 +49,18 @@ impl<R: Rays> ByVoxel<'_, R> {
             (starts, left) = left.split_at(count.min(left.len()));
             (is_shadowed, left_answers) =
                 std::mem::take(&mut left_answers).split_at_mut(starts.len());
-            let begin = is_refining.then(Reading::now);
             let rays_before = counters.shadow.rays;
-            let beside = match map {
-                Some(map) => self.ask_map(map, starts, is_shadowed, counters, &check)?,
-                None => {
-                    self.answer_by_rays(starts, is_shadowed, counters, &check)?;
-                    Beside::default()
+            let answered = match map {
+                Some(map) => self.ask_map(map, starts, is_shadowed, counters, &check),
+                None => self
+                    .answer_by_rays(starts, is_shadowed, counters, &check)
+                    .map(|()| Beside::default()),
+            };
+            let beside = match answered {
+                Ok(beside) => beside,
+                Err(error) => {
+                    outcome = Err(error);
+                    break;
                 }
             };
             if let Some(begin) = begin {
@@ -69,7 +77,7 @@ impl<R: Rays> ByVoxel<'_, R> {
         if let Some(announced) = announced {
             self.values.retract(light, &announced);
         }
-        Ok(())
+        outcome
     }
 
     /// Answers queries by the map, makes those of its cells that pay, and answers the rest by rays. Returns what took time

@@ -65,11 +65,11 @@ pub(super) const TABLE_NS: u64 = 400;
 const WHOLE_NS: u64 = 700;
 pub(super) const CURVED_NS: u64 = 500;
 
-/// So many starts of a call, or one in [`MOST_STRIDE`], say where the others are.
+/// Starts of a call that are sampled to see where its queries are; more if that is one in [`MOST_STRIDE`].
 const ANNOUNCED: usize = 8_192;
 const MOST_STRIDE: usize = 64;
 
-/// Where queries of a call are, and for how many each stands.
+/// The places of a call's queries, by a sample, and for how many each stands.
 #[derive(Debug, Default)]
 pub(crate) struct Announced {
     places: Vec<(u32, u32)>,
@@ -181,8 +181,8 @@ impl AdaptiveValues {
         }
     }
 
-    /// Notes where starts of a call are that it will ask a light's map about, each as often as that many queries of as
-    /// many starts as these are known to come.
+    /// Tells a light's map where the queries of a call are. If more are known to come than the call has, the others
+    /// are expected at the same places.
     pub(crate) fn announce(
         &self,
         (lists, map): (&Lists, &Map),
@@ -208,7 +208,7 @@ impl AdaptiveValues {
         self.lights[light].prices.ray_ns() as u64
     }
 
-    /// Notes that those were asked.
+    /// Takes back what a call announced, at its end.
     pub(crate) fn retract(&self, light: usize, announced: &Announced) {
         if let Some(map) = self
             .known(light)

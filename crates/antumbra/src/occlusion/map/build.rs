@@ -116,7 +116,7 @@ struct Entry {
     far: f32,
 }
 
-/// What a cell knows, and what it says of free starts.
+/// The word of a cell, and the one for free starts.
 #[derive(Clone, Copy)]
 struct Known {
     word: Word,
@@ -665,7 +665,7 @@ impl<'a, S: Simd> Builder<'a, S> {
 
 /// Slanted thresholds are made for nothing that is so near a light: a depth changes so little with its key.
 const LEAST_SLANTED: f64 = 1.0 / (1u64 << 20) as f64;
-/// What `f32` makes of a key less a linear function, of the size of both.
+/// Rounding of a key less a linear function in `f32`, as a share of the size of both.
 const KEY_ROUNDING: f32 = 1.0 / (1u32 << 20) as f32;
 
 /// Starts whose key less a linear function is more than this lie behind a sheet, and so do some of a list.

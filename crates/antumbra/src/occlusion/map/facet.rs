@@ -128,8 +128,8 @@ pub(super) struct Measured {
     pub(super) far: [f32; 16],
 }
 
-/// Sides of a triangle whose plane is used are at least so long, its normal is at least so much of their product, and
-/// so much of it is the depth's. Corners err by 2^-53, so the normal by `2^-50 / (LEAST_NORMAL LEAST_SIDE)` = 2^-30 at
+/// Sides of a triangle whose plane is used are at least so long, its normal is at least so much of their product.
+/// Corners err by 2^-53, so the normal by `2^-50 / (LEAST_NORMAL LEAST_SIDE)` = 2^-30 at
 /// most, and over the triangle, which is no longer than 3.5, its heights by [`HEIGHT_ERROR`]. Beyond the triangle the
 /// plane is cut at the depths of its corners.
 const LEAST_SIDE: f64 = 1.0 / 8192.0;

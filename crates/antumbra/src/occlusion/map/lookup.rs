@@ -1,4 +1,4 @@
-//! What a map knows of starts.
+//! Lookups of starts in a map.
 //!
 //! In: starts. Out: a [`Found`] each, as from a list. Invariant: an answer that is found is the reference's.
 
@@ -103,7 +103,7 @@ fn is_listed(tables: &Tables<'_>, start: &Start) -> bool {
 /// Lists of one block in so many are counted, for all.
 const COUNTED: u64 = 8;
 
-/// What words are, a bit each: thresholds, those that their starts are past, lists, slanted thresholds.
+/// Kinds of words, a bit each: thresholds, those that their starts are past, lists, slanted thresholds.
 struct Kinds {
     thresholds: u64,
     shadowed: u64,

@@ -65,8 +65,8 @@ const WORDS_EACH: u64 = 128;
 const WORDS_OF_FEW: u64 = 128;
 const FEW: u64 = 4_096;
 
-/// What making a map costs for each surface, in nanoseconds: tables with it and about as much again for tiles, and the
-/// mesh of the scene.
+/// Prices of a map for each surface, in nanoseconds: of its tables, and about as much again for tiles; of the scene's
+/// mesh.
 const SURFACE_NS: u64 = 700;
 const JOINED_NS: u64 = 330;
 /// What a tile costs, and each surface in it, in nanoseconds.
