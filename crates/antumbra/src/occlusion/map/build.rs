@@ -97,6 +97,7 @@ impl Queries {
 
 /// Returns how many surfaces a list has that takes as long as a ray.
 fn longest(ray_ns: f32) -> usize {
+    // About what they take; answers do not depend on it.
     const LIST_NS: f32 = 20.0;
     const TEST_NS: f32 = 3.0;
     (((ray_ns - LIST_NS) / TEST_NS) as usize).clamp(4, LONGEST)
