@@ -106,6 +106,15 @@ fn an_index_that_was_stopped_anywhere_answers_right_and_goes_on_learning() {
     assert!(stopped_count >= 2, "{stopped_count} were stopped");
 }
 
+/// Stops the work as late as it can be stopped before it is done: a fast machine is done with
+/// it sooner. Returns how long it went on after that, or `None` where it never was stopped.
+fn stopped_late<T>(mut work: impl FnMut() -> T) -> Option<Duration> {
+    [300, 100, 30, 10, 3, 1, 0].into_iter().find_map(|millis| {
+        let (stopped, took) = stopped_after(Duration::from_millis(millis), &mut work);
+        stopped.is_err().then_some(took)
+    })
+}
+
 #[test]
 fn building_and_asking_end_soon_after_they_are_stopped() {
     let occluders = waves(120);
@@ -118,28 +127,27 @@ fn building_and_asking_end_soon_after_they_are_stopped() {
         let builder = ShadowIndex::builder(Arc::clone(&occluders), lights.clone());
         builder.method(method).refinement(refinement).build()
     };
-    let wait = Duration::from_millis(300);
     for (method, refine) in [
         (Method::Voxel, Refine::Eager),
         (Method::Voxel, Refine::Asked),
     ] {
-        let (stopped, took) = stopped_after(wait, || build(method, refine));
-        assert!(stopped.is_err(), "{method:?} {refine:?} was done too early");
-        assert!(took < PROMISED, "{method:?} {refine:?}: {took:?}");
+        let took = stopped_late(|| build(method, refine));
+        let soon = took.is_some_and(|took| took < PROMISED);
+        assert!(soon, "{method:?} {refine:?}: {took:?}");
     }
     let naive = build(Method::Naive, Refine::Lazy).expect("an index");
     let (points, surfaces) = points(&occluders, 300_000);
     let batch = Batch::on_surfaces(&points, &surfaces);
     let mut answers = vec![0; points.len()];
-    let (stopped, took) = stopped_after(wait, || naive.occluded(&batch, &[0], &mut answers));
-    assert!(stopped.is_err() && took < PROMISED, "{took:?}");
+    let took = stopped_late(|| naive.occluded(&batch, &[0], &mut answers));
+    assert!(took.is_some_and(|took| took < PROMISED), "{took:?}");
     let directions = vec![[1.0, 0.5, 0.01]; points.len()];
     let rays = RayBatch {
         origins: &points,
         directions: &directions,
         leaves: None,
     };
-    let (stopped, took) = stopped_after(wait, || naive.all_hits(&rays));
+    let (stopped, took) = stopped_after(Duration::from_millis(300), || naive.all_hits(&rays));
     assert!(stopped.is_err() || took == Duration::ZERO, "{took:?}");
     assert!(took < PROMISED, "{took:?}");
 }
