@@ -45,6 +45,17 @@ impl Frame {
         }
     }
 
+    /// Returns everything that it is, bit by bit.
+    pub(crate) fn identity(&self) -> [u64; 5] {
+        let Self {
+            center,
+            scale,
+            margin,
+            ..
+        } = *self;
+        [center.x, center.y, center.z, scale, margin].map(f64::to_bits)
+    }
+
     /// Returns how far a start may lie from where a ray takes it to be, in world units.
     #[inline(always)]
     pub(crate) fn margin_of_starts(&self) -> f64 {

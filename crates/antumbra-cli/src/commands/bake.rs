@@ -1,4 +1,4 @@
-//! `antumbra bake`: makes the values of all lights and keeps them in a file.
+//! `antumbra bake`: makes the maps or values of all lights and keeps them in a file.
 //!
 //! In: a scene, perhaps the file as it was. Out: the file. What still holds of the file before is not made again:
 //! after a light was moved only that light's values are.
@@ -11,12 +11,14 @@ use antumbra_render::prepare::{
     Gathered, PrepareError, PrepareOptions, scene_bytes, surface_bytes,
 };
 use antumbra_scene::model::Scene;
-use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum as _};
 
 use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
+use crate::methods::Shadows;
 use crate::outputs::{Content, Outputs};
 use crate::screen::Screen;
 use crate::typed::{IndexCost, RefineWhen, SceneFile, Threads};
@@ -27,15 +29,25 @@ pub(crate) struct Bake {
     #[command(flatten)]
     pub(crate) file: SceneFile,
 
-    /// File to write. Values that it already has are kept, for all lights that have not changed
+    /// File to write. What it already has is kept, for all lights that have not changed
     #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
     pub(crate) output: PathBuf,
+
+    /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
+    /// computes exact shadow maps, in about a second a light, which take about as long to load
+    #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
+    pub(crate) shadows: Shadows,
 
     #[command(flatten)]
     pub(crate) cost: IndexCost,
 
     #[command(flatten)]
     pub(crate) threads: Threads,
+}
+
+/// Returns what reads the name of a method that keeps what it knows.
+pub(super) fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
+    PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
 }
 
 /// Reads, makes what is missing, writes.
@@ -57,7 +69,7 @@ pub(crate) fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
 
 fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
     let begin = Instant::now();
-    let (gathered, options) = gathered(scene, &typed.cost)?;
+    let (gathered, options) = gathered(scene, &typed.cost, typed.shadows.method())?;
     let path = &typed.output;
     let (index, taken_count) = if path.is_file() {
         match gathered.index_from(&scene.lights, &options, Some(path)) {
@@ -74,8 +86,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     // Where nothing is, there is nothing to refine.
     if saved.pending_count > 0 && index.occluders().surface_count() > 0 {
         screen.warning(format!(
-            "{} voxels and lists are not refined to the end: --occlusion-memory, or what --memory-limit leaves of \
-             it, is full",
+            "{} places are not refined to the end: --occlusion-memory, or what --memory-limit leaves of it, is full",
             saved.pending_count
         ));
     }
@@ -106,7 +117,7 @@ fn anew(
             Err(Failure::input(message, "give -o another name"))
         }
         _ => {
-            screen.note(format!("{refused}; all values are computed again"));
+            screen.note(format!("{refused}; everything is computed again"));
             Ok(gathered.index(&scene.lights, options)?)
         }
     }
@@ -116,6 +127,7 @@ fn anew(
 pub(super) fn gathered(
     scene: &Scene,
     cost: &IndexCost,
+    method: Method,
 ) -> Result<(Gathered, PrepareOptions), Failure> {
     let limit = memory::limit(cost.memory_limit);
     let mut need = Need {
@@ -126,7 +138,7 @@ pub(super) fn gathered(
     need.check(limit)?;
     let gathered = Gathered::of(scene)?;
     let mut options = PrepareOptions {
-        method: Method::Voxel,
+        method,
         grid: cost.grid.unwrap_or_default(),
         refinement: cost.refinement(Refine::Eager),
         ..PrepareOptions::default()

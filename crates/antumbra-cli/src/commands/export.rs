@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use antumbra::{Prediction, Volume};
+use antumbra::{Method, Prediction, Volume};
 use antumbra_geometry::{DVec3, Short};
 use antumbra_render::aov::light_names;
 use antumbra_render::prepare::scene_bytes;
@@ -73,7 +73,7 @@ pub(crate) fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
 }
 
 fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
-    let (gathered, options) = bake::gathered(scene, &typed.cost)?;
+    let (gathered, options) = bake::gathered(scene, &typed.cost, Method::Voxel)?;
     let file = typed.occlusion.as_deref();
     let index = gathered.index_from(&scene.lights, &options, file)?;
     if let Some(path) = file {

@@ -1,17 +1,16 @@
-//! Files of occlusion values, for all commands that take or write them.
+//! Files of maps and occlusion values, for all commands that take or write them.
 //!
 //! In: what was typed, an index. Out: a file, and what to tell about one.
 
 use std::path::{Path, PathBuf};
 
-use antumbra::{KeptLight, LoadError, Method, Refusal, Saved, ShadowIndex};
+use antumbra::{KeptLight, LoadError, Refusal, Saved, ShadowIndex};
 use antumbra_files::Identity;
 use antumbra_render::aov::light_names;
 use antumbra_scene::model::Light;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::methods::Shadows;
 use crate::outputs::{self, Content, Outputs};
 use crate::screen::Screen;
 
@@ -19,12 +18,12 @@ use crate::screen::Screen;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Saved values")]
 pub(crate) struct KeptFiles {
-    /// File of values of method voxel to load, which `antumbra bake` wrote; lights that it lacks are
-    /// computed as without it
+    /// File of precomputed maps (method auto) or values (method voxel) to load, which `antumbra bake` wrote;
+    /// lights that it lacks are computed as without it
     #[arg(long, value_name = "FILE.antumbra")]
     pub(crate) occlusion: Option<PathBuf>,
 
-    /// File to save the values of method voxel to at the end, also those computed on the way
+    /// File to save the maps or values to at the end, also those computed on the way
     #[arg(long, value_name = "FILE.antumbra")]
     pub(crate) save_occlusion: Option<PathBuf>,
 }
@@ -34,16 +33,6 @@ impl KeptFiles {
     pub(super) fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
         let path = self.save_occlusion.as_ref();
         outputs.add_if("--save-occlusion", path, Content::Values)
-    }
-
-    /// Returns the method that answers: files hold what `voxel` knows, so that is the usual one with a file.
-    pub(super) fn method(&self, shadows: Shadows) -> Method {
-        match shadows.method() {
-            Method::Auto if self.occlusion.is_some() || self.save_occlusion.is_some() => {
-                Method::Voxel
-            }
-            method => method,
-        }
     }
 
     /// Refuses to write the file that values are taken from, but for values: then it is updated.
@@ -64,11 +53,11 @@ pub(super) fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &
         match kept {
             KeptLight::Taken => taken_count += 1,
             KeptLight::Absent => screen.note(format!(
-                "{}: has no values of {name}, which is new or was moved; they are computed again",
+                "{}: knows nothing of {name}, which is new or was moved; that is computed again",
                 path.display()
             )),
             KeptLight::NoRoom => screen.note(format!(
-                "{}: the values of {name} need more than --occlusion-memory; they are computed again",
+                "{}: what it knows of {name} needs more than --occlusion-memory; that is computed again",
                 path.display()
             )),
         }
@@ -107,6 +96,9 @@ pub(crate) fn help(error: &LoadError) -> &'static str {
         | Refusal::Malformed { .. } => "write it again: antumbra bake SCENE -o FILE.antumbra",
         Refusal::Foreign | Refusal::Unreadable(_) => "give a file that antumbra bake wrote",
         Refusal::NoValues => "leave --shadows or --occlusion out",
+        Refusal::OtherMethod => {
+            "write another with antumbra bake SCENE --shadows voxel -o FILE.antumbra, or leave --shadows out"
+        }
         Refusal::Unidentified(_) => "leave --occlusion out",
     }
 }

@@ -226,7 +226,7 @@ fn index(
     need.check(limit)?;
     let gathered = Gathered::of(scene)?;
     let mut options = PrepareOptions {
-        method: typed.kept.method(typed.shadows),
+        method: typed.shadows.method(),
         grid: typed.cost.grid.unwrap_or_default(),
         refinement: typed.cost.refinement(Refine::Lazy),
         ..PrepareOptions::default()

@@ -11,7 +11,12 @@ use crate::support::{Folder, antumbra, assert_code, count, stderr, stdout, text}
 
 const LAMPS: [&str; 2] = ["point:3,-2,5", "point:-1,-4,3"];
 
+/// Methods that keep what they know.
+const KEPT: [&str; 2] = ["auto", "voxel"];
+
 struct World {
+    /// What is baked.
+    shadows: &'static str,
     folder: Folder,
     scene: PathBuf,
     file: PathBuf,
@@ -19,9 +24,14 @@ struct World {
 
 impl World {
     fn new() -> Self {
+        Self::of("voxel")
+    }
+
+    fn of(shadows: &'static str) -> Self {
         let (folder, scene) = Folder::with_scene();
         let file = folder.path("small.antumbra");
         Self {
+            shadows,
             folder,
             scene,
             file,
@@ -38,7 +48,8 @@ impl World {
     }
 
     fn bake(&self, lamps: &[&str]) -> Output {
-        self.run("bake", lamps, &["-o", text(&self.file)])
+        let more = ["-o", text(&self.file), "--shadows", self.shadows];
+        self.run("bake", lamps, &more)
     }
 
     /// Renders with the file; returns the picture, what was said, and the figures.
@@ -64,7 +75,12 @@ impl World {
 
 #[test]
 fn pictures_are_the_same_and_need_no_rays() {
-    let world = World::new();
+    for shadows in KEPT {
+        check_pictures_are_the_same_and_need_no_rays(&World::of(shadows));
+    }
+}
+
+fn check_pictures_are_the_same_and_need_no_rays(world: &World) {
     assert_code(&world.bake(&LAMPS), 0);
     let with_file = ["--occlusion", text(&world.file)];
     let (expected, _, by_rays) = world.render(&LAMPS, &["--shadows", "bvh"]);
@@ -76,12 +92,19 @@ fn pictures_are_the_same_and_need_no_rays() {
     }
     let (_, _, known) = world.render(&LAMPS, &[&with_file[..], &["--refine", "eager"]].concat());
     let all = count(&by_rays, "/shadow/rays");
-    assert!(count(&known, "/shadow/rays") * 50 < all, "{known}");
+    // Maps leave many starts on curved surfaces to rays.
+    let most = if world.shadows == "voxel" { 50 } else { 2 };
+    assert!(count(&known, "/shadow/rays") * most < all, "{known}");
 }
 
 #[test]
 fn power_colour_and_camera_are_no_part_of_it_and_the_pose_is() {
-    let world = World::new();
+    for shadows in KEPT {
+        check_power_colour_and_camera_are_no_part_of_it_and_the_pose_is(&World::of(shadows));
+    }
+}
+
+fn check_power_colour_and_camera_are_no_part_of_it_and_the_pose_is(world: &World) {
     assert_code(&world.bake(&LAMPS), 0);
     let with_file = ["--occlusion", text(&world.file)];
     let bright = ["point:3,-2,5/9,0.5,0", "point:-1,-4,3/0,0,1"];
@@ -93,7 +116,7 @@ fn power_colour_and_camera_are_no_part_of_it_and_the_pose_is() {
     let moved = ["point:3,-2,5", "point:-1,-4,3.0000001"];
     let (picture, said, _) = world.render(&moved, &with_file);
     assert!(
-        said.contains("no values of light-2, which is new or was moved"),
+        said.contains("knows nothing of light-2, which is new or was moved"),
         "{said}"
     );
     assert!(!said.contains("light-1"), "{said}");
@@ -136,6 +159,7 @@ fn files_that_hold_no_longer_are_refused_with_the_reason() {
         scene,
         file: world.file.clone(),
         folder: Folder::new(),
+        shadows: world.shadows,
     };
     let said = other.refused(&LAMPS, &[]);
     assert!(
@@ -145,7 +169,7 @@ fn files_that_hold_no_longer_are_refused_with_the_reason() {
     // Baking replaces what holds no longer, and says so; it replaces nothing else.
     let output = other.bake(&LAMPS);
     assert_code(&output, 0);
-    assert!(stderr(&output).contains("all values are computed again"));
+    assert!(stderr(&output).contains("everything is computed again"));
     assert_code(&world.bake(&LAMPS), 0);
     assert!(fs::read(&world.file).unwrap() == whole);
 
@@ -175,7 +199,12 @@ fn files_that_hold_no_longer_are_refused_with_the_reason() {
 
 #[test]
 fn what_was_made_on_the_way_is_kept() {
-    let world = World::new();
+    for shadows in KEPT {
+        check_what_was_made_on_the_way_is_kept(&World::of(shadows));
+    }
+}
+
+fn check_what_was_made_on_the_way_is_kept(world: &World) {
     let kept = ["--save-occlusion", text(&world.file), "--refine", "asked"];
     let size = ["--size", "80x60"];
     let (picture, _, _) = world.render(&LAMPS, &[&kept[..], &size].concat());
@@ -185,12 +214,17 @@ fn what_was_made_on_the_way_is_kept() {
     let first = world
         .render(
             &LAMPS,
-            &[&["--refine", "asked", "--shadows", "voxel"], &size[..]].concat(),
+            &[
+                &["--refine", "asked", "--shadows", world.shadows],
+                &size[..],
+            ]
+            .concat(),
         )
         .2;
-    // Without a file rays answer until voxels have values.
+    // Without a file rays answer until something is known.
     let by_value = |figures| count(figures, "/shadow/first_pass");
-    assert!(by_value(&figures) > by_value(&first));
+    assert!(by_value(&figures) >= by_value(&first));
+    assert!(by_value(&figures) > by_value(&first) || world.shadows == "auto");
     // A query goes on from there.
     let points = world.folder.path("points.npy");
     fs::write(&points, npy_of_points(&[[0.0, 0.1, 0.0], [2.5, 2.5, 0.0]])).unwrap();
@@ -276,11 +310,18 @@ fn a_scene_without_surfaces_is_baked_without_a_word_of_full_memory() {
     let [scene, file] = ["empty.obj", "empty.antumbra"].map(|name| folder.path(name));
     fs::write(&scene, "").unwrap();
     let light = ["--light", "point:0,0,5"];
-    let output = antumbra(&[&["bake", text(&scene), "-o", text(&file)][..], &light].concat());
-    assert_code(&output, 0);
-    assert!(
-        !stderr(&output).contains("not refined"),
-        "{}",
-        stderr(&output)
-    );
+    for shadows in KEPT {
+        let bake = [
+            "bake",
+            text(&scene),
+            "-o",
+            text(&file),
+            "--shadows",
+            shadows,
+        ];
+        let output = antumbra(&[&bake[..], &light].concat());
+        assert_code(&output, 0);
+        let said = stderr(&output);
+        assert!(!said.contains("not refined"), "{said}");
+    }
 }

@@ -128,10 +128,11 @@ impl Builder {
         self
     }
 
-    /// Takes the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to a file, instead of
-    /// making them: those of all lights whose kind and pose are in it, in any order
-    /// ([`ShadowIndex::kept_lights`] tells which). [`Method::Auto`] becomes [`Method::Voxel`] then. The others are made as without a file. The file is only
-    /// read, and not needed any more once the index is built; values that are made later go on from it.
+    /// Takes the maps of [`Method::Auto`] or the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to
+    /// a file, instead of making them: those of all lights whose kind and pose are in it, in any order
+    /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. [`Method::Auto`] takes either,
+    /// and becomes [`Method::Voxel`] with a file of values. The file is only read, and not needed any more once the
+    /// index is built; what is made later goes on from it.
     #[must_use]
     pub fn occlusion_file(mut self, path: impl Into<PathBuf>) -> Self {
         self.occlusion_file = Some(path.into());
@@ -146,8 +147,10 @@ impl Builder {
     /// [`Builder::occlusion_file`] is refused: it was cut off or damaged, is something else, or is about another
     /// scene or other settings.
     pub fn build(mut self) -> Result<ShadowIndex, BuildError> {
-        if self.method == Method::Auto && self.occlusion_file.is_some() {
-            self.method = Method::Voxel;
+        let kept = self.occlusion_file.take();
+        let kept = kept.as_deref().map(Kept::open).transpose()?;
+        if let Some(kept) = &kept {
+            self.method = kept.method(self.method)?;
         }
         // What was asked for must be possible before anything is taken.
         for (index, light) in self.lights.iter().enumerate() {
@@ -206,11 +209,9 @@ impl Builder {
             }
             AdaptiveValues::new(occluders, lights, &making)
         });
-        let kept = match (&self.occlusion_file, &adaptive) {
-            (None, _) => None,
-            (Some(path), Some(values)) => Some(Kept::open(path, values, &self.occluders)?),
-            (Some(path), None) => return Err(LoadError::no_values(path).into()),
-        };
+        if let (Some(kept), Some(values)) = (&kept, &adaptive) {
+            kept.check(values, &self.occluders)?;
+        }
         let tree = if self.makes_tree() {
             let topology = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
             Some(match topology.flatten() {
@@ -226,9 +227,7 @@ impl Builder {
             if let Some(kept) = &kept {
                 kept_lights = kept.take(values, occluders, lights)?;
             }
-            if !values.is_all_packed() {
-                values.make_first(occluders, tree.get(occluders));
-            }
+            values.make_first(occluders, || tree.get(occluders));
         }
         let tree = tree.filter(|_| self.has_tree);
         Ok(ShadowIndex {

@@ -486,6 +486,12 @@ impl ShadowIndex {
         &self.kept_lights
     }
 
+    /// Returns what lights know, maps or values.
+    pub(crate) fn knowledge(&self) -> Option<&AdaptiveValues> {
+        self.adaptive.as_ref()
+    }
+
+    /// Returns the values of [`Method::Voxel`].
     pub(crate) fn adaptive(&self) -> Option<&AdaptiveValues> {
         self.adaptive.as_ref().filter(|values| !values.has_maps())
     }

@@ -11,16 +11,17 @@ use super::checksum::{self, Checksum};
 use super::identity::Hash;
 use super::words::Parts;
 use super::{Change, Part, Refusal};
+use crate::Method;
 use crate::occlusion::{AdaptiveValues, RUNS};
 
 /// The first byte is no text, and line ends are changed where files are taken for text (as PNG has it).
 const MAGIC: [u8; 8] = *b"\x89ANT\r\n\x1a\n";
 
 /// Raised with every change of what the bytes mean, of what a value says, or of how values are made.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Bytes before the entries of lights, of an entry, and of the checksum behind them.
-const FIXED: usize = 132;
+const FIXED: usize = 136;
 const ENTRY: usize = 56 + 8 * RUNS;
 const CHECKSUM: usize = size_of::<Checksum>();
 /// Bytes that say how long the head is: magic, version, number of lights.
@@ -29,6 +30,7 @@ const START: u64 = 16;
 /// What a file is about, and its parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Head {
+    pub(super) kind: Kind,
     pub(super) settings: Settings,
     pub(super) scene: Hash,
     pub(super) cells: Hash,
@@ -60,7 +62,31 @@ impl LightEntry {
     }
 }
 
-/// Settings that values depend on.
+/// What the file has of each light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Values,
+    Map,
+}
+
+impl Kind {
+    pub(super) fn of(values: &AdaptiveValues) -> Self {
+        match values.has_maps() {
+            true => Self::Map,
+            false => Self::Values,
+        }
+    }
+
+    /// Returns the method that knows such.
+    pub(super) fn method(self) -> Method {
+        match self {
+            Self::Values => Method::Voxel,
+            Self::Map => Method::Auto,
+        }
+    }
+}
+
+/// Settings that values depend on; maps depend on none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Settings([u32; 5]);
 
@@ -74,6 +100,9 @@ impl Settings {
     ];
 
     pub(super) fn of(values: &AdaptiveValues) -> Self {
+        if values.has_maps() {
+            return Self([0; 5]);
+        }
         let depth = values.depth();
         let length = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
         Self([
@@ -132,6 +161,7 @@ impl Head {
 
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let Self {
+            kind,
             settings,
             scene,
             cells,
@@ -143,6 +173,7 @@ impl Head {
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend((lights.len() as u32).to_le_bytes());
         bytes.extend(self.file_bytes().to_le_bytes());
+        bytes.extend((*kind as u32).to_le_bytes());
         for setting in settings.0 {
             bytes.extend(setting.to_le_bytes());
         }
@@ -216,7 +247,7 @@ impl Head {
         let (head, file_bytes) = Self::parse(said, light_count).ok_or(Refusal::Malformed {
             part: Part::Head,
             word: 0,
-            what: "parts that are longer than the file",
+            what: "parts that are longer than the file, or of no kind",
         })?;
         if length != file_bytes {
             return Err(due(file_bytes));
@@ -228,11 +259,17 @@ impl Head {
     fn parse(said: &[u8], light_count: u32) -> Option<(Self, u64)> {
         let mut fields = Fields(&said[START as usize..]);
         let file_bytes = u64::from_le_bytes(fields.take()?);
+        let kind = match fields.word()? {
+            0 => Kind::Values,
+            1 => Kind::Map,
+            _ => return None,
+        };
         let mut settings = Settings([0; 5]);
         for setting in &mut settings.0 {
             *setting = fields.word()?;
         }
         let mut head = Self {
+            kind,
             settings,
             scene: fields.take()?,
             cells: fields.take()?,

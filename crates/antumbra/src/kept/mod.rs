@@ -27,11 +27,11 @@ use std::path::{Path, PathBuf};
 use antumbra_files::{Place, Writing};
 use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
 
-use crate::ShadowIndex;
 use crate::bvh::{Bvh, Topology};
 use crate::occlusion::{AdaptiveValues, KeptValues, Misfit, RUNS};
+use crate::{Method, ShadowIndex};
 use checksum::Checksum;
-use layout::{Head, LightEntry, Settings, TreeEntry};
+use layout::{Head, Kind, LightEntry, Settings, TreeEntry};
 use words::Parts;
 
 pub use volume::Volume;
@@ -112,9 +112,12 @@ pub enum Refusal {
     /// What the scene is cannot be told.
     #[error(transparent)]
     Unidentified(#[from] UnidentifiedCoverage),
-    /// The index keeps no values: only [`Method::Voxel`](crate::Method::Voxel) does.
-    #[error("is of no use to a method without values that are kept")]
+    /// The index keeps nothing: only [`Method::Auto`] and [`Method::Voxel`] do.
+    #[error("is of no use to a method that keeps nothing")]
     NoValues,
+    /// It holds maps of [`Method::Auto`], and [`Method::Voxel`] is wanted.
+    #[error("holds maps of the method auto, not values of the method voxel")]
+    OtherMethod,
 }
 
 /// A part of a file.
@@ -174,8 +177,8 @@ impl std::fmt::Display for Change {
 /// Why values were not saved. What was at the path is untouched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SaveError {
-    /// The index keeps no values: only [`Method::Voxel`](crate::Method::Voxel) does.
-    #[error("the method of this index keeps no values")]
+    /// The index keeps nothing: only [`Method::Auto`] and [`Method::Voxel`] do.
+    #[error("the method of this index keeps nothing")]
     NoValues,
     /// What the scene is cannot be told.
     #[error(transparent)]
@@ -227,11 +230,12 @@ impl ShadowIndex {
     /// ([`check_save`](Self::check_save)), or the system refuses.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<Saved, SaveError> {
         let path = path.as_ref();
-        let values = self.adaptive().ok_or(SaveError::NoValues)?;
+        let values = self.knowledge().ok_or(SaveError::NoValues)?;
         Self::check_save(path)?;
         let scene = identity::of_scene(self.occluders())?;
         let tree = Bvh::topology(&self.parts.near);
         let mut head = Head {
+            kind: Kind::of(values),
             settings: Settings::of(values),
             scene,
             cells: identity::of_cells(values),
@@ -291,14 +295,9 @@ impl LoadError {
             reason,
         }
     }
-
-    /// Returns the refusal of a file by a method without values.
-    pub(crate) fn no_values(path: &Path) -> Self {
-        Self::new(path, Refusal::NoValues)
-    }
 }
 
-/// A file that is about a scene and its settings.
+/// A file of what lights know.
 pub(crate) struct Kept<'a> {
     path: &'a Path,
     parts: Parts,
@@ -306,26 +305,45 @@ pub(crate) struct Kept<'a> {
 }
 
 impl<'a> Kept<'a> {
-    /// Opens a file, unless it is about something else.
-    pub(crate) fn open(
-        path: &'a Path,
-        values: &AdaptiveValues,
-        occluders: &Occluders,
-    ) -> Result<Self, LoadError> {
+    /// Opens a file.
+    pub(crate) fn open(path: &'a Path) -> Result<Self, LoadError> {
         let open = || {
             let parts = Parts::open(path).map_err(unreadable)?;
             let head = Head::read(&parts)?;
-            // Cheap ones first.
-            head.settings.check(&Settings::of(values))?;
-            if head.scene != identity::of_scene(occluders)? {
-                return Err(Refusal::Stale(Change::Scene));
-            }
-            if head.cells != identity::of_cells(values) {
-                return Err(Refusal::Stale(Change::Cells));
-            }
             Ok(Self { path, parts, head })
         };
         open().map_err(|reason| LoadError::new(path, reason))
+    }
+
+    /// Returns the method that answers with the file where one is wanted.
+    pub(crate) fn method(&self, wanted: Method) -> Result<Method, LoadError> {
+        let found = self.head.kind.method();
+        match wanted {
+            Method::Auto => Ok(found),
+            Method::Voxel if found == Method::Voxel => Ok(found),
+            Method::Voxel => Err(self.refused(Refusal::OtherMethod)),
+            _ => Err(self.refused(Refusal::NoValues)),
+        }
+    }
+
+    /// Refuses the file if it is about something else.
+    pub(crate) fn check(
+        &self,
+        values: &AdaptiveValues,
+        occluders: &Occluders,
+    ) -> Result<(), LoadError> {
+        let check = || {
+            // Cheap ones first.
+            self.head.settings.check(&Settings::of(values))?;
+            if self.head.scene != identity::of_scene(occluders)? {
+                return Err(Refusal::Stale(Change::Scene));
+            }
+            if self.head.cells != identity::of_cells(values) {
+                return Err(Refusal::Stale(Change::Cells));
+            }
+            Ok(())
+        };
+        check().map_err(|reason| self.refused(reason))
     }
 
     /// Returns how the file has the tree built; none if it does not say.
@@ -389,7 +407,11 @@ impl<'a> Kept<'a> {
     }
 
     fn malformed(&self, part: Part, word: usize, what: &'static str) -> LoadError {
-        LoadError::new(self.path, Refusal::Malformed { part, word, what })
+        self.refused(Refusal::Malformed { part, word, what })
+    }
+
+    fn refused(&self, reason: Refusal) -> LoadError {
+        LoadError::new(self.path, reason)
     }
 }
 

@@ -42,6 +42,16 @@ pub(crate) enum Misfit {
     At(usize, &'static str),
 }
 
+impl Misfit {
+    /// Returns the same where so many words come before.
+    pub(super) fn after(self, words: usize) -> Self {
+        match self {
+            Self::NoRoom => Self::NoRoom,
+            Self::At(word, what) => Self::At(words + word, what),
+        }
+    }
+}
+
 /// What is known of one light, cell by cell.
 pub(super) trait Known {
     /// Returns what is known of an audience's coarsest bricks that hold a part of the scene's box, in order.

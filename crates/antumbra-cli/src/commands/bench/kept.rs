@@ -9,14 +9,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use antumbra::{Counters, Method, Refine, ShadowCounters, ShadowIndex};
+use antumbra::{Counters, Refine, ShadowCounters, ShadowIndex};
 use antumbra_geometry::{DVec3, Start, SurfaceId};
 use antumbra_render::prepare::{Gathered, PrepareOptions};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use crate::commands::kept as files;
+use crate::commands::{bake, kept as files};
 use crate::failure::{Failure, Outcome};
+use crate::methods::Shadows;
 use crate::outputs::{self, Outputs};
 use crate::screen::Screen;
 use crate::values;
@@ -40,6 +41,10 @@ pub(crate) struct Kept {
     /// Number of answers to time
     #[arg(long, help_heading = "Queries", value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub(crate) queries: u64,
+
+    /// Method whose files are measured: auto or voxel
+    #[arg(long, value_parser = bake::kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
+    pub(crate) shadows: Shadows,
 
     /// Save all values beforehand, as `antumbra bake` does
     #[arg(long, help_heading = "Saved values")]
@@ -338,7 +343,7 @@ fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result
 fn options(typed: &Kept) -> PrepareOptions {
     let cost = &typed.subjects.cost;
     PrepareOptions {
-        method: Method::Voxel,
+        method: typed.shadows.method(),
         grid: cost.grid.unwrap_or_default(),
         refinement: cost.refinement(Refine::Lazy),
         memory_limit: memory::limit(cost.memory_limit),

@@ -87,7 +87,7 @@ impl Meant {
             },
             exposure: exposure(typed, format, scene, screen),
             prepare: PrepareOptions {
-                method: typed.kept.method(typed.shadows),
+                method: typed.shadows.method(),
                 rival: typed.shadows.rival(),
                 viewpoint: Some(camera.eye),
                 rays: typed.rays.method(),

@@ -9,12 +9,13 @@ use super::super::bricks::Store;
 use super::super::candidates::Casters;
 use super::super::forms::{BOUND, START_ROOM};
 use super::super::lattice::Lattice;
+use super::super::map::{Map, MapRuns};
 use super::super::packed::{Packed, Runs};
 use super::super::refine::Depth;
 use super::super::stream::{self, Misfit, Section, Stored, Told};
 use super::super::value::Audience;
 use super::super::volume::Cells;
-use super::{AdaptiveValues, PackedLight};
+use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
 
 /// What is known of one light, to be kept.
 pub(crate) struct KeptValues<'a> {
@@ -23,12 +24,32 @@ pub(crate) struct KeptValues<'a> {
     pub(crate) pending_count: u64,
 }
 
+/// Returns a light's map, as far as there is one.
+fn keep_map(known: &Known) -> KeptValues<'static> {
+    let mut kept = KeptValues {
+        runs: Runs::default(),
+        pending_count: 1,
+    };
+    if let Some(map) = known.lists.map() {
+        let (runs, pending_count) = map.runs();
+        kept.pending_count = pending_count;
+        for (kept, run) in kept.runs.iter_mut().zip(runs) {
+            *kept = Cow::Owned(run.into_owned());
+        }
+    }
+    kept
+}
+
 impl AdaptiveValues {
-    /// Returns everything that says where the cells are which values speak of, bit by bit.
+    /// Returns everything that says where the cells are which values speak of, or the unit of maps, bit by bit.
     pub(crate) fn identity(&self) -> impl Iterator<Item = u64> {
         let reach = [START_ROOM.to_bits(), BOUND.to_bits().into()];
-        let lattices = self.lattices.iter();
-        lattices.flat_map(Lattice::identity).chain(reach)
+        let lattices = match self.knowledge {
+            Knowledge::Maps => &[][..],
+            Knowledge::Values => &self.lattices,
+        };
+        let cells = lattices.iter().flat_map(Lattice::identity);
+        cells.chain(self.frame.identity()).chain(reach)
     }
 
     /// Returns how far values are refined.
@@ -46,6 +67,9 @@ impl AdaptiveValues {
             };
         }
         let known = self.known(light);
+        if let (Knowledge::Maps, Some(known)) = (self.knowledge, &known) {
+            return keep_map(known);
+        }
         let store = known.as_ref().and_then(|known| known.store.as_ref());
         let Section {
             words,
@@ -68,7 +92,10 @@ impl AdaptiveValues {
         let brick_count = |lattice: &Lattice| lattice.root_bricks().count() as u64;
         Section {
             words: Vec::new(),
-            pending_count: self.lattices.iter().map(brick_count).sum(),
+            pending_count: match self.knowledge {
+                Knowledge::Maps => 1,
+                Knowledge::Values => self.lattices.iter().map(brick_count).sum(),
+            },
         }
     }
 
@@ -98,10 +125,16 @@ impl AdaptiveValues {
             return Ok(());
         }
         match runs {
+            // Nothing was known.
+            runs if runs.iter().all(|run| run.is_empty()) => Ok(()),
+            [tiles, first, surfaces, rest] if self.knowledge == Knowledge::Maps => {
+                match rest.is_empty() {
+                    true => self.take_map(occluders, light, [tiles, first, surfaces]),
+                    false => Err(Misfit::At(0, "more than a map")),
+                }
+            }
             [words, bricks, leaves, entries] if bricks.is_empty() => {
                 match [leaves, entries].iter().all(|run| run.is_empty()) {
-                    // Nothing was known.
-                    true if words.is_empty() => Ok(()),
                     true => self.take_stream(occluders, light, &words),
                     false => Err(Misfit::At(words.len(), "lists of nothing")),
                 }
@@ -126,6 +159,40 @@ impl AdaptiveValues {
         self.lights[light]
             .is_complete
             .store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn take_map(
+        &self,
+        occluders: &Occluders,
+        light: usize,
+        runs: MapRuns<'_>,
+    ) -> Result<(), Misfit> {
+        let known = self.make_known(occluders, light, false);
+        let known = known.ok_or(Misfit::NoRoom)?;
+        let taken = self.put_map(occluders, light, &known.lists, runs);
+        taken.inspect_err(|_| self.drop_known(light))
+    }
+
+    fn put_map(
+        &self,
+        occluders: &Occluders,
+        light: usize,
+        lists: &Lists,
+        runs: MapRuns<'_>,
+    ) -> Result<(), Misfit> {
+        // Which of a list lie in one plane is told by the mesh; where there is no room for it rays tell.
+        if let Some((scene, _)) = self.tables.get() {
+            scene.make_mesh(occluders, &self.room, false);
+        }
+        let tables = self.tables(occluders, light, lists);
+        let tables = tables.ok_or(Misfit::NoRoom)?;
+        let height = Map::height_bytes(occluders);
+        let held = self.room.hold(height + Map::most_words(occluders));
+        let words = held.bytes().checked_sub(height).ok_or(Misfit::NoRoom)?;
+        let map = Map::of_runs(runs, occluders, &tables, words)?;
+        let share = held.keep(map.bytes()).ok_or(Misfit::NoRoom)?;
+        lists.map.get_or_init(|| Some(map.keep(share)));
         Ok(())
     }
 

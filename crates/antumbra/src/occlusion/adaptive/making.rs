@@ -47,11 +47,12 @@ fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
 }
 
 impl AdaptiveValues {
-    /// Makes what is wanted before the first query, on all threads.
-    pub(crate) fn make_first(&mut self, occluders: &Occluders, bvh: &Bvh) {
+    /// Makes what is wanted before the first query, on all threads; all values with a tree.
+    pub(crate) fn make_first<'a>(&mut self, occluders: &Occluders, tree: impl FnOnce() -> &'a Bvh) {
         match self.refine {
             Refine::Eager if self.knowledge == Knowledge::Maps => self.make_maps(occluders),
-            Refine::Eager => self.make_all(occluders, bvh),
+            Refine::Eager if self.is_all_packed() => {}
+            Refine::Eager => self.make_all(occluders, tree()),
             Refine::Lazy => {}
             Refine::Asked => (0..self.lights.len()).for_each(|light| {
                 let known = self.make_known(occluders, light, false);
@@ -69,8 +70,17 @@ impl AdaptiveValues {
             steps.step(|| {
                 if let Some(known) = self.make_known(occluders, light, false) {
                     self.make_map(occluders, light, &known.lists, Some(WHOLE_MAP));
+                    self.make_rest_of_map(occluders, light, &known.lists);
                 }
             });
+        }
+    }
+
+    /// Makes the tiles that are missing of a map that was taken.
+    fn make_rest_of_map(&self, occluders: &Occluders, light: usize, lists: &Lists) {
+        let tables = self.tables(occluders, light, lists);
+        if let (Some(map), Some(tables)) = (lists.map(), tables) {
+            map.make_all(&tables, WHOLE_MAP);
         }
     }
 

@@ -26,7 +26,7 @@ const CELL_BITS: u32 = 4;
 /// were tested.
 const CUT: f32 = 1_500.0;
 const TESTS_LEFT: u32 = 2_000;
-const NOT_CUT: u32 = i32::MAX.cast_unsigned();
+pub(super) const NOT_CUT: u32 = i32::MAX.cast_unsigned();
 /// Longer lists than [`Queries::longest`], or than this, are none.
 pub(super) const LONGEST: usize = 60;
 /// A tile that is made for so many queries is not made again.

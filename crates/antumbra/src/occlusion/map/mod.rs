@@ -9,6 +9,7 @@ mod build;
 mod facet;
 mod lookup;
 mod prices;
+mod saved;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -25,6 +26,7 @@ use rayon::prelude::*;
 use self::build::{AGAIN, Builder, LEVELS, Queries, digit, place_codes};
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
+pub(super) use self::saved::MapRuns;
 use self::words::{Arena, BIAS, ENTRY, HEAD, LEFT, NODE_CELLS, SLANT_WORDS, Word};
 use super::room::Share;
 use super::tables::Tables;
@@ -261,7 +263,12 @@ impl Map {
         }
     }
 
-    fn make_all(&self, tables: &Tables<'_>, queries: f32) {
+    /// Makes all tiles that are not made, for so many queries together, on all threads.
+    pub(super) fn make_all(&self, tables: &Tables<'_>, queries: f32) {
+        let is_made = |tile: usize| self.tiles[tile].load(Ordering::Acquire) != Word::UNASKED.0;
+        if (0..self.tiles.len()).all(is_made) {
+            return;
+        }
         let weight = (queries / self.tiles.len() as f32).min(MOST_WEIGHT);
         const RUN: usize = 64;
         (0..self.tiles.len().div_ceil(RUN))
@@ -271,6 +278,9 @@ impl Map {
                 dispatch!(Level::new(), simd => {
                     let mut builder = Builder::new(simd, *tables);
                     for tile in RUN * run..self.tiles.len().min(RUN * (run + 1)) {
+                        if is_made(tile) {
+                            continue;
+                        }
                         let queries = Queries::of_tile(weight, WHOLE_RAY_NS);
                         self.make_tile(&mut builder, tile, queries, true);
                     }

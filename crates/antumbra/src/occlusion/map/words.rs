@@ -36,15 +36,15 @@ impl Word {
         Self((depth + BIAS).max(0.0).to_bits())
     }
 
-    pub(super) fn node(place: usize) -> Self {
+    pub(super) const fn node(place: usize) -> Self {
         Self(NODE | place as u32)
     }
 
-    pub(super) fn list(place: usize) -> Self {
+    pub(super) const fn list(place: usize) -> Self {
         Self(LIST | place as u32)
     }
 
-    pub(super) fn slant(place: usize) -> Self {
+    pub(super) const fn slant(place: usize) -> Self {
         Self(SLANT | place as u32)
     }
 

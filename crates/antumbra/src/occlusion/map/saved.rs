@@ -1,0 +1,315 @@
+//! A map as words in a row, to be saved, and back.
+//!
+//! In: a map, or words from anywhere. Out: words, or a map. docs/formats.md says what the words mean; in short: a tile
+//! is its word, then what that leads to, cell by cell, without places. So there are no places that could be wrong.
+//! Invariant: whatever the words are, reading ends, takes no more memory than a small multiple of them, and leaves
+//! a map that no query trips over. Absent here: files, checksums, whose words they are.
+
+use std::borrow::Cow;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use antumbra_geometry::Occluders;
+use antumbra_task::check;
+
+use super::super::stream::Misfit;
+use super::super::tables::Tables;
+use super::super::views::Views;
+use super::build::{LEVELS, LONGEST, NOT_CUT};
+use super::facet::Depths;
+use super::words::{ALIGNED, Arena, ENTRY, HEAD, LEFT, NODE_CELLS, NODE_WORDS, SLANT_WORDS, Word};
+use super::{Map, TRIES, tile_count};
+
+/// In place of words that lead somewhere.
+const NODE: Word = Word::node(0);
+const SLANT: Word = Word::slant(0);
+
+/// Words of a map: of its tiles, where the surfaces of each tile begin, these surfaces.
+pub(in super::super) type MapRuns<'a> = [Cow<'a, [u32]>; 3];
+
+/// Words of tiles.
+struct Writer<'a> {
+    map: &'a Map,
+    words: Vec<u32>,
+    /// Lists of the tile at hand that were written.
+    lists: Vec<usize>,
+}
+
+impl Map {
+    /// Returns what is known, as words, and how many tiles are not made. What is made meanwhile may or may not be among
+    /// it.
+    pub(in super::super) fn runs(&self) -> (MapRuns<'_>, u64) {
+        let mut writer = Writer {
+            map: self,
+            words: Vec::with_capacity(self.arena.taken()),
+            lists: Vec::new(),
+        };
+        let mut pending_count = 0;
+        for (tile, free) in self.tiles.iter().zip(&self.free) {
+            check();
+            writer.lists.clear();
+            // First the word: what is said of free starts is there with it.
+            let word = Word(tile.load(Ordering::Acquire));
+            pending_count += u64::from(word == Word::UNASKED);
+            writer.write(word, Word(free.load(Ordering::Relaxed)));
+        }
+        let tables = [&self.first, &self.surfaces].map(|table| Cow::Borrowed(&**table));
+        let [first, surfaces] = tables;
+        ([Cow::Owned(writer.words), first, surfaces], pending_count)
+    }
+
+    /// Takes words that were saved of a light's map, in an arena of at most so many bytes.
+    ///
+    /// # Errors
+    /// The words are no map of this light over these surfaces, or there is no room.
+    pub(in super::super) fn of_runs(
+        runs: MapRuns<'_>,
+        occluders: &Occluders,
+        tables: &Tables<'_>,
+        most_bytes: u64,
+    ) -> Result<Self, Misfit> {
+        let [tiles, first, surfaces] = runs;
+        let surface_count = occluders.surface_count() as u32;
+        check_tables(&first, &surfaces, surface_count)
+            .map_err(|misfit| misfit.after(tiles.len()))?;
+        let count = first.len() - 1;
+        let views = (0..TRIES)
+            .filter_map(|tries| {
+                let wanted = tile_count(occluders) / 16_f64.powi(tries as i32);
+                Views::new(&occluders.bounds(), tables.frame, tables.light, wanted)
+            })
+            .find(|views| views.tile_count() == count)
+            .ok_or(Misfit::At(tiles.len(), "tiles of another number"))?;
+        let mut reader = Reader {
+            words: &tiles,
+            at: 0,
+            surface_count,
+            first: 0,
+            made: Vec::new(),
+            lists: Vec::new(),
+            is_open: false,
+        };
+        let arena = Arena::new((most_bytes / 4) as usize);
+        let mut made = Vec::with_capacity(count);
+        for _ in 0..count {
+            check();
+            made.push(reader.tile(&arena)?);
+        }
+        if reader.at < tiles.len() {
+            return Err(reader.bad("more words than cells"));
+        }
+        let is_open = reader.is_open;
+        let of_each = |word: fn(&(Word, Word)) -> Word| {
+            let words = made.iter().map(word);
+            words.map(|word| AtomicU32::new(word.0)).collect()
+        };
+        let noughts = || (0..count).map(|_| AtomicU32::new(0)).collect();
+        Ok(Self {
+            tiles: of_each(|&(word, _)| word),
+            free: of_each(|&(_, free)| free),
+            asked: noughts(),
+            coming: noughts(),
+            arena: if is_open { arena } else { arena.trimmed() },
+            share: OnceLock::new(),
+            is_full: AtomicBool::new(false),
+            first: first.into(),
+            surfaces: surfaces.into(),
+            depths: Depths::of(&views.all[0]),
+            views,
+        })
+    }
+}
+
+/// Checks where the surfaces of tiles begin, and that those of each are in ascending order.
+fn check_tables(first: &[u32], surfaces: &[u32], surface_count: u32) -> Result<(), Misfit> {
+    let ends = (first.first(), first.last().map(|&last| last as usize));
+    if ends != (Some(&0), Some(surfaces.len())) || !first.is_sorted() {
+        return Err(Misfit::At(0, "tiles that hold no such surfaces"));
+    }
+    let (mut tile, mut before) = (0, None);
+    for (at, &surface) in surfaces.iter().enumerate() {
+        while first[tile] as usize <= at {
+            tile += 1;
+            before = None;
+        }
+        if surface >= surface_count || before.is_some_and(|before| before >= surface) {
+            let what = "a surface that is not there, or twice";
+            return Err(Misfit::At(first.len() + at, what));
+        }
+        before = Some(surface);
+    }
+    Ok(())
+}
+
+impl Writer<'_> {
+    /// Writes a cell of which these are known.
+    fn write(&mut self, word: Word, free: Word) {
+        if word.is_node() {
+            self.words.push(NODE.0);
+            for number in 0..NODE_CELLS {
+                let place = word.place() + number;
+                let word = Word(self.map.arena.read(place));
+                self.write(word, Word(self.map.arena.read(place + NODE_CELLS)));
+            }
+        } else if word.is_list() {
+            self.write_list(word);
+        } else if word.is_slant() {
+            self.words.push(SLANT.0);
+            let words = self.map.arena.slice(word.place(), SLANT_WORDS);
+            let words = words.iter().map(|word| word.load(Ordering::Relaxed));
+            self.words.extend(words);
+            self.write_free(free);
+        } else {
+            self.words.push(word.0);
+            if word.is_threshold() {
+                self.write_free(free);
+            }
+        }
+    }
+
+    fn write_free(&mut self, free: Word) {
+        if free.is_list() {
+            self.write_list(free);
+        } else {
+            self.words.push(free.0);
+        }
+    }
+
+    /// Writes the number that a list has in its tile, and the list where it is new.
+    fn write_list(&mut self, list: Word) {
+        let place = list.place();
+        let known = self.lists.iter().position(|&known| known == place);
+        let number = known.unwrap_or(self.lists.len());
+        self.words.push(Word::list(number).0);
+        if known.is_some() {
+            return;
+        }
+        self.lists.push(place);
+        let (_, [_, count], _) = self.map.list(list.0);
+        let words = self.map.arena.slice(place, HEAD + ENTRY * count);
+        let words = words.iter().map(|word| word.load(Ordering::Relaxed));
+        self.words.extend(words);
+    }
+}
+
+/// Reads the words of tiles.
+struct Reader<'a> {
+    words: &'a [u32],
+    at: usize,
+    surface_count: u32,
+    /// Where in the arena the words of the tile at hand begin, and these.
+    first: usize,
+    made: Vec<u32>,
+    /// Lists of the tile at hand, by their numbers.
+    lists: Vec<Word>,
+    /// Whether more may be made.
+    is_open: bool,
+}
+
+impl<'a> Reader<'a> {
+    fn bad(&self, what: &'static str) -> Misfit {
+        Misfit::At(self.at, what)
+    }
+
+    fn next(&mut self) -> Result<u32, Misfit> {
+        self.take(1).map(|words| words[0])
+    }
+
+    fn take(&mut self, count: usize) -> Result<&'a [u32], Misfit> {
+        let end = self.at.saturating_add(count);
+        let words = self.words.get(self.at..end);
+        let words = words.ok_or(Misfit::At(self.at, "an end too early"))?;
+        self.at = end;
+        Ok(words)
+    }
+
+    /// Reads a tile: its word, and what it says of free starts.
+    fn tile(&mut self, arena: &Arena) -> Result<(Word, Word), Misfit> {
+        self.lists.clear();
+        self.made.clear();
+        self.first = arena.taken();
+        let read = self.cell(0)?;
+        let place = arena.take(self.made.len()).ok_or(Misfit::NoRoom)?;
+        debug_assert_eq!(place, self.first);
+        arena.write(place, self.made.iter().copied());
+        Ok(read)
+    }
+
+    /// Returns where the words are that are added next.
+    fn place(&self) -> usize {
+        self.first + self.made.len()
+    }
+
+    /// Reads a cell of a level: its word, and what it says of free starts.
+    fn cell(&mut self, level: u32) -> Result<(Word, Word), Misfit> {
+        let word = Word(self.next()?);
+        if word == NODE {
+            if level == LEVELS {
+                return Err(self.bad("a cell finer than any"));
+            }
+            let (place, first) = (self.place(), self.made.len());
+            self.made.resize(first + NODE_WORDS, 0);
+            for number in 0..NODE_CELLS {
+                let (word, free) = self.cell(level + 1)?;
+                self.made[first + number] = word.0;
+                self.made[first + number + NODE_CELLS] = free.0;
+            }
+            Ok((Word::node(place), Word::NEVER))
+        } else if word.is_list() {
+            Ok((self.list(word)?, Word::NEVER))
+        } else if word == SLANT {
+            let words = self.take(SLANT_WORDS)?;
+            self.made
+                .resize(self.made.len().next_multiple_of(ALIGNED), 0);
+            let place = self.place();
+            self.made.extend(words);
+            Ok((Word::slant(place), self.free()?))
+        } else if word.is_threshold() {
+            Ok((word, self.free()?))
+        } else if word == Word::UNASKED || word == Word::HOPELESS {
+            self.is_open |= word == Word::UNASKED;
+            Ok((word, Word::LIT))
+        } else {
+            Err(self.bad("a cell of no kind"))
+        }
+    }
+
+    fn free(&mut self) -> Result<Word, Misfit> {
+        let word = Word(self.next()?);
+        if word.is_list() {
+            self.list(word)
+        } else if word.is_threshold() {
+            Ok(word)
+        } else {
+            Err(self.bad("free starts of no kind"))
+        }
+    }
+
+    /// Reads what a list's number stands for.
+    fn list(&mut self, word: Word) -> Result<Word, Misfit> {
+        let number = word.place();
+        if let Some(&list) = self.lists.get(number) {
+            return Ok(list);
+        }
+        if number > self.lists.len() {
+            return Err(self.bad("a list that is not there"));
+        }
+        let place = self.place();
+        let head = self.take(HEAD)?;
+        let [asked, count] = [head[1] >> 16, head[1] & 0xffff].map(|count| count as usize);
+        if asked > count || count > LONGEST {
+            return Err(self.bad("a list of another length"));
+        }
+        self.is_open |= head[LEFT].cast_signed() < NOT_CUT.cast_signed() / 2;
+        let surface_count = self.surface_count;
+        let entries = self.take(ENTRY * count)?;
+        let is_one = |entry: &[u32]| entry[1] < surface_count;
+        if !entries.chunks_exact(ENTRY).all(is_one) {
+            return Err(self.bad("a list of a surface that is not there"));
+        }
+        self.made.extend(head);
+        self.made.extend(entries);
+        self.lists.push(Word::list(place));
+        Ok(Word::list(place))
+    }
+}
