@@ -13,7 +13,7 @@ use super::super::tables::{NONE, Tables};
 use super::super::views::CELLS_ALONG_TILE;
 use super::super::views::View;
 use super::facet::{Cells, Depths, Facet, ROOM};
-use super::words::{ALIGNED, Arena, NODE_CELLS, NODE_WORDS, Word};
+use super::words::{ALIGNED, Arena, NODE_CELLS, NODE_WORDS, NOT_CUT, Word, counts, entry};
 
 /// Cells are cut so often below a tile.
 pub(super) const LEVELS: u32 = 3;
@@ -26,7 +26,6 @@ const CELL_BITS: u32 = 4;
 /// were tested.
 const CUT: f32 = 1_500.0;
 const TESTS_LEFT: u32 = 2_000;
-pub(super) const NOT_CUT: u32 = i32::MAX.cast_unsigned();
 /// Longer lists than [`Queries::longest`], or than this, are none.
 pub(super) const LONGEST: usize = 60;
 /// A tile that is made for so many queries is not made again.
@@ -159,13 +158,17 @@ pub(super) struct Builder<'a, S> {
     depths: Depths,
     /// By how much cells are inflated, in tiles.
     margin: f32,
+    /// Whether the tile has more surfaces than numbers tell.
+    is_crowded: bool,
     facets: Vec<Facet>,
+    /// For each of them the number of its surface among those of the tile.
+    numbers: Vec<u16>,
     /// Facets beyond each side, [`NONE`] where there is none.
     beyond: Vec<[u32; 3]>,
     /// For each facet its number in the list at hand.
     in_list: Vec<u32>,
     words: Vec<u32>,
-    order: Vec<(bool, f32, u32)>,
+    order: Vec<(bool, f32, u16)>,
     /// Lists for free starts, by their facets; `None` if none are made.
     free_lists: Option<HashMap<Vec<u16>, Word>>,
     spare: Vec<Vec<Vec<Entry>>>,
@@ -207,7 +210,9 @@ impl<'a, S: Simd> Builder<'a, S> {
             tables,
             depths: Depths::Parallel,
             margin: 0.0,
+            is_crowded: false,
             facets: Vec::new(),
+            numbers: Vec::new(),
             beyond: Vec::new(),
             in_list: Vec::new(),
             words: Vec::new(),
@@ -221,12 +226,15 @@ impl<'a, S: Simd> Builder<'a, S> {
     pub(super) fn take_up(&mut self, view: &View, middle: DVec2, surfaces: &[u32]) {
         self.depths = Depths::of(view);
         self.facets.clear();
+        self.numbers.clear();
+        self.is_crowded = surfaces.len() > usize::from(u16::MAX);
         let mut margin = 0.0_f64;
-        for &surface in surfaces {
+        for (number, &surface) in surfaces.iter().enumerate() {
             let made = Facet::new(view, self.depths, middle, SurfaceId(surface), &self.tables);
             if let Some((facet, own)) = made {
                 margin = margin.max(own);
                 self.facets.push(facet);
+                self.numbers.push(number as u16);
             }
         }
         self.margin = (margin as f32) + ROOM;
@@ -254,7 +262,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             cell.low[0] += cell.side * (number & 3) as f32;
             cell.low[1] += cell.side * (number >> 2) as f32;
         }
-        let known = if self.facets.len() > usize::from(u16::MAX) {
+        let known = if self.is_crowded {
             Known::alike(Word::HOPELESS)
         } else {
             let mut list = self.simd.vectorize(
@@ -448,8 +456,8 @@ impl<'a, S: Simd> Builder<'a, S> {
             let is_sheet = sheet.holds(number);
             let is_hidden = number < MOST_IN_SHEET && hidden >> number & 1 != 0;
             if is_sheet || !is_hidden && entry.near <= full + APART {
-                let surface = self.facets[usize::from(entry.facet)].surface;
-                order.push((is_sheet && is_behind, entry.near - PAST, surface));
+                let number = self.numbers[usize::from(entry.facet)];
+                order.push((is_sheet && is_behind, entry.near - PAST, number));
             }
         }
         let asked = order.iter().filter(|entry| !entry.0).count();
@@ -467,14 +475,12 @@ impl<'a, S: Simd> Builder<'a, S> {
             order.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
             let place = self.words.len();
             self.words.push((full + PAST).to_bits());
-            self.words.push((asked as u32) << 16 | order.len() as u32);
             // So many tests later it pays to cut the cell.
+            let left = if is_finest { NOT_CUT } else { TESTS_LEFT };
+            self.words.push(counts(asked, order.len(), left));
+            let entries = order.iter();
             self.words
-                .push(if is_finest { NOT_CUT } else { TESTS_LEFT });
-            for &(_, near, surface) in &order {
-                self.words.push(near.to_bits());
-                self.words.push(surface);
-            }
+                .extend(entries.map(|&(_, nearest, number)| entry(nearest, number)));
             self.order = order;
             return Known::alike(Word::list(place));
         }
@@ -567,14 +573,12 @@ impl<'a, S: Simd> Builder<'a, S> {
         // Many cells of a tile say the same.
         *lists.entry(key).or_insert_with_key(|key| {
             let place = self.words.len();
-            let count = key.len() as u32;
-            let head = [f32::INFINITY.to_bits(), count << 16 | count, NOT_CUT];
-            self.words.extend(head);
-            for &facet in key {
-                let facet = &self.facets[usize::from(facet)];
-                let near = facet.nearest() - PAST;
-                self.words.extend([near.to_bits(), facet.surface]);
-            }
+            let counts = counts(key.len(), key.len(), NOT_CUT);
+            self.words.extend([f32::INFINITY.to_bits(), counts]);
+            self.words.extend(key.iter().map(|&facet| {
+                let facet = usize::from(facet);
+                entry(self.facets[facet].nearest() - PAST, self.numbers[facet])
+            }));
             Word::list(place)
         })
     }

@@ -17,7 +17,7 @@ use super::super::planes::StartPlane;
 use super::super::starts::{Asks, Entry, Moved};
 use super::super::tables::{NONE, Tables};
 use super::words::{BIAS, Word};
-use super::{FREE, Located, Map, NOWHERE, Told as ToldOfCell, entry};
+use super::{FREE, Located, Map, NOWHERE, Told as ToldOfCell, rough_depth};
 use crate::draw::draw;
 
 /// Points whose coordinates are smaller are so near the scene that forms are known well there.
@@ -288,13 +288,13 @@ impl<S: Simd> Lookup<'_, S> {
         let mut pairs = Pairs::none();
         let mut wide = [[0.0; 16]; MANY];
         for number in Numbers(lists) {
-            let (full, counts, entries) = map.list(words[number]);
+            let list = map.list(located.tiles[number], words[number]);
             let depth = located.depths[number];
-            if depth > full {
+            if depth > list.full {
                 told.shadowed |= 1 << number;
                 continue;
             }
-            let count = counts[usize::from(listed >> number & 1 == 0)];
+            let count = list.counts[usize::from(listed >> number & 1 == 0)];
             if is_sampled && !map.test(words[number], COUNTED as u32 * count as u32) {
                 // It pays to cut the cell.
                 told.unknown |= 1 << number;
@@ -303,9 +303,10 @@ impl<S: Simd> Lookup<'_, S> {
             }
             wide[number] = widened([places[0][number], places[1][number], places[2][number]]);
             let own = starts[0][number].surface.map_or(NONE, |SurfaceId(own)| own);
+            let depth = rough_depth(depth);
             for place in 0..count {
-                let (nearest, SurfaceId(surface)) = entry(entries, place);
-                pairs.push_if(surface, number, (nearest <= depth) & (surface != own));
+                let (SurfaceId(surface), may_block) = list.entry(place, depth);
+                pairs.push_if(surface, number, may_block & (surface != own));
             }
             if pairs.is_full() {
                 self.tell_pairs(&pairs, starts, &wide, told);
@@ -408,14 +409,15 @@ impl<S: Simd> Lookup<'_, S> {
             ToldOfCell::Unknown => return Found::NOTHING,
             ToldOfCell::List(word) => word,
         };
-        let (full, counts, entries) = map.list(word);
-        if depth > full {
+        let list = map.list(located.tiles[0], word);
+        if depth > list.full {
             return Found::by_list(true);
         }
+        let depth = rough_depth(depth);
         let mut in_doubt = Vec::new();
-        for place in 0..counts[usize::from(!is_listed)] {
-            let (nearest, surface) = entry(entries, place);
-            if nearest > depth {
+        for place in 0..list.counts[usize::from(!is_listed)] {
+            let (surface, may_block) = list.entry(place, depth);
+            if !may_block {
                 continue;
             }
             let verdict = match self.tables.umbra_forms(surface.0 as usize) {

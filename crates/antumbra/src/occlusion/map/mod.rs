@@ -27,7 +27,9 @@ use self::build::{AGAIN, Builder, LEVELS, Queries, digit, place_codes};
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
 pub(super) use self::saved::MapRuns;
-use self::words::{Arena, BIAS, ENTRY, HEAD, LEFT, NODE_CELLS, SLANT_WORDS, Word};
+use self::words::{
+    Arena, BIAS, COUNTS, HEAD, NODE_CELLS, SLANT_WORDS, Word, entry_counts, rough_depth,
+};
 use super::room::Share;
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
@@ -392,7 +394,7 @@ impl Map {
         let mut is_any = false;
         for &(_, code) in places {
             let (word, slot) = self.cell(tile, code);
-            if word.is_list() && !self.arena.spend(word.place() + LEFT, 0) {
+            if word.is_list() && !self.arena.spend(word.place() + COUNTS, 0) {
                 if !is_any {
                     self.take_up(builder, tile);
                 }
@@ -559,7 +561,7 @@ impl Map {
     /// Notes that so many entries of a list are tested; returns whether it stays.
     #[inline(always)]
     pub(super) fn test(&self, word: u32, count: u32) -> bool {
-        self.arena.spend(Word(word).place() + LEFT, count)
+        self.arena.spend(Word(word).place() + COUNTS, count)
     }
 
     /// Returns what a word says of a start of those that were located, on a listed surface or not.
@@ -608,19 +610,39 @@ impl Map {
         self.arena.read(Word(word).place())
     }
 
-    /// Returns the depth behind which all starts of a list are in shadow, how many entries it has for starts on listed
-    /// surfaces and for all, and where they are.
+    /// Returns what a list of a tile says.
     #[inline(always)]
-    pub(super) fn list(&self, word: u32) -> (f32, [usize; 2], &[AtomicU32]) {
+    pub(super) fn list(&self, tile: u32, word: u32) -> List<'_> {
         let place = Word(word).place();
-        let full = f32::from_bits(self.arena.read(place));
-        let counts = self.arena.read(place + 1);
-        let counts = [counts >> 16, counts & 0xffff].map(|count| count as usize);
-        (
-            full,
+        let counts = entry_counts(self.arena.read(place + COUNTS));
+        List {
+            full: f32::from_bits(self.arena.read(place)),
             counts,
-            self.arena.slice(place + HEAD, ENTRY * counts[1]),
-        )
+            entries: self.arena.slice(place + HEAD, counts[1]),
+            surfaces: self.surfaces_of(tile as usize),
+        }
+    }
+}
+
+/// What a list says.
+#[derive(Clone, Copy)]
+pub(super) struct List<'a> {
+    /// The depth behind which all starts are in shadow.
+    pub(super) full: f32,
+    /// Entries for starts on listed surfaces, and for all.
+    pub(super) counts: [usize; 2],
+    entries: &'a [AtomicU32],
+    /// Those of the tile.
+    surfaces: &'a [u32],
+}
+
+impl List<'_> {
+    /// Returns the surface of an entry, and whether it may block starts of a depth, as [`rough_depth`] tells it.
+    #[inline(always)]
+    pub(super) fn entry(&self, number: usize, rough_depth: u32) -> (SurfaceId, bool) {
+        let entry = self.entries[number].load(Ordering::Relaxed);
+        let surface = self.surfaces[(entry & 0xffff) as usize];
+        (SurfaceId(surface), entry >> 16 <= rough_depth)
     }
 }
 
@@ -636,10 +658,3 @@ fn most_entries(surface_count: usize, tile_count: usize) -> usize {
 
 /// In place of a tile.
 pub(super) const NOWHERE: u32 = NO_TILE;
-
-/// Returns an entry of a list: the depth before which it blocks nothing, and its surface.
-#[inline(always)]
-pub(super) fn entry(entries: &[AtomicU32], number: usize) -> (f32, SurfaceId) {
-    let word = |at: usize| entries[ENTRY * number + at].load(Ordering::Relaxed);
-    (f32::from_bits(word(0)), SurfaceId(word(1)))
-}

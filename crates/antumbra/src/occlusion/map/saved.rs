@@ -15,9 +15,11 @@ use antumbra_task::check;
 use super::super::stream::Misfit;
 use super::super::tables::Tables;
 use super::super::views::Views;
-use super::build::{LEVELS, LONGEST, NOT_CUT};
+use super::build::{LEVELS, LONGEST};
 use super::facet::Depths;
-use super::words::{ALIGNED, Arena, ENTRY, HEAD, LEFT, NODE_CELLS, NODE_WORDS, SLANT_WORDS, Word};
+use super::words::{
+    ALIGNED, Arena, COUNTS, HEAD, NODE_CELLS, NODE_WORDS, NOT_CUT, SLANT_WORDS, Word, entry_counts,
+};
 use super::{Map, TRIES, tile_count};
 
 /// In place of words that lead somewhere.
@@ -83,7 +85,7 @@ impl Map {
         let mut reader = Reader {
             words: &tiles,
             at: 0,
-            surface_count,
+            surface_count: 0,
             first: 0,
             made: Vec::new(),
             lists: Vec::new(),
@@ -91,8 +93,9 @@ impl Map {
         };
         let arena = Arena::new((most_bytes / 4) as usize);
         let mut made = Vec::with_capacity(count);
-        for _ in 0..count {
+        for ends in first.windows(2) {
             check();
+            reader.surface_count = ends[1] - ends[0];
             made.push(reader.tile(&arena)?);
         }
         if reader.at < tiles.len() {
@@ -185,8 +188,8 @@ impl Writer<'_> {
             return;
         }
         self.lists.push(place);
-        let (_, [_, count], _) = self.map.list(list.0);
-        let words = self.map.arena.slice(place, HEAD + ENTRY * count);
+        let [_, count] = entry_counts(self.map.arena.read(place + COUNTS));
+        let words = self.map.arena.slice(place, HEAD + count);
         let words = words.iter().map(|word| word.load(Ordering::Relaxed));
         self.words.extend(words);
     }
@@ -196,6 +199,7 @@ impl Writer<'_> {
 struct Reader<'a> {
     words: &'a [u32],
     at: usize,
+    /// Surfaces of the tile at hand.
     surface_count: u32,
     /// Where in the arena the words of the tile at hand begin, and these.
     first: usize,
@@ -296,15 +300,14 @@ impl<'a> Reader<'a> {
         }
         let place = self.place();
         let head = self.take(HEAD)?;
-        let [asked, count] = [head[1] >> 16, head[1] & 0xffff].map(|count| count as usize);
+        let [asked, count] = entry_counts(head[COUNTS]);
         if asked > count || count > LONGEST {
             return Err(self.bad("a list of another length"));
         }
-        self.is_open |= head[LEFT].cast_signed() < NOT_CUT.cast_signed() / 2;
+        self.is_open |= head[COUNTS] >> 16 != NOT_CUT;
+        let entries = self.take(count)?;
         let surface_count = self.surface_count;
-        let entries = self.take(ENTRY * count)?;
-        let is_one = |entry: &[u32]| entry[1] < surface_count;
-        if !entries.chunks_exact(ENTRY).all(is_one) {
+        if entries.iter().any(|entry| entry & 0xffff >= surface_count) {
             return Err(self.bad("a list of a surface that is not there"));
         }
         self.made.extend(head);

@@ -278,16 +278,16 @@ fn what_a_map_tells_is_what_surfaces_do() {
                 }
                 Told::Unknown => unknown += 1,
                 Told::List(word) => {
-                    let (full_from, counts, entries) = map.list(word);
-                    if depth > full_from {
+                    let list = map.list(located.tiles[0], word);
+                    if depth > list.full {
                         assert!(!blocking.is_empty(), "{light:?} {given:?} {moved:?}");
                         full += 1;
                         continue;
                     }
-                    let near: Vec<SurfaceId> = (0..counts[usize::from(!is_listed)])
-                        .map(|number| entry(entries, number))
-                        .filter(|entry| entry.0 <= depth)
-                        .map(|entry| entry.1)
+                    let near: Vec<SurfaceId> = (0..list.counts[usize::from(!is_listed)])
+                        .map(|number| list.entry(number, rough_depth(depth)))
+                        .filter(|(_, may_block)| *may_block)
+                        .map(|(surface, _)| surface)
                         .collect();
                     let mesh = tables.joined();
                     // In place of one that repeats another, that.

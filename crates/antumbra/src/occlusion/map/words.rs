@@ -91,13 +91,39 @@ pub(super) const BIAS: f32 = 4.0;
 pub(super) const NODE_WORDS: usize = 32;
 pub(super) const NODE_CELLS: usize = 16;
 
-/// A list begins with the depth behind which all is in shadow, how many entries it has for starts on listed surfaces
-/// and for others, and how many more of them may be tested before it pays to cut its cell. An entry is a depth before
-/// which it blocks nothing, and a surface.
-pub(super) const HEAD: usize = 3;
-/// Where in a list it says how many tests are left.
-pub(super) const LEFT: usize = 2;
-pub(super) const ENTRY: usize = 2;
+/// A list begins with the depth behind which all is in shadow, and a word of how many entries it has for starts on
+/// listed surfaces (8 bits) and for others (8 bits), and how many more of them may be tested before it pays to cut its
+/// cell (16 bits). An entry is a depth before which it blocks nothing ([`rough_depth`], 16 bits) and the number of a
+/// surface among those of the tile.
+pub(super) const HEAD: usize = 2;
+/// Where in a list its counts are.
+pub(super) const COUNTS: usize = 1;
+/// In place of tests that are left, of a list that is never cut.
+pub(super) const NOT_CUT: u32 = 0xffff;
+
+/// Returns the word of a list's counts: of entries for listed starts and for all, and of tests that are left.
+pub(super) fn counts(asked: usize, all: usize, left: u32) -> u32 {
+    left << 16 | (all as u32) << 8 | asked as u32
+}
+
+/// Returns how many entries a list has for starts on listed surfaces, and for all.
+#[inline(always)]
+pub(super) fn entry_counts(counts: u32) -> [usize; 2] {
+    [counts & 0xff, counts >> 8 & 0xff].map(|count| count as usize)
+}
+
+/// Returns a depth in 16 bits. What is not deeper than another thing is not so by these, either: sum, product and
+/// whole part all keep the order.
+#[inline(always)]
+pub(super) fn rough_depth(depth: f32) -> u32 {
+    const IN_A_UNIT: f32 = 8_192.0;
+    (((depth + BIAS) * IN_A_UNIT) as u32).min(0xffff)
+}
+
+/// Returns the entry of a surface by its number among those of the tile, which blocks nothing before a depth.
+pub(super) fn entry(nearest: f32, number: u16) -> u32 {
+    rough_depth(nearest) << 16 | u32::from(number)
+}
 
 /// A slanted threshold is a slope along both axes of the tile and the key that starts are past at its middle, and the
 /// depth behind which all is in shadow whatever the key.
@@ -127,11 +153,11 @@ impl Arena {
         }
     }
 
-    /// Gives room back but for a quarter more words than were taken, and holds that.
+    /// Gives room back but for an eighth more words than were taken, and holds that.
     pub(super) fn trimmed(self) -> Self {
         let taken = self.taken();
         let mut words = self.words.into_vec();
-        words.truncate(taken + taken / 4);
+        words.truncate(taken + taken / 8);
         words.shrink_to_fit();
         Self {
             words: words.into(),
@@ -185,14 +211,18 @@ impl Arena {
         self.words[place].load(Ordering::Acquire)
     }
 
-    /// Takes so much from a number that stands at a place; threads may take at once, and some of it be lost. Returns
-    /// whether something is left.
+    /// Takes so many tests from those that a list's counts leave; threads may take at once, and some of it be lost.
+    /// Returns whether any are left.
     #[inline(always)]
-    pub(super) fn spend(&self, place: usize, count: u32) -> bool {
-        let left = self.words[place].load(Ordering::Relaxed).cast_signed();
-        let less = left.saturating_sub(count as i32);
-        self.words[place].store(less.cast_unsigned(), Ordering::Relaxed);
-        less > 0
+    pub(super) fn spend(&self, place: usize, tests: u32) -> bool {
+        let counts = self.words[place].load(Ordering::Relaxed);
+        let left = counts >> 16;
+        if left == NOT_CUT || tests == 0 {
+            return left > 0;
+        }
+        let left = left.saturating_sub(tests);
+        self.words[place].store(left << 16 | counts & 0xffff, Ordering::Relaxed);
+        left > 0
     }
 
     pub(super) fn publish(&self, place: usize, word: Word, free: Word) {
