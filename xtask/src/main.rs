@@ -77,13 +77,12 @@ fn lint() -> Result<()> {
 
 /// The pictures of the README, from the project's own scenes only.
 ///
-/// One light shows what a voxel knows more clearly than three, whose colours would be averaged. The
-/// ground of the sphereflake is much wider than its spheres, so the false-colour picture takes a
-/// finer grid than Woo's rule gives.
+/// One light shows what a voxel knows more clearly than three, whose colors would be averaged. The first two are
+/// made by the commands of the README.
 fn gallery() -> Result<()> {
     let images = run::root().join("docs/images");
     std::fs::create_dir_all(&images)?;
-    let lamp = "point:4,-2,4/0.95,0.9,0.8";
+    let lamp = "point:4,-2,4";
     let pictures: [(&str, &[&str]); 5] = [
         (
             "sphereflake.png",
@@ -105,14 +104,12 @@ fn gallery() -> Result<()> {
                 lamp,
                 "--camera",
                 "fov:40",
-                "--grid",
-                "400x400x22",
                 "--show",
                 "occlusion",
                 "--shadows",
-                "voxel-1990",
-                "--spp",
-                "4",
+                "voxel",
+                "--refine",
+                "eager",
             ],
         ),
         ("tetra.png", &["scenes/tetra.nff", "--spp", "16"]),
