@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 
 import antumbra
 import numpy as np
@@ -17,6 +18,11 @@ def pytest_report_header() -> list[str]:
     missing = [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
     there = [name for name in OPTIONAL if name not in missing]
     lines = [f"antumbra {antumbra.__version__}, compared with: {', '.join(there) or 'nothing'}"]
+    required = [name.strip() for name in os.environ.get("ANTUMBRA_REQUIRE", "").split(",")]
+    # Embree is named as the tests of Rust name it.
+    wanted = [name for name in missing if name in required or name == "embreex" and "embree" in required]
+    if wanted:
+        pytest.exit(f"not installed, and ANTUMBRA_REQUIRE requires it: {', '.join(wanted)}", returncode=1)
     if missing:
         lines.append(f"NOT INSTALLED, so these comparisons are skipped: {', '.join(missing)}")
     return lines

@@ -5,6 +5,7 @@ mod paths;
 mod python;
 mod run;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
@@ -20,6 +21,7 @@ chores:
   site     the documentation's site, into target/site
   layers   only the check that crates and modules look downwards
   paths    only the check that files named in our Markdown exist
+  package  the packages of all published crates, built from nothing else, as a dry run of publishing them
   gallery  remakes the pictures of the README into docs/images
 ";
 
@@ -27,14 +29,13 @@ fn main() -> ExitCode {
     let chore = std::env::args().nth(1);
     let outcome = match chore.as_deref() {
         Some("lint") => lint(),
-        Some("test") => {
-            run::cargo(&["test", "--workspace", "--locked"], &[]).and_then(|()| python::test())
-        }
-        Some("python") => python::test(),
+        Some("test") => test(),
+        Some("python") => python::Tests::new().and_then(|tests| tests.run()),
         Some("wheel") => python::wheel(),
         Some("site") => python::site(),
         Some("layers") => layers::check(),
         Some("paths") => paths::check(),
+        Some("package") => package(),
         Some("gallery") => gallery(),
         _ => {
             run::say(USAGE);
@@ -48,6 +49,18 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Embree comes with what the Python package is compared with; the tests of Rust use it, too.
+fn test() -> Result<()> {
+    const EMBREE: &str = "ANTUMBRA_EMBREE";
+    let python = python::Tests::new()?;
+    let embree = python.embree();
+    let embree = embree.as_deref().and_then(Path::to_str);
+    let named = embree.filter(|_| std::env::var_os(EMBREE).is_none());
+    let variables: Vec<_> = named.map(|path| (EMBREE, path)).into_iter().collect();
+    run::cargo(&["test", "--workspace", "--locked"], &variables)?;
+    python.run()
 }
 
 /// Cheap checks first.
@@ -72,7 +85,23 @@ fn lint() -> Result<()> {
         "--locked",
         "--document-private-items",
     ];
-    run::cargo(&doc, &[("RUSTDOCFLAGS", "-D warnings")])
+    run::cargo(&doc, &[("RUSTDOCFLAGS", "-D warnings")])?;
+    licenses()
+}
+
+/// Licenses and sources of dependencies, where the tool is there.
+fn licenses() -> Result<()> {
+    if run::cargo(&["deny", "--version"], &[]).is_err() {
+        run::say("xtask: cargo-deny is not installed: licenses of dependencies are not checked");
+        return Ok(());
+    }
+    run::cargo(&["deny", "check"], &[])
+}
+
+/// Crates that are not published are left out.
+fn package() -> Result<()> {
+    let publish = ["publish", "--workspace", "--dry-run", "--locked"];
+    run::cargo(&publish, &[])
 }
 
 /// The pictures of the README, from the project's own scenes only.

@@ -19,18 +19,42 @@ const OLDEST: (u32, u32) = (3, 10);
 /// The largest wheel that is passed.
 const MOST_WHEEL_BYTES: u64 = 12_000_000;
 
-/// Installs the package in a fresh environment, as `pip install .` does, and runs its tests; no warning passes.
-///
-/// The library is built as for the tests of Rust, with what they have built; the wheel for users is
-/// [`wheel`]'s.
-pub(crate) fn test() -> Result<()> {
-    let environment = Environment::new("test")?;
-    environment.install(&["--requirement", "python/requirements-test.txt"])?;
-    // maturin is there already, in the version that is pinned.
-    let quick = ["--no-build-isolation", "--no-deps", "--force-reinstall"];
-    let profile = "--config-settings=build-args=--profile dev --locked";
-    environment.install(&[&quick[..], &[profile, "."]].concat())?;
-    environment.python(&["-m", "pytest", "-W", "error"])
+/// A fresh environment with what the package is tested and compared with.
+pub(crate) struct Tests(Environment);
+
+impl Tests {
+    pub(crate) fn new() -> Result<Self> {
+        let environment = Environment::new("test")?;
+        environment.install(&["--requirement", "python/requirements-test.txt"])?;
+        Ok(Self(environment))
+    }
+
+    /// Finds the Embree library that came with its Python binding, for the tests of Rust.
+    pub(crate) fn embree(&self) -> Option<PathBuf> {
+        let folder = self.0.interpreter.parent()?.parent()?.join("lib");
+        let pythons = std::fs::read_dir(folder).ok()?.flatten();
+        let libraries = pythons.filter_map(|python| {
+            let folder = python.path().join("site-packages/embreex.libs");
+            std::fs::read_dir(folder).ok()
+        });
+        let files = libraries.flat_map(|folder| folder.flatten());
+        files.map(|file| file.path()).find(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name.starts_with("libembree4")
+        })
+    }
+
+    /// Installs the package, as `pip install .` does, and runs its tests; no warning passes.
+    ///
+    /// The library is built as for the tests of Rust, with what they have built; the wheel for users is
+    /// [`wheel`]'s.
+    pub(crate) fn run(&self) -> Result<()> {
+        // maturin is there already, in the version that is pinned.
+        let quick = ["--no-build-isolation", "--no-deps", "--force-reinstall"];
+        let profile = "--config-settings=build-args=--profile dev --locked";
+        self.0.install(&[&quick[..], &[profile, "."]].concat())?;
+        self.0.python(&["-m", "pytest", "-W", "error"])
+    }
 }
 
 /// Builds the wheel that users get, and refuses a large one.

@@ -9,12 +9,11 @@ use antumbra_baselines::{Batch, IndexMethod, ShadowMethod};
 use antumbra_geometry::{DVec3, LightShape, Start};
 use antumbra_scene::model::{Material, Object, Polygon, Scene, Shape};
 
-#[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
 fn embree() -> Option<Embree> {
     match Embree::load(1) {
         Ok(embree) => Some(embree),
         Err(error) => {
-            eprintln!("skipped: {error}");
+            antumbra_testkit::absent::skip("embree", &error.to_string());
             None
         }
     }

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use antumbra_testkit::absent::shared_scenes;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -31,23 +32,6 @@ fn assert_done(output: &Output, what: &str) {
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
-}
-
-/// Returns the folder of other people's scenes, or says loudly that a test does not run.
-#[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
-fn shared_scenes() -> Option<PathBuf> {
-    let folder = std::env::var_os("ANTUMBRA_SCENES").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes"),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!(
-        "SKIPPED: no scenes at {}; set ANTUMBRA_SCENES to test on them",
-        folder.display()
-    );
-    None
 }
 
 /// Returns all files below a folder that end in `.{extension}`, sorted.

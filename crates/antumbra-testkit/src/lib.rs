@@ -9,6 +9,7 @@
 //! | [`oracle`] | answers in exact rational arithmetic, by testing every surface |
 //! | [`fixtures`] | named scenes with the answers geometry gives, and the page's known limits |
 //! | [`nasty`] | seeded random scenes full of ties and rounding |
+//! | [`absent`] | what tests compare with and may not be there |
 //!
 //! Everything is plain data of `f64`s; the test that compares converts it. Surfaces are named by
 //! their index. Scenes list triangles first, then the other shapes, closed cones as tube, base
@@ -28,6 +29,7 @@
 //! }
 //! ```
 
+pub mod absent;
 mod build;
 mod exact;
 pub mod fixtures;

@@ -37,22 +37,7 @@ pub(crate) fn beside_shadows(loaded: &Loaded) -> Vec<String> {
     texts.filter(|text| !is_about_shadows(text)).collect()
 }
 
-/// Returns the folder of other people's scenes, or says loudly that its tests do not run.
-#[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
-pub(crate) fn shared_scenes() -> Option<PathBuf> {
-    let folder = std::env::var_os("ANTUMBRA_SCENES").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes"),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!(
-        "SKIPPED: no scenes at {}; set ANTUMBRA_SCENES to test on them",
-        folder.display()
-    );
-    None
-}
+pub(crate) use antumbra_testkit::absent::shared_scenes;
 
 /// Returns all files below a folder that end in `.{extension}`, sorted.
 pub(crate) fn files_below(folder: &Path, extension: &str) -> Vec<PathBuf> {
