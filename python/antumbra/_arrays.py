@@ -100,6 +100,18 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     return number
 
 
+def reach(value: Any) -> float | None:
+    """Returns a tolerance, infinite for any distance, or `None`."""
+    if value is None:
+        return None
+    if isinstance(value, (str, bytes, bool, np.bool_)) or not hasattr(value, "__float__"):
+        raise TypeError(f"tolerance: expected a number, found {type(value).__name__}")
+    distance = float(value)
+    if not distance >= 0.0:
+        raise ValueError(f"tolerance {distance:g}: expected zero or more, or infinity for any distance")
+    return distance
+
+
 def thread_count(value: Any) -> int:
     """Returns a number of threads; 0 is one a processor."""
     return whole("threads", value, 0, MOST_THREADS)

@@ -354,7 +354,7 @@ pub(crate) struct Query {
     #[arg(long, help_heading = "Points")]
     pub(crate) on_surface: bool,
 
-    /// How far a point may lie from its surface, in the scene's unit [default: what rounding may have moved it:
+    /// How far a point may lie from its surface, in the scene's unit; inf for any distance [default: what rounding may have moved it:
     /// 2^-21 of the coordinates of the point and the surface for float32, 2^-42 for float64]
     #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance, allow_hyphen_values = true)]
     pub(crate) tolerance: Option<f64>,
