@@ -16,8 +16,10 @@ Exit codes:
   1    verify or bench found answers that differ
   2    the command line or a scene cannot be used
   3    the system refused something, such as writing a file
-  130  stopped by Ctrl-C; render leaves the partial picture
-  143  asked to terminate";
+  129  the terminal was closed (SIGHUP)
+  130  stopped by Ctrl-C
+  143  asked to terminate (SIGTERM)
+When stopped, render leaves the partial picture, and bench paper what it has measured";
 
 /// Columns of help texts at most.
 const HELP_WIDTH: usize = 100;
