@@ -184,7 +184,7 @@ class ShadowIndex:
             threads=threads,
         )
         tuples = scene._native.lights if lights is None else tuples_of(lights)
-        path = None if occlusion is None else os.fspath(occlusion)
+        path = None if occlusion is None else os.fsdecode(occlusion)
         self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path)
         self._scene = scene
         self._settings = made
@@ -209,7 +209,7 @@ class ShadowIndex:
             OSError: The file cannot be written; a link is not written to.
             ValueError: The method keeps no values, or something else is at the path.
         """
-        return self._native.save(os.fspath(path))[0]
+        return self._native.save(os.fsdecode(path))[0]
 
     @property
     def kept_lights(self) -> list[KeptLight]:
