@@ -25,6 +25,8 @@ MOST_THREADS = 1024
 def as_array(name: str, value: Any) -> npt.NDArray[Any]:
     """Returns what `value` holds as an array, without copying arrays."""
     if isinstance(value, np.ndarray):
+        if np.ma.is_masked(value):
+            raise ValueError(f"{name}: some entries are masked, and have no value: fill them or leave them out")
         return value
     if hasattr(value, "__dlpack__"):
         try:
@@ -98,6 +100,18 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     if not least <= number <= most:
         raise ValueError(f"{name} is {number}: expected {least} to {most}")
     return number
+
+
+def reach(value: Any) -> float | None:
+    """Returns a tolerance, infinite for any distance, or `None`."""
+    if value is None:
+        return None
+    if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__float__"):
+        raise TypeError(f"tolerance: expected a number, found {type(value).__name__}")
+    distance = float(value)
+    if not distance >= 0.0:
+        raise ValueError(f"tolerance {distance:g}: expected zero or more, or infinity for any distance")
+    return distance
 
 
 def thread_count(value: Any) -> int:

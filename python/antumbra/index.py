@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import numbers, places, rows, rows_like, thread_count, whole
+from ._arrays import numbers, places, reach, rows, rows_like, thread_count, whole
 from ._warning import warn_of_surfaces
 from .lights import Light, LightTuple, light_of, tuples_of
 from .scene import Scene
@@ -116,7 +116,7 @@ def _reach(tolerance: float | None, face_ids: npt.NDArray[np.uint32] | None) -> 
     """Checks the tolerance of the starts of segments or rays."""
     if tolerance is not None and face_ids is None:
         raise ValueError("tolerance: only points with face_ids have one")
-    return None if tolerance is None else float(tolerance)
+    return reach(tolerance)
 
 
 class ShadowIndex:
@@ -184,7 +184,7 @@ class ShadowIndex:
             threads=threads,
         )
         tuples = scene._native.lights if lights is None else tuples_of(lights)
-        path = None if occlusion is None else os.fspath(occlusion)
+        path = None if occlusion is None else os.fsdecode(occlusion)
         self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path)
         self._scene = scene
         self._settings = made
@@ -209,7 +209,7 @@ class ShadowIndex:
             OSError: The file cannot be written; a link is not written to.
             ValueError: The method keeps no values, or something else is at the path.
         """
-        return self._native.save(os.fspath(path))[0]
+        return self._native.save(os.fsdecode(path))[0]
 
     @property
     def kept_lights(self) -> list[KeptLight]:
@@ -312,7 +312,7 @@ class ShadowIndex:
             directions,
             ids,
             bool(on_surface),
-            None if tolerance is None else float(tolerance),
+            reach(tolerance),
             was_single,
             bool(packed),
             thread_count(threads),
@@ -349,8 +349,8 @@ class ShadowIndex:
         ids = None
         if face_ids is not None:
             ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
-        reach = _reach(tolerance, ids)
-        found = self._native.occluded_segments(first, second, ids, reach, thread_count(threads))
+        most = _reach(tolerance, ids)
+        found = self._native.occluded_segments(first, second, ids, most, thread_count(threads))
         if ids is None:
             warn_of_surfaces("a", self._native.suspicious_share(first), "face_ids")
         return found.view(np.bool_)
@@ -381,8 +381,8 @@ class ShadowIndex:
         ids = None
         if face_ids is not None:
             ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
-        reach = _reach(tolerance, ids)
-        found = self._native.occluded_rays(first, second, ids, reach, thread_count(threads))
+        most = _reach(tolerance, ids)
+        found = self._native.occluded_rays(first, second, ids, most, thread_count(threads))
         if ids is None:
             warn_of_surfaces("origins", self._native.suspicious_share(first), "face_ids")
         return found.view(np.bool_)

@@ -77,7 +77,7 @@ class Picture:
             OSError: The file cannot be written; a link is not written to.
         """
         brightened = self.stops if stops is None else float(stops)
-        name = os.fspath(path)
+        name = os.fsdecode(path)
         if os.path.splitext(name)[1].lower() != ".png":
             raise ValueError(f"path is {name!r}: expected a name that ends in .png")
         _antumbra.write_png(name, np.ascontiguousarray(self.colour), brightened, self._read)
@@ -162,7 +162,7 @@ def render(
         threads=threads,
     )
     tuples = None if lights is None else tuples_of(lights)
-    path = None if occlusion is None else os.fspath(occlusion)
+    path = None if occlusion is None else os.fsdecode(occlusion)
     colour, shadow, decided, names, ways, stops, counts = _antumbra.render(
         native, tuples, view, picture, made, path
     )

@@ -55,7 +55,7 @@ class Scene:
             ValueError: The file cannot be used; the message says where and why.
         """
         limit = None if memory_limit is None else whole("memory_limit", memory_limit, 0, 2**63)
-        scene = cls._of(_antumbra.Scene.load(os.fspath(path), up, limit))
+        scene = cls._of(_antumbra.Scene.load(os.fsdecode(path), up, limit))
         for message in scene.warnings:
             warn(message)
         return scene

@@ -149,3 +149,9 @@ def test_a_link_is_not_written_to(scene: antumbra.Scene, tmp_path: Path) -> None
     with pytest.raises(OSError, match="symbolic link"):
         index.save(link)
     assert link.is_symlink() and not target.exists()
+
+
+def test_a_path_may_be_bytes_as_the_system_has_it(scene: antumbra.Scene, tmp_path: Path) -> None:
+    path: Any = os.fsencode(tmp_path / "a.antumbra")
+    antumbra.ShadowIndex(scene, LIGHTS[:1], resolution=8).save(path)
+    assert antumbra.ShadowIndex.load(path, scene, LIGHTS[:1], resolution=8).kept_lights == ["taken"]

@@ -14,18 +14,8 @@ pub(crate) enum Outcome {
     Done,
     /// `verify` or `bench` found answers that differ.
     Differences,
-    /// Ctrl-C.
+    /// Stopped by a signal, which says the exit code.
     Interrupted,
-}
-
-impl Outcome {
-    pub(crate) fn exit_code(self) -> u8 {
-        match self {
-            Self::Done => 0,
-            Self::Differences => 1,
-            Self::Interrupted => crate::interrupt::EXIT_CODE,
-        }
-    }
 }
 
 /// Why a run failed.

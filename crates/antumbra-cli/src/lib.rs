@@ -35,7 +35,7 @@ pub fn default_memory_limit() -> u64 {
 
 /// Runs the program on a command line, whose first word is the program's name, and returns its exit code.
 ///
-/// Takes over Ctrl-C for the whole process, and may end the process by it. So it is called once, by a
+/// Takes over Ctrl-C and, on Unix, `SIGTERM` and `SIGHUP` for the whole process, and may end the process by them. So it is called once, by a
 /// process that does nothing else.
 pub fn run<I>(command_line: I) -> u8
 where
@@ -60,19 +60,19 @@ where
     let screen = Screen::new(typed.quiet, typed.verbose);
     let bars = screen.bars();
     let task = Task::with_progress(move |stage, done, count| bars.tell(stage, done, count));
-    let done = interrupt::Interrupt::install(task.clone())
-        .and_then(|interrupt| {
-            let done = task.run(|| do_command(&typed.command, &screen, &interrupt));
-            done.unwrap_or(Ok(Outcome::Interrupted))
-        })
-        .and_then(|outcome| screen.is_printed().map(|()| outcome));
-    match done {
-        Ok(outcome) => outcome.exit_code(),
-        Err(failure) => {
-            screen.failure(&failure);
-            failure.exit_code()
-        }
-    }
+    let done = interrupt::Interrupt::install(task.clone()).and_then(|interrupt| {
+        let done = task.run(|| do_command(&typed.command, &screen, &interrupt));
+        let code = match done.unwrap_or(Ok(Outcome::Interrupted))? {
+            Outcome::Done => 0,
+            Outcome::Differences => 1,
+            Outcome::Interrupted => interrupt.exit_code(),
+        };
+        screen.is_printed().map(|()| code)
+    });
+    done.unwrap_or_else(|failure| {
+        screen.failure(&failure);
+        failure.exit_code()
+    })
 }
 
 fn do_command(

@@ -2,7 +2,7 @@
 //!
 //! In: what was typed. Out: a refusal before anything is computed, or files, each whole or the one before. Invariants:
 //! nothing that the command reads is written, whatever links lead to it; no two outputs are one file; a name's ending
-//! says what is in the file.
+//! says what is in the file; a file that nobody named is replaced only if antumbra wrote it.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,12 @@ use antumbra_files::{Identity, Place, Refusal};
 use serde::Serialize;
 
 use crate::failure::Failure;
+
+/// What pages of reports bear in their heads.
+pub(crate) const PAGE_MARK: &str = "antumbra bench";
+
+/// What summaries of reports begin with, below their titles.
+pub(crate) const SUMMARY_MARK: &str = "Made by `antumbra bench";
 
 /// Content of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +38,8 @@ pub(crate) enum Content {
     Values,
     /// A page of a report.
     Page,
+    /// The summary of a report, Markdown.
+    Summary,
 }
 
 impl Content {
@@ -45,7 +53,19 @@ impl Content {
             Self::Scene => &["nff", "obj", "ply", "glb"],
             Self::Library => &["mtl"],
             Self::Values => &["antumbra"],
-            Self::Page => &["html", "md"],
+            Self::Page => &["html"],
+            Self::Summary => &["md"],
+        }
+    }
+
+    /// Returns what a file bears near its beginning if antumbra wrote it.
+    fn mark(self) -> Option<&'static str> {
+        match self {
+            Self::Picture => Some(antumbra_render::image_file::SOFTWARE),
+            Self::Library => Some(antumbra_scene::write::LIBRARY_MARK),
+            Self::Page => Some(PAGE_MARK),
+            Self::Summary => Some(SUMMARY_MARK),
+            Self::Array | Self::Json | Self::Nff | Self::Scene | Self::Values => None,
         }
     }
 
@@ -105,6 +125,30 @@ impl Outputs {
             return Err(Failure::input(message, "give them different names"));
         }
         Ok(())
+    }
+
+    /// Adds a file whose name follows from what `option` names. What stands there must be antumbra's own: nobody
+    /// has said that it may be replaced.
+    pub(crate) fn add_made(
+        &mut self,
+        option: &str,
+        path: &Path,
+        content: Content,
+    ) -> Result<(), Failure> {
+        self.add(option, path, content)?;
+        let is_file = matches!(Place::of(path), Ok(Place::File));
+        let Some(mark) = content.mark().filter(|_| is_file) else {
+            return Ok(());
+        };
+        if antumbra_files::is_own(path, mark).unwrap_or(false) {
+            return Ok(());
+        }
+        let message = format!(
+            "{option} would overwrite {}, which antumbra did not write",
+            path.display()
+        );
+        let help = format!("give {option} another name, or move that file away");
+        Err(Failure::input(message, help))
     }
 
     /// Adds a file if it was asked for.

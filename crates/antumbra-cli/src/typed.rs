@@ -16,8 +16,10 @@ Exit codes:
   1    verify or bench found answers that differ
   2    the command line or a scene cannot be used
   3    the system refused something, such as writing a file
-  130  stopped by Ctrl-C; render leaves the partial picture
-  143  asked to terminate";
+  129  the terminal was closed (SIGHUP)
+  130  stopped by Ctrl-C
+  143  asked to terminate (SIGTERM)
+When stopped, render leaves the partial picture, and bench paper what it has measured";
 
 /// Columns of help texts at most.
 const HELP_WIDTH: usize = 100;
@@ -354,7 +356,7 @@ pub(crate) struct Query {
     #[arg(long, help_heading = "Points")]
     pub(crate) on_surface: bool,
 
-    /// How far a point may lie from its surface, in the scene's unit [default: what rounding may have moved it:
+    /// How far a point may lie from its surface, in the scene's unit; inf for any distance [default: what rounding may have moved it:
     /// 2^-21 of the coordinates of the point and the surface for float32, 2^-42 for float64]
     #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance, allow_hyphen_values = true)]
     pub(crate) tolerance: Option<f64>,

@@ -234,12 +234,13 @@ pub(crate) fn light_choice(text: &str) -> Result<LightChoice, String> {
     Ok(LightChoice::Named(text.to_owned()))
 }
 
-/// Reads a number that is not negative.
+/// Reads a distance that is not negative; `inf` is any distance, digits too large for a number are a slip.
 pub(crate) fn distance(text: &str) -> Result<f64, String> {
-    number(text)
-        .ok()
-        .filter(|&distance| distance >= 0.0)
-        .ok_or_else(|| format!("expected a distance, zero or more, found `{text}`"))
+    let digits = text.contains(|letter: char| letter.is_ascii_digit());
+    let fits = |distance: &f64| *distance >= 0.0 && (distance.is_finite() || !digits);
+    text.trim().parse().ok().filter(fits).ok_or_else(|| {
+        format!("expected a distance, zero or more, or inf for any distance, found `{text}`")
+    })
 }
 
 /// Reads `AZIMUTH,ELEVATION` in degrees.
@@ -448,8 +449,13 @@ mod tests {
     fn distances() {
         assert_eq!(distance("0"), Ok(0.0));
         assert_eq!(distance("1e-3"), Ok(1e-3));
-        for bad in ["-1", "nan", "inf", ""] {
-            let expected = format!("expected a distance, zero or more, found `{bad}`");
+        for any in ["inf", "Inf", "infinity", " inf "] {
+            assert_eq!(distance(any), Ok(f64::INFINITY), "{any}");
+        }
+        for bad in ["-1", "nan", "-inf", "1e999", "far", ""] {
+            let expected = format!(
+                "expected a distance, zero or more, or inf for any distance, found `{bad}`"
+            );
             assert_eq!(distance(bad).unwrap_err(), expected);
         }
     }

@@ -8,15 +8,18 @@
 //! |---|---|
 //! | `identity` | whether two paths lead to one file |
 //! | `open` | opening what is to be read |
+//! | `own` | whether a file was written by this project |
 //! | `place` | what stands where a file is to be written |
 //! | `write` | writing |
 
 mod identity;
 mod open;
+mod own;
 mod place;
 mod write;
 
 pub use identity::Identity;
 pub use open::{NotRegular, open};
+pub use own::is_own;
 pub use place::{Place, Refusal};
 pub use write::{Writing, abandon, write, write_bytes};

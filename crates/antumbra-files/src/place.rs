@@ -41,7 +41,8 @@ pub enum Refusal {
 }
 
 impl Place {
-    /// Returns what stands at a path, unless nothing can be written there. Touches nothing.
+    /// Returns what stands at a path, unless nothing can be written there. Touches nothing. A file appears by renaming,
+    /// so that its folder, too, must not be protected from writing.
     ///
     /// A link counts as what it leads to where that is a stream: `/dev/stdout` is one.
     ///
@@ -55,10 +56,11 @@ impl Place {
             Ok(found) => found,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let folder = fs::metadata(folder_of(path))?;
-                return match folder.is_dir() {
-                    true => Ok(Self::Free),
-                    false => Err(io::Error::from(io::ErrorKind::NotADirectory).into()),
-                };
+                if !folder.is_dir() {
+                    return Err(io::Error::from(io::ErrorKind::NotADirectory).into());
+                }
+                takes_files(folder_of(path))?;
+                return Ok(Self::Free);
             }
             Err(error) => return Err(error.into()),
         };
@@ -74,7 +76,10 @@ impl Place {
             () if is_stream(&found) => Ok(Self::Stream),
             () if !found.is_file() => Err(Refusal::Special),
             () if found.permissions().readonly() => Err(Refusal::Protected),
-            () => Ok(Self::File),
+            () => {
+                takes_files(folder_of(path))?;
+                Ok(Self::File)
+            }
         }
     }
 }
@@ -87,6 +92,18 @@ impl From<Refusal> for io::Error {
             _ => Self::new(io::ErrorKind::InvalidInput, refusal),
         }
     }
+}
+
+/// Refuses a folder that this process may not add files to.
+#[cfg(unix)]
+fn takes_files(folder: &Path) -> io::Result<()> {
+    use rustix::fs::{Access, access};
+    access(folder, Access::WRITE_OK | Access::EXEC_OK).map_err(io::Error::from)
+}
+
+#[cfg(not(unix))]
+fn takes_files(_: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 #[cfg(unix)]

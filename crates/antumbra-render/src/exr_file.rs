@@ -14,7 +14,7 @@ use exr::prelude::{
 
 use crate::aov;
 use crate::film::Picture;
-use crate::image_file::ImageFileError;
+use crate::image_file::{ImageFileError, SOFTWARE};
 
 /// The name of the part with the picture itself.
 pub const BEAUTY: &str = "beauty";
@@ -41,9 +41,13 @@ pub fn write_exr(
             .into_iter()
             .map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values)))
             .collect();
+        let attributes = LayerAttributes {
+            software_name: Some(SOFTWARE.into()),
+            ..LayerAttributes::named(name)
+        };
         Layer::new(
             size,
-            LayerAttributes::named(name),
+            attributes,
             Encoding::SMALL_FAST_LOSSLESS,
             AnyChannels::sort(channels),
         )

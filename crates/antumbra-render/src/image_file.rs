@@ -7,11 +7,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder as _};
+use png::{BitDepth, ColorType, Compression, Filter};
 use rayon::prelude::*;
 
 use crate::film::Picture;
+
+/// What pictures bear in their heads as the program that made them: PNG under `Software`, OpenEXR in the attribute
+/// `software` of each part.
+pub const SOFTWARE: &str = "made by antumbra";
 
 /// Why a picture could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -82,7 +85,7 @@ pub fn write_png(
     exposure_in_stops: f64,
 ) -> Result<(), ImageFileError> {
     let bytes = srgb_bytes(picture, exposure_in_stops);
-    encode(path, picture.size, &bytes, ExtendedColorType::Rgb8)
+    encode(path, picture.size, &bytes, ColorType::Rgb)
 }
 
 /// Writes numbers from 0 to 1 as grey PNG to `path`, replacing what was there: 255 times the
@@ -93,22 +96,31 @@ pub fn write_png(
 pub fn write_mask_png(path: &Path, size: [u32; 2], shares: &[f32]) -> Result<(), ImageFileError> {
     let byte = |&share: &f32| (255.0 * share.clamp(0.0, 1.0) + 0.5) as u8;
     let bytes: Vec<u8> = shares.iter().map(byte).collect();
-    encode(path, size, &bytes, ExtendedColorType::L8)
+    encode(path, size, &bytes, ColorType::Grayscale)
 }
 
 fn encode(
     path: &Path,
     [width, height]: [u32; 2],
     bytes: &[u8],
-    kind: ExtendedColorType,
+    color: ColorType,
 ) -> Result<(), ImageFileError> {
+    let encode = |file: &mut antumbra_files::Writing<'_>| {
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(color);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::Fast);
+        encoder.set_filter(Filter::Adaptive);
+        encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        writer.finish()
+    };
     antumbra_files::write(path, ImageFileError::of(path), |file| {
-        PngEncoder::new(file)
-            .write_image(bytes, width, height, kind)
-            .map_err(|source| ImageFileError::Encode {
-                path: path.to_owned(),
-                source: source.into(),
-            })
+        encode(file).map_err(|source| ImageFileError::Encode {
+            path: path.to_owned(),
+            source: source.into(),
+        })
     })
 }
 
@@ -154,6 +166,7 @@ mod tests {
         let path = folder.path().join("picture.png");
         write_png(&path, &picture, 0.0).unwrap();
         assert!(fs::read(&path).unwrap().starts_with(b"\x89PNG"));
+        assert!(antumbra_files::is_own(&path, SOFTWARE).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 
         let nowhere = folder.path().join("missing/picture.png");

@@ -161,7 +161,7 @@ pub enum BatchError {
     #[error("light {0} does not exist")]
     UnknownLight(usize),
     /// A tolerance is NaN or negative.
-    #[error("tolerance {}: expected zero or more", Short(*.0))]
+    #[error("tolerance {}: expected zero or more, or infinity for any distance", Short(*.0))]
     BadTolerance(f64),
     /// A point is NaN, infinite or beyond 2^100.
     #[error("point {index} is {}: coordinates must be finite and at most 2^100 in magnitude", Short(*point))]

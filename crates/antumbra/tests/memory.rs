@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use antumbra::{
-    Batch, BatchKind, GridResolution, Method, RayMethod, Refine, Refinement, ShadowIndex,
+    Batch, BatchKind, Counters, GridResolution, Method, RayMethod, Refine, Refinement, ShadowIndex,
 };
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
 use peak_alloc::PeakAlloc;
 
 use common::Random;
@@ -334,6 +334,52 @@ fn a_thousand_lights_made_eagerly_keep_to_the_memory_of_lights() {
             answers
         });
         assert!(answers[0] == answers[1], "light {light}");
+    }
+}
+
+/// What the issue of the limit asks for: nothing beside the room, neither while it is made nor while it is asked.
+#[test]
+fn a_thousand_lights_made_eagerly_in_64_mib_take_no_more_than_64_mib() {
+    let _alone = alone();
+    const ROOM: u64 = 64 << 20;
+    let occluders = city(30);
+    let asked = points(&occluders, 2_000);
+    let lights: Vec<_> = (0..1_000).map(sun).collect();
+    for method in [Method::Voxel, Method::Auto] {
+        let build = |lights: Vec<LightShape>| {
+            ShadowIndex::builder(Arc::clone(&occluders), lights)
+                .method(method)
+                .refinement(Refinement {
+                    refine: Refine::Eager,
+                    resolution: 64,
+                    space_resolution: 32,
+                    memory: ROOM,
+                    ..Refinement::default()
+                })
+                .build()
+                .expect("an index")
+        };
+        let (without, _) = taken(|| build(Vec::new()), &asked);
+        let (with, index) = taken(|| build(lights.clone()), &asked);
+        assert!(with <= without + ROOM, "{method:?}: {with} {without}");
+        assert!(with > without + ROOM / 2, "{method:?}: {with} {without}");
+        assert!(index.knowledge_bytes() <= ROOM, "{method:?}");
+        let refused = index.lights_without_room();
+        assert!((1..1_000).contains(&refused), "{method:?}: {refused}");
+        // A light that found room answers without rays, most of the time.
+        let mut counters = Counters::default();
+        let starts: Vec<Start> = std::iter::zip(&asked.0, &asked.1)
+            .map(|(&point, &surface)| Start {
+                point: point.into(),
+                surface: Some(SurfaceId(surface)),
+            })
+            .collect();
+        let mut answers = vec![false; starts.len()];
+        index
+            .shadows(&starts, 0, &mut answers, &mut counters)
+            .expect("fine points");
+        let known = counters.shadow.first_pass + counters.shadow.blocker_list;
+        assert!(known > counters.shadow.rays, "{method:?}: {known}");
     }
 }
 

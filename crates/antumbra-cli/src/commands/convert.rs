@@ -15,11 +15,10 @@ use crate::typed::Convert;
 pub(crate) fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     for path in write::files_of(&typed.output) {
-        let content = match path == typed.output {
-            true => Content::Scene,
-            false => Content::Library,
-        };
-        outputs.add("OUT", &path, content)?;
+        match path == typed.output {
+            true => outputs.add("OUT", &path, Content::Scene)?,
+            false => outputs.add_made("OUT", &path, Content::Library)?,
+        }
     }
     outputs.spare([&typed.input])?;
     let loaded = scene_source::read(&typed.input, None, memory::limit(None))?;

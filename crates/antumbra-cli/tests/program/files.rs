@@ -631,8 +631,8 @@ mod unix {
             for _ in 0..30 {
                 let (mut child, is_sent) = interrupted(&world, signal);
                 let status = child.wait().unwrap();
-                // It may have been done before the signal came. After Ctrl-C, writing may be brought to its end.
-                let is_done = signal == "-INT" && status.success();
+                // It may have been done before the signal came; and after it, writing may be brought to its end.
+                let is_done = signal != "-KILL" && status.success();
                 let is_caught = is_sent && (is_done || status.code() == code && !status.success());
                 if signal == "-KILL" {
                     assert!(!is_caught || status.signal() == Some(9));
@@ -660,9 +660,12 @@ mod unix {
         }
     }
 
-    /// Root may list every folder: then somebody else has to try.
-    #[test]
-    fn a_folder_that_may_not_be_listed_is_written_to() {
+    /// Runs the program where a folder has certain permissions. Root may do everything in any folder: then somebody
+    /// else has to try.
+    fn in_a_folder(
+        permissions: u32,
+        arguments: impl Fn(&Path) -> Vec<String>,
+    ) -> (Output, PathBuf, World) {
         let world = World::new();
         let program = world.folder.path("antumbra");
         fs::copy(env!("CARGO_BIN_EXE_antumbra"), &program).unwrap();
@@ -676,17 +679,45 @@ mod unix {
             fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
         };
         mode(&world.folder.path(""), 0o755);
-        mode(&folder, if is_root { 0o733 } else { 0o300 });
-        let out = folder.join("a.nff");
+        let others = if is_root { permissions >> 6 & 7 } else { 0 };
+        mode(&folder, permissions | others);
         let mut command = Command::new(&program);
-        command.args(["scene", "tetra", "--size", "1", "-o", text(&out)]);
+        command.args(arguments(&folder));
         if is_root {
             command.uid(65_534).gid(65_534);
         }
         let output = command.output().unwrap();
-        assert_code(&output, 0);
-        assert!(fs::metadata(&out).unwrap().len() > 0);
         mode(&folder, 0o755);
+        (output, folder, world)
+    }
+
+    #[test]
+    fn a_folder_that_may_not_be_listed_is_written_to() {
+        let (output, folder, _world) = in_a_folder(0o300, |folder| {
+            let out = text(&folder.join("a.nff")).to_owned();
+            ["scene", "tetra", "--size", "1", "-o", &out]
+                .map(str::to_owned)
+                .to_vec()
+        });
+        assert_code(&output, 0);
+        assert!(fs::metadata(folder.join("a.nff")).unwrap().len() > 0);
+    }
+
+    #[test]
+    fn a_folder_that_may_not_be_written_to_is_refused_before_the_scene_is_read() {
+        let (output, folder, _world) = in_a_folder(0o500, |folder| {
+            let out = text(&folder.join("a.antumbra")).to_owned();
+            ["bake", "no such scene.nff", "-o", &out]
+                .map(str::to_owned)
+                .to_vec()
+        });
+        assert_code(&output, 3);
+        assert!(
+            stderr(&output).contains("cannot write"),
+            "{}",
+            stderr(&output)
+        );
+        assert!(fs::read_dir(folder).unwrap().next().is_none());
     }
 
     #[cfg(target_os = "linux")]

@@ -1,6 +1,6 @@
 //! Texts in which the program explains itself, and the length of their lines.
 
-use super::support::{antumbra, assert_code, stderr, stdout};
+use super::support::{Folder, antumbra, assert_code, stderr, stdout, text};
 
 /// Every command, with the words that its help must have.
 const COMMANDS: [(&[&str], &[&str]); 13] = [
@@ -107,6 +107,30 @@ fn north_is_stated_wherever_a_sun_can_be_typed() {
         ] {
             assert!(text.contains(part), "{command:?}: {part}");
         }
+    }
+}
+
+#[test]
+fn a_sun_below_the_horizon_is_told() {
+    let (folder, scene) = Folder::with_scene();
+    let picture = folder.path("a.png");
+    let render = [
+        "render",
+        text(&scene),
+        "-o",
+        text(&picture),
+        "--size",
+        "8x8",
+    ];
+    for (sun, is_told) in [("10,-30", true), ("10,30", false)] {
+        let output = antumbra(&[&render[..], &["--sun", sun]].concat());
+        assert_code(&output, 0);
+        let said = stderr(&output);
+        assert_eq!(
+            said.contains("30 degrees below the horizon"),
+            is_told,
+            "{said}"
+        );
     }
 }
 

@@ -1,4 +1,4 @@
-//! Ctrl-C: every command ends within a second, and leaves what it should.
+//! Ctrl-C and the other signals that ask for an end: every command ends within a second, and leaves what it should.
 #![cfg(unix)]
 
 use std::fs;
@@ -42,7 +42,16 @@ enum When {
 
 /// Presses Ctrl-C, and returns what came of it.
 fn interrupted(arguments: &[&str], when: When) -> Output {
-    let mut child = start(arguments);
+    stopped(start(arguments), arguments, when, ("-INT", 130))
+}
+
+/// Sends a signal, and returns what came of it.
+fn stopped(
+    mut child: Child,
+    arguments: &[&str],
+    when: When,
+    (signal, code): (&str, i32),
+) -> Output {
     match when {
         When::After(wait) => std::thread::sleep(wait),
         When::Said(words) => {
@@ -59,7 +68,7 @@ fn interrupted(arguments: &[&str], when: When) -> Output {
     let begin = Instant::now();
     assert!(
         Command::new("kill")
-            .args(["-INT", &pid])
+            .args([signal, &pid])
             .status()
             .unwrap()
             .success()
@@ -67,7 +76,7 @@ fn interrupted(arguments: &[&str], when: When) -> Output {
     let output = child.wait_with_output().unwrap();
     let took = begin.elapsed();
     assert!(took < PROMISED, "{arguments:?} ended after {took:?}");
-    assert_code(&output, 130);
+    assert_code(&output, code);
     output
 }
 
@@ -143,24 +152,83 @@ fn query_ends_soon_after_ctrl_c_however_slow_a_query_is() {
     assert!(!out.exists());
 }
 
+/// Starts a command with the terminal's end ignored or not, whatever this process was started with.
+#[cfg(target_os = "linux")]
+fn start_with_hangups(way: &[&str], arguments: &[&str]) -> Child {
+    Command::new(way[0])
+        .args(&way[1..])
+        .arg(env!("CARGO_BIN_EXE_antumbra"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_terminal_and_a_request_to_terminate_leave_the_partial_picture_as_ctrl_c_does() {
+    let folder = Folder::new();
+    let scene = scene(&folder, "tetra", "6");
+    for (signal, code) in [("-HUP", 129), ("-TERM", 143)] {
+        let picture = folder.path(&format!("picture{signal}.png"));
+        let render = slow_render(&scene, &picture);
+        let child = start_with_hangups(&["env", "--default-signal=HUP"], &render);
+        let output = stopped(child, &render, WORKING, (signal, code));
+        assert!(picture.exists(), "{signal}");
+        let said = stderr(&output);
+        assert!(said.contains("stopped; what was finished"), "{said}");
+    }
+    // Without a partial result nothing is left.
+    let out = folder.path("out.antumbra");
+    let large = folder.path("large.nff");
+    let made = antumbra(&["scene", "tetra", "--size", "8", "-o", text(&large)]);
+    assert_code(&made, 0);
+    let bake = ["bake", text(&large), "-o", text(&out)];
+    let child = start_with_hangups(&["env", "--default-signal=HUP"], &bake);
+    stopped(child, &bake, WORKING, ("-HUP", 129));
+    assert!(
+        !names(out.parent().unwrap())
+            .iter()
+            .any(|name| { name.ends_with(".antumbra") || name.starts_with('.') })
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn nohup_outlives_its_terminal() {
+    let folder = Folder::new();
+    let scene = scene(&folder, "tetra", "6");
+    let picture = folder.path("picture.png");
+    let render = slow_render(&scene, &picture);
+    let mut child = start_with_hangups(&["env", "--ignore-signal=HUP"], &render);
+    std::thread::sleep(Duration::from_millis(1500));
+    let pid = child.id().to_string();
+    let send = |signal: &str| Command::new("kill").args([signal, &pid]).status().unwrap();
+    assert!(send("-HUP").success());
+    std::thread::sleep(Duration::from_millis(1500));
+    let is_running = child.try_wait().unwrap().is_none();
+    assert!(is_running, "it ended with its terminal");
+    assert!(send("-TERM").success());
+    assert_code(&child.wait_with_output().unwrap(), 143);
+}
+
+/// A picture that takes minutes.
+fn slow_render<'a>(scene: &'a Path, picture: &'a Path) -> Vec<&'a str> {
+    #[rustfmt::skip]
+    let render = [
+        "render", text(scene), "-o", text(picture), "--spp", "65536", "--shadows", "naive", "--size", "64x64",
+    ];
+    render.to_vec()
+}
+
 #[test]
 fn render_leaves_the_partial_picture_even_within_a_pixel() {
     let folder = Folder::new();
     let scene = scene(&folder, "tetra", "6");
     let picture = folder.path("picture.png");
-    #[rustfmt::skip]
-    let render = [
-        "render",
-        text(&scene),
-        "-o",
-        text(&picture),
-        "--spp",
-        "65536",
-        "--shadows",
-        "naive",
-        "--size",
-        "64x64",
-    ];
+    let render = slow_render(&scene, &picture);
     let output = interrupted(&render, WORKING);
     assert!(picture.exists());
     assert!(

@@ -2,6 +2,7 @@
 
 mod attack;
 mod files;
+mod foreign;
 mod help;
 mod interrupts;
 mod kept;

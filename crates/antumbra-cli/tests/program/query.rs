@@ -289,9 +289,19 @@ fn points_on_surfaces_find_them() {
     let said = fine.refusal(&on_surface);
     assert!(said.contains("points.npy: point 0 is"), "{said}");
     assert!(said.contains("float32"), "{said}");
+    for bad in ["nan", "-1", "-inf", "1e999", "far"] {
+        let said = fine.refusal(&[&on_surface[..], &["--tolerance", bad]].concat());
+        assert!(
+            said.contains("zero or more, or inf for any distance"),
+            "{said}"
+        );
+    }
     let wide = [&on_surface[..], &["--tolerance", "1e-6"]].concat();
     assert_eq!(fine.answers(&wide, "(5,)"), [0, 1, 0, 1, 0]);
     assert!(!stderr(&fine.run(&wide)).contains("lie on surfaces"));
+    // Any distance, by the word that Python has for it; digits too large for a number are a slip.
+    let any = [&on_surface[..], &["--tolerance", "inf"]].concat();
+    assert_eq!(fine.answers(&any, "(5,)"), [0, 1, 0, 1, 0]);
     let needless = bench.refusal(&["--tolerance", "1"]);
     assert!(needless.contains("--on-surface"), "{needless}");
 }

@@ -321,7 +321,8 @@ impl Reader<'_> {
         *slot = Some(map);
     }
 
-    /// Reads a number that only looks depend on: `None`, with a warning, if it is not finite.
+    /// Reads a number that only looks depend on, or mostly: `None`, with a warning, if it is not finite, or no number
+    /// and no light passes by it.
     fn look(
         &mut self,
         statement: &Statement<'_>,
@@ -335,7 +336,21 @@ impl Reader<'_> {
             self.not_finite(statement, entity);
             return Ok(None);
         }
-        self.number(statement, entity).map(Some)
+        match self.number(statement, entity) {
+            // What passes light is not guessed: `Ni` tells glass.
+            Err(error) if entity == "Ni" => Err(error),
+            Err(_) => {
+                self.unread(statement, entity, "a number");
+                Ok(None)
+            }
+            Ok(number) => Ok(Some(number)),
+        }
+    }
+
+    /// Warns of a statement that makes no sense, where no shadow depends on it.
+    fn unread(&mut self, statement: &Statement<'_>, entity: &str, expected: &str) {
+        let message = format!("`{entity}` is not {expected}: ignored");
+        self.warnings.add(Place::Line(statement.line), message);
     }
 
     fn not_finite(&mut self, statement: &Statement<'_>, entity: &str) {
@@ -343,8 +358,8 @@ impl Reader<'_> {
         self.warnings.add(Place::Line(statement.line), message);
     }
 
-    /// Reads three numbers, or one for all three channels. A spectral curve or CIE coordinates
-    /// are not read: `None`.
+    /// Reads three numbers, or one for all three channels. A spectral curve, CIE coordinates, and what is no colour but
+    /// would change no shadow are not read: `None`, with a warning.
     fn color(
         &mut self,
         statement: &Statement<'_>,
@@ -365,17 +380,13 @@ impl Reader<'_> {
             self.not_finite(statement, entity);
             return Ok(None);
         }
-        let mut channels = [0.0; 3];
-        let mut count = 0;
-        for (channel, word) in channels.iter_mut().zip(statement.arguments()) {
-            *channel = self.parse(statement, word, entity, EXPECTED)?;
-            count += 1;
-        }
-        match count {
-            1 => channels = [channels[0]; 3],
-            3 => {}
-            _ => return Err(self.ended(statement, entity, EXPECTED)),
-        }
+        let channels = match self.channels(statement, entity, EXPECTED) {
+            Err(_) if entity != "Tf" => {
+                self.unread(statement, entity, EXPECTED);
+                return Ok(None);
+            }
+            channels => channels?,
+        };
         if channels.iter().any(|&c| c < 0.0) {
             self.warnings.add(
                 place,
@@ -383,6 +394,25 @@ impl Reader<'_> {
             );
         }
         Ok(Some(Color::from_array(channels.map(|c| c.max(0.0)))))
+    }
+
+    fn channels(
+        &self,
+        statement: &Statement<'_>,
+        entity: &'static str,
+        expected: &'static str,
+    ) -> Result<[f64; 3], ReadError> {
+        let mut channels = [0.0; 3];
+        let mut count = 0;
+        for (channel, word) in channels.iter_mut().zip(statement.arguments()) {
+            *channel = self.parse(statement, word, entity, expected)?;
+            count += 1;
+        }
+        match count {
+            1 => Ok([channels[0]; 3]),
+            3 => Ok(channels),
+            _ => Err(self.ended(statement, entity, expected)),
+        }
     }
 
     /// Reads one number; `-halo` before it is skipped.

@@ -21,6 +21,12 @@ pub enum WriteError {
         #[source]
         source: io::Error,
     },
+    /// A file of somebody else is where a file beside the scene goes.
+    #[error("{}: antumbra did not write this file, and it would be overwritten; choose another name for the scene or move it", .path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
     /// The name does not end like a format that is written.
     #[error("{}: no writer for this name; expected one that ends in .nff, .obj, .ply or .glb", .path.display())]
     UnknownFormat {

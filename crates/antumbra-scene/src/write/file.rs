@@ -5,9 +5,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{error::Place, model::Scene, warning::Warning};
+use antumbra_files::Place;
 
-use super::{Precision, WriteError, obj::library_name, write_glb, write_nff, write_obj, write_ply};
+use crate::{error, model::Scene, warning::Warning};
+
+use super::{
+    LIBRARY_MARK, Precision, WriteError, obj::library_name, write_glb, write_nff, write_obj,
+    write_ply,
+};
 
 /// Writes a scene; the ending of the name chooses the format: `.nff`, `.obj` (with a material
 /// library of the same name and the ending `.mtl` beside it; what OBJ cannot say in a name becomes `_`), `.ply` or
@@ -19,7 +24,7 @@ use super::{Precision, WriteError, obj::library_name, write_glb, write_nff, writ
 ///
 /// # Errors
 /// The name has no known ending, the format cannot say something that matters (spheres in a mesh
-/// format, coloured glass in NFF), or the file system refuses.
+/// format, coloured glass in NFF), the material library of somebody else is in the way, or the file system refuses.
 ///
 /// # Example
 /// ```
@@ -58,6 +63,9 @@ pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError
             return Err(WriteError::UnknownFormat { path });
         }
     };
+    if let Some((path, _)) = &library {
+        check_library(path)?;
+    }
     let files = library.into_iter().chain([(path.to_path_buf(), bytes)]);
     for (path, bytes) in files {
         antumbra_files::write_bytes(&path, &bytes)
@@ -65,10 +73,20 @@ pub fn write_file(scene: &Scene, path: &Path) -> Result<Vec<Warning>, WriteError
     }
     let note = |message| Warning {
         file: path.to_path_buf(),
-        place: Place::Whole,
+        place: error::Place::Whole,
         message,
     };
     Ok(notes.into_iter().map(note).collect())
+}
+
+/// Refuses to overwrite a material library that somebody else wrote: its name was not chosen, but follows.
+fn check_library(path: &Path) -> Result<(), WriteError> {
+    let is_file = matches!(Place::of(path), Ok(Place::File));
+    if !is_file || antumbra_files::is_own(path, LIBRARY_MARK).unwrap_or(false) {
+        return Ok(());
+    }
+    let path = path.to_path_buf();
+    Err(WriteError::Foreign { path })
 }
 
 /// Returns the files that [`write_file`] writes for a path: the path, and for OBJ the material library beside it.

@@ -16,5 +16,5 @@ pub use file::{files_of, write_file};
 pub use glb::write_glb;
 pub use nff::write_nff;
 pub use number::Precision;
-pub use obj::write_obj;
+pub use obj::{LIBRARY_MARK, write_obj};
 pub use ply::write_ply;

@@ -21,6 +21,9 @@ use super::{
     mesh::{Keeps, left_out, meshes},
 };
 
+/// First line of every material library that is written, so that one written by somebody else is known.
+pub const LIBRARY_MARK: &str = "# written by antumbra";
+
 /// Writes a scene as OBJ to `out` and its materials as MTL to `library_out`. `library` is the name
 /// of the latter for `mtllib`. Returns what OBJ has no place for, or what had to be changed, one
 /// sentence each.
@@ -57,6 +60,7 @@ pub fn write_obj(
     let mut notes = left_out(scene, keeps);
     let meshes = meshes(scene, "OBJ")?;
     let names = material_names(scene, &mut notes);
+    writeln!(library_out, "{LIBRARY_MARK}")?;
     for (material, name) in scene.materials.iter().zip(&names) {
         write_material(material, name, precision, library_out, &mut notes)?;
     }

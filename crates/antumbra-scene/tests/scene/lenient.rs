@@ -77,12 +77,14 @@ fn latin_1_in_comments_of_nff() {
 
 #[test]
 fn normals_of_obj_that_are_not_finite() {
-    let text = format!("{TRIANGLE}vn nan nan nan\nvn 0 0 1\nvn -1.#IND 0 inf\nf 1//1 2//2 3//3");
+    let text = format!(
+        "{TRIANGLE}vn nan nan nan\nvn 0 0 1\nvn -1.#IND 0 inf\nvn 0 x 1\nvn 1\nf 1//1 2//2 3//3"
+    );
     let loaded = obj(&text, "").unwrap();
     assert_eq!(
         warnings(&loaded),
         [
-            "a.obj:4: a normal is not finite or exceeds 2^100: none is used (2 times; this is the first)"
+            "a.obj:4: a normal is no 3 finite numbers of at most 2^100: none is used (4 times; this is the first)"
         ]
     );
     assert_eq!(mesh(&loaded).normals, [DVec3::ZERO, DVec3::Z, DVec3::ZERO]);

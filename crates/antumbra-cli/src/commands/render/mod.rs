@@ -46,7 +46,7 @@ pub(crate) fn run(
     let meant = Meant::of(typed, format, &lit.scene, screen)?;
     // What depends on the scene: frames and layers.
     for (option, path) in meant.more_files(typed, &lit.scene) {
-        outputs.add(option, &path, Content::Picture)?;
+        outputs.add_made(option, &path, Content::Picture)?;
     }
     outputs.spare(&lit.files)?;
     typed.kept.spare(&outputs)?;

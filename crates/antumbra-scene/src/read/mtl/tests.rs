@@ -137,12 +137,34 @@ fn what_is_not_used_is_said_once() {
 }
 
 #[test]
-fn garbled_numbers_are_refused_with_their_line() {
+fn garbled_numbers_that_pass_light_are_refused_with_their_line() {
     assert!(
-        refusal("newmtl a\nKd 1 x 1")
-            .starts_with("a.mtl:2: in `Kd`: expected 3 numbers (red, green, blue), found `x`")
+        refusal("newmtl a\nTf 1 x 1")
+            .starts_with("a.mtl:2: in `Tf`: expected 3 numbers (red, green, blue), found `x`")
     );
-    assert!(refusal("newmtl a\nKd 1 1").contains("found the end of the line"));
-    assert!(refusal("newmtl a\n\nNs").starts_with("a.mtl:3: in `Ns`: expected a number"));
+    assert!(refusal("newmtl a\nTf 1 1").contains("found the end of the line"));
+    assert!(refusal("newmtl a\n\nNi").starts_with("a.mtl:3: in `Ni`: expected a number"));
     assert!(refusal("d nan").starts_with("a.mtl:1: in `d`: expected a number, found `nan`"));
+    assert!(refusal("illum x").starts_with("a.mtl:1: in `illum`: expected a number"));
+}
+
+/// A scan's comma for a point, a name for a colour: no reason to refuse a scene.
+#[test]
+fn garbled_looks_are_told_and_ignored() {
+    let library = read("newmtl a\nKd 0,8 0,8 0,8\nKs red\nKe 1 1\nNs\nKd\nNs x\n");
+    let plain = Material {
+        name: "a".into(),
+        ..Material::default()
+    };
+    assert_eq!(library.materials["a"].material, plain);
+    let said: Vec<String> = library.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        said,
+        [
+            "a.mtl:2: `Kd` is not 3 numbers (red, green, blue): ignored (2 times; this is the first)",
+            "a.mtl:3: `Ks` is not 3 numbers (red, green, blue): ignored",
+            "a.mtl:4: `Ke` is not 3 numbers (red, green, blue): ignored",
+            "a.mtl:5: `Ns` is not a number: ignored (2 times; this is the first)",
+        ]
+    );
 }

@@ -41,7 +41,7 @@ use super::{
 /// as 17 bytes of text; no real file comes near this number.
 const MOST_PARTS: usize = 1 << 20;
 /// What is said about normals that are not finite.
-const BAD_NORMAL: &str = "a normal is not finite or exceeds 2^100: none is used";
+const BAD_NORMAL: &str = "a normal is no 3 finite numbers of at most 2^100: none is used";
 /// Statements of the format that are not supported.
 const UNSUPPORTED: [(&str, &[&str]); 3] = [
     ("points and lines (`p`, `l`) are not read", &["p", "l"]),
@@ -170,12 +170,16 @@ impl Reader<'_> {
             "v" => self.read_position(statement)?,
             "vn" => {
                 let mut words = statement.arguments();
-                let normal = self.point(statement, &mut words, "vn", "3 numbers (a normal)")?;
-                if Corners::of([normal].into_iter()) == Corners::Fine {
-                    self.normals.push(normal);
-                } else {
-                    self.warnings.add(Place::Line(statement.line), BAD_NORMAL);
-                    self.normals.push(DVec3::ZERO);
+                let normal = self.point(statement, &mut words, "vn", "3 numbers (a normal)");
+                match normal {
+                    Ok(normal) if Corners::of([normal].into_iter()) == Corners::Fine => {
+                        self.normals.push(normal);
+                    }
+                    // No shadow depends on it; the numbers of those behind do.
+                    _ => {
+                        self.warnings.add(Place::Line(statement.line), BAD_NORMAL);
+                        self.normals.push(DVec3::ZERO);
+                    }
                 }
             }
             "vt" => self.read_uv(statement),
@@ -350,6 +354,11 @@ impl Reader<'_> {
         open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     ) -> Result<(), ReadError> {
         let whole = statement.name();
+        if whole.is_empty() {
+            let message = "`mtllib` names no material library: grey is used".to_owned();
+            self.warnings.add(Place::Line(statement.line), message);
+            return Ok(());
+        }
         if !self.libraries.insert(plain_path(whole)) {
             return Ok(());
         }

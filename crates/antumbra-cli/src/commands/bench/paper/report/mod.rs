@@ -21,21 +21,20 @@ use super::figures::Figures;
 use super::scenes::PaperScene;
 use super::tables;
 use crate::failure::Failure;
-use crate::outputs::{self, Content, Outputs};
+use crate::outputs::{self, Content, Outputs, SUMMARY_MARK};
 use findings::Findings;
 use pictures::ScenePictures;
 
 const PAGE: &str = "index.html";
 const SUMMARY: &str = "README.md";
 
-/// Makes the folder if it is not there, and adds the files to those that are written.
+/// Makes the folder if it is not there, and adds the files to those that are written. A page or summary of somebody
+/// else is refused.
 pub(super) fn prepare(folder: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::system(format!("cannot make {}: {error}", folder.display())))?;
-    for name in [PAGE, SUMMARY] {
-        outputs.add("--html", &folder.join(name), Content::Page)?;
-    }
-    Ok(())
+    outputs.add_made("--html", &folder.join(PAGE), Content::Page)?;
+    outputs.add_made("--html", &folder.join(SUMMARY), Content::Summary)
 }
 
 /// Writes page and summary into a folder.
@@ -59,7 +58,7 @@ fn summary(figures: &Figures, findings: &Findings) -> String {
     let mut parts = vec![
         "# The paper's tables, measured again".to_owned(),
         format!(
-            "Made by `antumbra bench paper --html docs/report`; the same with pictures and plots is in \
+            "{SUMMARY_MARK} paper --html docs/report`; the same with pictures and plots is in \
              [index.html](index.html).\n\n{}.\n",
             figures.head.text()
         ),

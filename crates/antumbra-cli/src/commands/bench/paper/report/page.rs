@@ -2,6 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::outputs::PAGE_MARK;
+
 use super::super::figures::{Figures, SceneFigures, Sweep};
 use super::super::table::Table;
 use super::super::tables::{self, percent};
@@ -21,6 +23,7 @@ pub(super) fn page(figures: &Figures, findings: &Findings, pictures: &[ScenePict
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="generator" content={ (PAGE_MARK) " paper" };
                 title { "Voxel occlusion testing, measured again" }
                 link rel="icon" href="data:,";
                 style { (PreEscaped(STYLE)) }
