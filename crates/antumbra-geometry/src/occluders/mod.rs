@@ -7,6 +7,7 @@
 
 mod build;
 mod identity;
+mod indexed;
 mod nearest;
 mod query;
 mod rounding;
