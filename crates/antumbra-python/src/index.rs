@@ -31,6 +31,12 @@ use crate::work::{Progress, stoppable, watched};
 const BLOCKS: usize = 64;
 const SMALLEST_BLOCK: usize = 1 << 16;
 
+/// Returns the points of a block: a multiple of 8, so that no two share a byte of bits.
+fn block_length(count: usize) -> usize {
+    let length = count.div_ceil(BLOCKS).max(SMALLEST_BLOCK);
+    length.next_multiple_of(8)
+}
+
 /// How an index is made.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -243,6 +249,7 @@ impl ShadowIndex {
     }
 
     /// Answers for segments: uint8, shape (points,).
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn occluded_segments<'py>(
         &self,
         py: Python<'py>,
@@ -251,20 +258,23 @@ impl ShadowIndex {
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
         tolerance: Option<f64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
         let named = Named {
             surfaces,
             tolerance,
+            progress: Progress::new(progress),
         };
         match (&a, &b) {
-            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, named, true, threads),
-            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, named, true, threads),
+            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, &named, true, threads),
+            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, &named, true, threads),
             _ => Err(of_two_types("a and b")),
         }
     }
 
     /// Answers for rays: uint8, shape (rays,).
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn occluded_rays<'py>(
         &self,
         py: Python<'py>,
@@ -273,18 +283,20 @@ impl ShadowIndex {
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
         tolerance: Option<f64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
         let named = Named {
             surfaces,
             tolerance,
+            progress: Progress::new(progress),
         };
         match (&origins, &directions) {
             (Rows::Double(origins), Rows::Double(directions)) => {
-                self.towards(py, origins, directions, named, false, threads)
+                self.towards(py, origins, directions, &named, false, threads)
             }
             (Rows::Single(origins), Rows::Single(directions)) => {
-                self.towards(py, origins, directions, named, false, threads)
+                self.towards(py, origins, directions, &named, false, threads)
             }
             _ => Err(of_two_types("origins and directions")),
         }
@@ -398,7 +410,7 @@ impl ShadowIndex {
         py: Python<'py>,
         points: &PyReadonlyArray2<'py, T>,
         targets: &PyReadonlyArray2<'py, T>,
-        named: Named<'_>,
+        named: &Named<'_>,
         are_ends: bool,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray1<u8>>>
@@ -418,16 +430,34 @@ impl ShadowIndex {
         let out = PyArray1::<u8>::zeros(py, points.len(), false);
         let mut writable = out.readwrite();
         let answers = writable.as_slice_mut()?;
-        let batch = meant.batch(points);
-        let towards = if are_ends {
-            Towards::Points(targets)
-        } else {
-            Towards::Directions(targets)
+        let progress = &named.progress;
+        let block = match progress.is_told() {
+            true => block_length(points.len()),
+            false => points.len().max(1),
         };
-        let answered = stoppable(py, threads, |_| {
-            self.index.occluded_towards(&batch, towards, answers)
+        let answered = watched(py, threads, progress, |_| {
+            let mut sum = BatchCounters::default();
+            for (number, answers) in answers.chunks_mut(block).enumerate() {
+                let part = number * block..number * block + answers.len();
+                let towards = match are_ends {
+                    true => Towards::Points(&targets[part.clone()]),
+                    false => Towards::Directions(&targets[part.clone()]),
+                };
+                let (first, end) = (part.start, part.end);
+                let meant = meant.part(part.clone());
+                let batch = meant.batch(&points[part]);
+                let counted = self.index.occluded_towards(&batch, towards, answers);
+                let counted = counted.map_err(|error| (first, error))?;
+                sum.counters.add(&counted.counters);
+                sum.facing_away += counted.facing_away;
+                progress.note("answering", end as u64, points.len() as u64);
+            }
+            Ok(sum)
         })?;
-        self.count(&answered.map_err(|error| meant.error(&self.index, points, (0, &error)))?);
+        let counted = answered.map_err(|(first, error): (usize, BatchError)| {
+            meant.error(&self.index, points, (first, &error))
+        })?;
+        self.count(&counted);
         drop(writable);
         Ok(out)
     }
@@ -446,10 +476,10 @@ struct Ask<'a> {
 }
 
 /// The surfaces that the starts of segments and rays name, perhaps.
-#[derive(Clone, Copy)]
 struct Named<'a> {
     surfaces: Option<&'a [u32]>,
     tolerance: Option<f64>,
+    progress: Progress,
 }
 
 impl Ask<'_> {
@@ -465,8 +495,7 @@ impl Ask<'_> {
     {
         let index = &self.index.index;
         let (count, light_count) = (points.len(), self.lights.len());
-        let block = count.div_ceil(BLOCKS).max(SMALLEST_BLOCK);
-        let block = block.next_multiple_of(8);
+        let block = block_length(count);
         let mut sum = BatchCounters::default();
         for first in (0..count).step_by(block) {
             let end = count.min(first + block);

@@ -263,7 +263,7 @@ impl ShadowIndex {
     /// ```
     /// # use std::sync::Arc;
     /// # use antumbra::{Batch, ShadowIndex};
-    /// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere};
+    /// # use antumbra::{DVec3, LightShape, Occluders, Opacity, Sphere};
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
     /// # builder.add_face(&floor.map(|(x, y)| DVec3::new(x, y, 0.0)), Opacity::Opaque)?;

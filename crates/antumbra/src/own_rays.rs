@@ -46,7 +46,7 @@ pub trait AnyHit: Sync {
 /// ```
 /// # use std::sync::Arc;
 /// use antumbra::{AnyHit, Counters, Decided, Method, ShadowIndex};
-/// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
+/// # use antumbra::{DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
 /// struct Scene {/* a renderer's own */}
 ///
 /// impl AnyHit for Scene {

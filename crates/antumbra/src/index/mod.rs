@@ -58,8 +58,7 @@ pub(crate) const LARGEST: f64 = 1.2676506002282294e30;
 ///
 /// ```
 /// use std::sync::Arc;
-/// use antumbra::{Counters, Shadow, ShadowIndex};
-/// use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+/// use antumbra::{Counters, DVec3, LightShape, Occluders, Opacity, Shadow, ShadowIndex, Sphere, Start, SurfaceId};
 ///
 /// // A ball over a square floor, lit from above.
 /// let mut builder = Occluders::builder();
