@@ -121,8 +121,8 @@ class ShadowIndex(Questions):
             `trimesh.Scene`.
         lights: One light or many; queries name them by their place here. By default the scene's.
         method: How queries are answered. `"voxel"`, the default, keeps values in voxels, and lists of the few
-            surfaces that may block; it alone can be saved, and is pickled with what it knows. `"auto"` makes an exact
-            shadow map of each light where that pays; `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
+            surfaces that may block. `"auto"` makes an exact shadow map of each light where that pays. Both can be saved,
+            and are pickled with what they know. `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
             the method of the paper; `"naive"` tests every surface: the reference. All give the same answers.
         refine: When `"voxel"` computes its values, and `"auto"` its maps: `"lazy"`, while queries are answered, where it is predicted to
             save time; `"eager"`, all of them now; `"asked"`, at the first query of each voxel.
@@ -198,7 +198,7 @@ class ShadowIndex(Questions):
         scene: SceneLike,
         lights: Light | Sequence[Light] | None = None,
         *,
-        method: Literal["voxel"] = "voxel",
+        method: Literal["auto", "voxel"] = "voxel",
         refine: Literal["lazy", "eager", "asked"] = "lazy",
         resolution: int = 2048,
         memory: int = 512 << 20,
@@ -213,7 +213,7 @@ class ShadowIndex(Questions):
             path: A file that `save` wrote for the same surfaces, with the same `resolution`.
             scene: As of the class, like all that follow.
             lights: The lights.
-            method: The one that keeps values.
+            method: The one whose knowledge is in the file; `"auto"` takes either.
             refine: When values are computed that the file does not have.
             resolution: Finest voxels.
             memory: Bytes of values.
@@ -239,7 +239,7 @@ class ShadowIndex(Questions):
     def save(self, path: str | os.PathLike[str], *, progress: Progress = None) -> int:
         """Writes what is known of all lights to a file, for `occlusion`, whole or not at all.
 
-        Only the method `"voxel"` knows something. With `refine="eager"` it is everything, else what the queries so
+        Only the methods `"auto"` and `"voxel"` know something. With `refine="eager"` it is everything, else what the queries so
         far have paid for. Queries may be answered meanwhile. Only a file of such values is replaced, or an empty one.
 
         Args:
@@ -310,8 +310,8 @@ class ShadowIndex(Questions):
         return _index_of_parts, (self._scene, self._native.lights, self._settings, self._known())
 
     def _known(self) -> bytes | None:
-        """Returns what `save` writes; `None` for methods that keep no values."""
-        if self._settings["method"] != "voxel":
+        """Returns what `save` writes; `None` for methods that keep nothing."""
+        if self._settings["method"] not in ("auto", "voxel"):
             return None
         with tempfile.TemporaryDirectory(prefix="antumbra-") as folder:
             path = os.path.join(folder, "known.antumbra")

@@ -202,7 +202,8 @@ def install() -> None:
     """
     from trimesh.ray import has_embree, ray_pyembree, ray_triangle
 
-    for module in (ray_triangle, ray_pyembree) if has_embree else (ray_triangle,):
+    modules: list[Any] = [ray_triangle, ray_pyembree] if has_embree else [ray_triangle]
+    for module in modules:
         _replaced.setdefault(module, module.RayMeshIntersector)
         module.RayMeshIntersector = RayMeshIntersector
 
