@@ -5,9 +5,8 @@ import antumbra
 import numpy as np
 
 vertices = np.array([[-1, -1, 1], [1, -1, 1], [0, 1, 1]], dtype=np.float32)
-scene = antumbra.Scene.from_arrays(vertices, [[0, 1, 2]])
-index = antumbra.ShadowIndex(scene, [antumbra.PointLight((0, 0, 3))])
-assert index.occluded([[0, 0, 0], [9, 0, 0]]).tolist() == [True, False]
+index = antumbra.ShadowIndex((vertices, [[0, 1, 2]]), antumbra.PointLight((0, 0, 3)))
+assert index.occluded_at([[0, 0, 0], [9, 0, 0]], 0).tolist() == [True, False]
 ```
 
 Answers are exact: `EXACTNESS.md` in the repository defines each of them for the given numbers, taken as real
@@ -22,7 +21,7 @@ from types import ModuleType
 from ._antumbra import version as _version
 from ._warning import AntumbraWarning
 from .index import ShadowIndex, Volume
-from .lights import DirectionalLight, Light, PointLight, SpotLight
+from .lights import DirectionalLight, Light, PointLight, SpotLight, Sun
 from .picture import Camera, Picture, render
 from .scene import Scene
 
@@ -38,6 +37,7 @@ __all__ = [
     "Scene",
     "ShadowIndex",
     "SpotLight",
+    "Sun",
     "Volume",
     "__version__",
     "render",

@@ -8,11 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import Reals
+from ._progress import Told
 from .index import KeptLight, Settings, Stats
 from .lights import LightTuple
 from .picture import PictureSettings
 
-__all__ = ["Scene", "ShadowIndex", "all_hits", "nearest_hits", "render", "run", "towards_sun", "version", "write_png"]
+__all__ = ["Scene", "ShadowIndex", "all_hits", "nearest_hits", "render", "run", "to_srgb", "towards_sun", "version", "write_exr", "write_png"]
 
 _Vector: TypeAlias = Sequence[float]
 _Camera: TypeAlias = tuple[_Vector, _Vector, _Vector, float]
@@ -47,7 +48,12 @@ class Scene:
 @final
 class ShadowIndex:
     def __new__(
-        cls, scene: Scene, lights: list[LightTuple], settings: Settings, occlusion: str | None
+        cls,
+        scene: Scene,
+        lights: list[LightTuple],
+        settings: Settings,
+        occlusion: str | None,
+        progress: Told | None,
     ) -> ShadowIndex: ...
     @property
     def lights(self) -> list[LightTuple]: ...
@@ -62,6 +68,7 @@ class ShadowIndex:
         was_single: bool,
         is_packed: bool,
         threads: int,
+        progress: Told | None,
     ) -> npt.NDArray[np.uint8]: ...
     def occluded_segments(
         self,
@@ -70,6 +77,7 @@ class ShadowIndex:
         face_ids: npt.NDArray[np.uint32] | None,
         tolerance: float | None,
         threads: int,
+        progress: Told | None,
     ) -> npt.NDArray[np.uint8]: ...
     def occluded_rays(
         self,
@@ -78,6 +86,7 @@ class ShadowIndex:
         face_ids: npt.NDArray[np.uint32] | None,
         tolerance: float | None,
         threads: int,
+        progress: Told | None,
     ) -> npt.NDArray[np.uint8]: ...
     def suspicious_share(self, points: Reals) -> tuple[int, int] | None: ...
     def save(self, path: str) -> tuple[int, int]: ...
@@ -109,6 +118,7 @@ def render(
     picture: PictureSettings,
     settings: Settings,
     occlusion: str | None,
+    progress: Told | None,
 ) -> tuple[
     npt.NDArray[np.float32],
     npt.NDArray[np.float32],
@@ -118,6 +128,15 @@ def render(
     float,
     dict[str, int],
 ]: ...
+def to_srgb(colours: npt.NDArray[np.float32], stops: float) -> npt.NDArray[np.uint8]: ...
+def write_exr(
+    path: str,
+    colours: npt.NDArray[np.float32],
+    light_names: Sequence[str],
+    shadow: npt.NDArray[np.float32],
+    decided: npt.NDArray[np.float32],
+    read: Sequence[Path],
+) -> None: ...
 def write_png(path: str, colours: npt.NDArray[np.float32], stops: float, read: Sequence[Path]) -> None: ...
 def towards_sun(azimuth_degrees: float, elevation_degrees: float, up: _Vector) -> list[float]: ...
 def run(command_line: list[str]) -> int: ...

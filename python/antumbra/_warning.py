@@ -24,7 +24,10 @@ def warn_of_surfaces(name: str, share: tuple[int, int] | None, remedy: str) -> N
     if share is None:
         return
     on_surface, looked_at = share
+    percent = 100 * on_surface // looked_at
+    verb = "Call" if remedy.startswith("occluded") else "Give"
     warn(
-        f"{name}: {on_surface} of {looked_at} that were looked at lie on surfaces, but are answered as points of space: "
-        f"rounding may put them into the shadow of the surface that they lie on. Give {remedy} for points of surfaces"
+        f"{name}: {on_surface} of {looked_at} that were looked at ({percent} %) lie on surfaces, but are answered as "
+        "points of space: rounding may put them into the shadow of the surface that they lie on. "
+        f"{verb} {remedy} for points of surfaces"
     )

@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import numbers, places, reach, rows, rows_like, thread_count, whole
-from ._warning import warn_of_surfaces
+from ._arrays import thread_count, whole
+from ._progress import Progress, told
+from ._questions import Questions
 from .lights import Light, LightTuple, light_of, tuples_of
-from .scene import Scene
+from .scene import Scene, SceneLike, scene_of
 
 MOST_VALUE_BYTES = 4 << 30
 
@@ -112,22 +113,16 @@ def settings(
     }
 
 
-def _reach(tolerance: float | None, face_ids: npt.NDArray[np.uint32] | None) -> float | None:
-    """Checks the tolerance of the starts of segments or rays."""
-    if tolerance is not None and face_ids is None:
-        raise ValueError("tolerance: only points with face_ids have one")
-    return reach(tolerance)
-
-
-class ShadowIndex:
+class ShadowIndex(Questions):
     """A static scene's surfaces and lights, ready for shadow queries.
 
     Args:
-        scene: The surfaces.
-        lights: The lights; queries name them by their place here. By default the scene's.
+        scene: The surfaces: a `Scene`, a pair of vertices (n, 3) and faces (m, 3), a `trimesh.Trimesh` or a
+            `trimesh.Scene`.
+        lights: One light or many; queries name them by their place here. By default the scene's.
         method: How queries are answered. `"voxel"`, the default, keeps values in voxels, and lists of the few
-            surfaces that may block; it alone can be saved, and is pickled with what it knows. `"auto"` makes an exact
-            shadow map of each light where that pays; `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
+            surfaces that may block. `"auto"` makes an exact shadow map of each light where that pays. Both can be saved,
+            and are pickled with what they know. `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
             the method of the paper; `"naive"` tests every surface: the reference. All give the same answers.
         refine: When `"voxel"` computes its values, and `"auto"` its maps: `"lazy"`, while queries are answered, where it is predicted to
             save time; `"eager"`, all of them now; `"asked"`, at the first query of each voxel.
@@ -142,6 +137,15 @@ class ShadowIndex:
         threads: Threads that build it; 0 for one a processor.
         occlusion: A file that `save` wrote for the same surfaces, with the same `resolution`: what it has of each
             light is taken; other lights are made as without a file (`kept_lights`).
+        progress: `True` for a line on the standard error stream, or a callable that is called with a stage's name, its
+            steps that are done and all of them. It may raise to end the work.
+
+    | to ask about | call |
+    |---|---|
+    | points on faces whose numbers you know | `occluded_on_faces` |
+    | points on surfaces that are not named | `occluded_near` |
+    | points of space | `occluded_at` |
+    | pairs of points, rays | `occluded_segments`, `occluded_rays` |
 
     Raises:
         MemoryError: More than `memory_limit` would be needed.
@@ -154,14 +158,12 @@ class ShadowIndex:
     Ctrl-C ends building and every long call; an index can be asked again after that.
     """
 
-    _native: _antumbra.ShadowIndex
-    _scene: Scene
     _settings: Settings
 
     def __init__(
         self,
-        scene: Scene,
-        lights: Sequence[Light] | None = None,
+        scene: SceneLike,
+        lights: Light | Sequence[Light] | None = None,
         *,
         method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
         refine: Literal["lazy", "eager", "asked"] = "lazy",
@@ -171,9 +173,9 @@ class ShadowIndex:
         grid: int | Sequence[int] | None = None,
         threads: int = 0,
         occlusion: str | os.PathLike[str] | None = None,
+        progress: Progress = None,
     ) -> None:
-        if not isinstance(scene, Scene):
-            raise TypeError(f"scene: expected antumbra.Scene, found {type(scene).__name__}")
+        scene = scene_of(scene)
         made = settings(
             method=method,
             refine=refine,
@@ -185,22 +187,64 @@ class ShadowIndex:
         )
         tuples = scene._native.lights if lights is None else tuples_of(lights)
         path = None if occlusion is None else os.fsdecode(occlusion)
-        self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path)
+        self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path, told(progress))
         self._scene = scene
         self._settings = made
 
     @classmethod
     def load(
-        cls, path: str | os.PathLike[str], scene: Scene, lights: Sequence[Light] | None = None, **how: Any
+        cls,
+        path: str | os.PathLike[str],
+        scene: SceneLike,
+        lights: Light | Sequence[Light] | None = None,
+        *,
+        method: Literal["auto", "voxel"] = "voxel",
+        refine: Literal["lazy", "eager", "asked"] = "lazy",
+        resolution: int = 2048,
+        memory: int = 512 << 20,
+        memory_limit: int | None = None,
+        grid: int | Sequence[int] | None = None,
+        threads: int = 0,
+        progress: Progress = None,
     ) -> ShadowIndex:
-        """Makes an index with the values of a file: `ShadowIndex(scene, lights, occlusion=path, **how)`."""
-        return cls(scene, lights, occlusion=path, **how)
+        """Returns an index with the values of a file: `ShadowIndex(scene, lights, occlusion=path, ...)`.
 
-    def save(self, path: str | os.PathLike[str]) -> int:
+        Args:
+            path: A file that `save` wrote for the same surfaces, with the same `resolution`.
+            scene: As of the class, like all that follow.
+            lights: The lights.
+            method: The one whose knowledge is in the file; `"auto"` takes either.
+            refine: When values are computed that the file does not have.
+            resolution: Finest voxels.
+            memory: Bytes of values.
+            memory_limit: Bytes of the index.
+            grid: Voxels of the uniform grid.
+            threads: Threads that work.
+            progress: What is told how far it is.
+        """
+        return cls(
+            scene,
+            lights,
+            method=method,
+            refine=refine,
+            resolution=resolution,
+            memory=memory,
+            memory_limit=memory_limit,
+            grid=grid,
+            threads=threads,
+            occlusion=path,
+            progress=progress,
+        )
+
+    def save(self, path: str | os.PathLike[str], *, progress: Progress = None) -> int:
         """Writes what is known of all lights to a file, for `occlusion`, whole or not at all.
 
-        Only the method `"voxel"` knows something. With `refine="eager"` it is everything, else what the queries so
+        Only the methods `"auto"` and `"voxel"` know something. With `refine="eager"` it is everything, else what the queries so
         far have paid for. Queries may be answered meanwhile. Only a file of such values is replaced, or an empty one.
+
+        Args:
+            path: The file.
+            progress: As of the class: here before and after the writing.
 
         Returns:
             The bytes of the file.
@@ -209,7 +253,13 @@ class ShadowIndex:
             OSError: The file cannot be written; a link is not written to.
             ValueError: The method keeps no values, or something else is at the path.
         """
-        return self._native.save(os.fsdecode(path))[0]
+        tell = told(progress)
+        if tell is not None:
+            tell("saving", 0, 1)
+        bytes_written = self._native.save(os.fsdecode(path))[0]
+        if tell is not None:
+            tell("saving", 1, 1)
+        return bytes_written
 
     @property
     def kept_lights(self) -> list[KeptLight]:
@@ -241,152 +291,6 @@ class ShadowIndex:
         """The lights, in the order of their numbers."""
         return [light_of(parts) for parts in self._native.lights]
 
-    def occluded(
-        self,
-        points: Any,
-        light_index: int | Sequence[int] | npt.NDArray[np.integer[Any]] = 0,
-        normals: Any = None,
-        face_ids: Any = None,
-        on_surface: bool = False,
-        *,
-        tolerance: float | None = None,
-        packed: bool = False,
-        threads: int = 0,
-    ) -> npt.NDArray[np.bool_] | npt.NDArray[np.uint8]:
-        """Answers for each point whether an opaque surface stands between it and a light.
-
-        What is asked depends on what is known of the points:
-
-        * nothing: they are **points of space**, taken as given. A point that lies on a surface up to rounding may
-          then be in that surface's shadow: where many do, an `AntumbraWarning` says so;
-        * `normals`: points of space that face somewhere. Blocked is also a light that is not strictly on the
-          normal's side;
-        * `face_ids`: points **on those surfaces**, up to rounding, also that to float32. The start is moved onto
-          the surface exactly, nothing is offset, and the surface does not block its own points;
-        * `on_surface`: points on surfaces that are not named: each is on the nearest, which is looked for first.
-          `normals`, if given, choose among surfaces that are as near. It is slower than `face_ids`.
-
-        Args:
-            points: Shape (n, 3), float32 or float64, world space, finite.
-            light_index: A light's place, or a sequence of them.
-            normals: Shape (n, 3), any length; zero faces no light.
-            face_ids: Shape (n,), integers: numbers of the scene's surfaces.
-            on_surface: Whether the points lie on surfaces that are not named.
-            tolerance: How far points may be from their surface, world units, `math.inf` for any distance. By default
-                as far as rounding may have moved them: with `on_surface` 2^-42 of the coordinates of the point and
-                the surface, or 2^-21 where the points are float32; with `face_ids` 2^-21.
-            packed: Whether to return bits.
-            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
-
-        Returns:
-            True where the light is blocked: shape (n,), or (n, lights) for a sequence of lights. With `packed`
-            uint8, eight points a byte, the first in the lowest bit: the bytes of
-            `np.packbits(answers, axis=0, bitorder="little")`.
-
-        Raises:
-            ValueError: A shape does not fit, a number is not finite, a point is on no surface, or not on the face that
-                it names.
-            TypeError: A dtype does not fit.
-            IndexError: A light or a surface does not exist.
-
-        Arrays are not copied where they are in C order and of a dtype named above. The interpreter's lock is
-        released, and Ctrl-C ends the call. Do not change the arrays meanwhile: answers would be to either.
-        """
-        places_of_points = rows("points", points)
-        was_single = places_of_points.dtype == np.float32
-        lights, is_one = places("light_index", light_index, len(self._native.lights), "lights")
-        directions = None
-        if normals is not None:
-            places_of_points, directions = rows_like("normals", normals, "points", places_of_points)
-        ids = None
-        if face_ids is not None:
-            if normals is not None or on_surface:
-                raise ValueError("face_ids say where points are: give them without normals and on_surface")
-            shape = (len(places_of_points),)
-            ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
-        if tolerance is not None and not on_surface and ids is None:
-            raise ValueError("tolerance: only points with face_ids or on_surface=True have one")
-        answers = self._native.occluded(
-            places_of_points,
-            lights,
-            directions,
-            ids,
-            bool(on_surface),
-            reach(tolerance),
-            was_single,
-            bool(packed),
-            thread_count(threads),
-        )
-        if ids is None and not on_surface:
-            warn_of_surfaces("points", self._native.suspicious_share(places_of_points), "on_surface=True or face_ids")
-        if packed:
-            return answers[0] if is_one else answers.T
-        return (answers[:, 0] if is_one else answers).view(np.bool_)
-
-    def occluded_segments(
-        self, a: Any, b: Any, face_ids: Any = None, *, tolerance: float | None = None, threads: int = 0
-    ) -> npt.NDArray[np.bool_]:
-        """Answers for each pair of points whether an opaque surface stands between them.
-
-        The segments hold neither of their ends: a surface that holds an end exactly does not block there. Ends
-        are taken as given, unless `face_ids` names the surfaces of the first. An end that is a rounded point of a
-        surface may lie behind it, and the surface blocks then: give the point of the surface as `a`, or move `b`.
-
-        Lights play no part, and values know nothing about such segments: each is a ray.
-
-        Args:
-            a: Shape (n, 3), float32 or float64, world space, finite.
-            b: The same shape.
-            face_ids: Shape (n,), integers: the surfaces that the points of `a` lie on, up to rounding.
-            tolerance: How far those may be from them, as for `occluded`.
-            threads: Threads that work; 0 for one a processor.
-
-        Returns:
-            True where something is between, shape (n,).
-        """
-        first = rows("a", a)
-        first, second = rows_like("b", b, "a", first)
-        ids = None
-        if face_ids is not None:
-            ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
-        most = _reach(tolerance, ids)
-        found = self._native.occluded_segments(first, second, ids, most, thread_count(threads))
-        if ids is None:
-            warn_of_surfaces("a", self._native.suspicious_share(first), "face_ids")
-        return found.view(np.bool_)
-
-    def occluded_rays(
-        self,
-        origins: Any,
-        directions: Any,
-        face_ids: Any = None,
-        *,
-        tolerance: float | None = None,
-        threads: int = 0,
-    ) -> npt.NDArray[np.bool_]:
-        """Answers for each ray whether it meets an opaque surface, as `occluded_segments` does for segments.
-
-        Args:
-            origins: Shape (n, 3), float32 or float64, world space, finite. A ray does not hold its origin.
-            directions: The same shape, any length; a zero direction meets nothing.
-            face_ids: Shape (n,), integers: the surfaces that the origins lie on, up to rounding.
-            tolerance: How far those may be from them, as for `occluded`.
-            threads: Threads that work; 0 for one a processor.
-
-        Returns:
-            True where something is met, shape (n,).
-        """
-        first = rows("origins", origins)
-        first, second = rows_like("directions", directions, "origins", first)
-        ids = None
-        if face_ids is not None:
-            ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
-        most = _reach(tolerance, ids)
-        found = self._native.occluded_rays(first, second, ids, most, thread_count(threads))
-        if ids is None:
-            warn_of_surfaces("origins", self._native.suspicious_share(first), "face_ids")
-        return found.view(np.bool_)
-
     def stats(self) -> Stats:
         """Returns what the index is and how queries were decided so far.
 
@@ -406,8 +310,8 @@ class ShadowIndex:
         return _index_of_parts, (self._scene, self._native.lights, self._settings, self._known())
 
     def _known(self) -> bytes | None:
-        """Returns what `save` writes; `None` for methods that keep no values."""
-        if self._settings["method"] != "voxel":
+        """Returns what `save` writes; `None` for methods that keep nothing."""
+        if self._settings["method"] not in ("auto", "voxel"):
             return None
         with tempfile.TemporaryDirectory(prefix="antumbra-") as folder:
             path = os.path.join(folder, "known.antumbra")
@@ -425,11 +329,11 @@ def _index_of_parts(scene: Scene, lights: list[LightTuple], made: Settings, know
     index = ShadowIndex.__new__(ShadowIndex)
     index._scene, index._settings = scene, made
     if known is None:
-        index._native = _antumbra.ShadowIndex(scene._native, lights, made, None)
+        index._native = _antumbra.ShadowIndex(scene._native, lights, made, None, None)
         return index
     with tempfile.TemporaryDirectory(prefix="antumbra-") as folder:
         path = os.path.join(folder, "known.antumbra")
         with open(path, "wb") as file:
             file.write(known)
-        index._native = _antumbra.ShadowIndex(scene._native, lights, made, path)
+        index._native = _antumbra.ShadowIndex(scene._native, lights, made, path, None)
     return index

@@ -22,11 +22,23 @@ LightTuple: TypeAlias = tuple[
 """A light as the extension module has it."""
 
 
-def _colour(value: Any) -> tuple[float, float, float]:
-    colour = vector("colour", value)
-    if min(colour) < 0.0:
-        raise ValueError(f"colour is {colour}: expected no negative number")
-    return colour
+def _color(color: Any, colour: Any) -> tuple[float, float, float]:
+    """Checks a color, in either spelling."""
+    found = vector("color", color if colour is None else colour)
+    if min(found) < 0.0:
+        raise ValueError(f"color is {found}: expected no negative number")
+    return found
+
+
+class _Colored:
+    """What has a color."""
+
+    color: Vector
+
+    @property
+    def colour(self) -> Vector:
+        """The older spelling of `color`."""
+        return self.color
 
 
 def _direction(name: str, value: Any) -> tuple[float, float, float]:
@@ -36,49 +48,62 @@ def _direction(name: str, value: Any) -> tuple[float, float, float]:
     return direction
 
 
-@dataclass(frozen=True)
-class PointLight:
+@dataclass(frozen=True, init=False)
+class PointLight(_Colored):
     """A point that shines in all directions.
 
     Args:
         position: World space, three numbers.
-        colour: Linear RGB, not negative; plays no part in shadow answers.
+        color: Linear RGB, not negative, by default white; plays no part in shadow answers.
         falls_off: Whether it weakens with the square of the distance; plays no part in shadow answers.
         name: For layers of pictures.
     """
 
     position: Vector
-    colour: Vector = _White
+    color: Vector = _White
     falls_off: bool = False
     name: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "position", vector("position", self.position))
-        object.__setattr__(self, "colour", _colour(self.colour))
+    def __init__(
+        self,
+        position: Vector,
+        color: Vector = _White,
+        falls_off: bool = False,
+        name: str = "",
+        *,
+        colour: Vector | None = None,
+    ) -> None:
+        object.__setattr__(self, "position", vector("position", position))
+        object.__setattr__(self, "color", _color(color, colour))
+        object.__setattr__(self, "falls_off", falls_off)
+        object.__setattr__(self, "name", name)
 
     def _tuple(self) -> LightTuple:
         zero = (0.0, 0.0, 0.0)
-        return ("point", self.name, self.position, zero, (0.0, 0.0), self.colour, self.falls_off)
+        return ("point", self.name, self.position, zero, (0.0, 0.0), self.color, self.falls_off)
 
 
-@dataclass(frozen=True)
-class DirectionalLight:
-    """Parallel light, as of the sun. `DirectionalLight.sun` makes one from azimuth and elevation.
+@dataclass(frozen=True, init=False)
+class DirectionalLight(_Colored):
+    """Parallel light, as of the sun. `antumbra.Sun` makes one from azimuth and elevation.
 
     Args:
         direction: From the scene **towards the light**, world space, any length but zero: `(0, 0, 1)` is a sun
             in the zenith of a scene with z up. If you have the vector along which light travels, negate it.
-        colour: Linear RGB, not negative; plays no part in shadow answers.
+        color: Linear RGB, not negative, by default white; plays no part in shadow answers.
         name: For layers of pictures.
     """
 
     direction: Vector
-    colour: Vector = _White
+    color: Vector = _White
     name: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "direction", _direction("direction", self.direction))
-        object.__setattr__(self, "colour", _colour(self.colour))
+    def __init__(
+        self, direction: Vector, color: Vector = _White, name: str = "", *, colour: Vector | None = None
+    ) -> None:
+        object.__setattr__(self, "direction", _direction("direction", direction))
+        object.__setattr__(self, "color", _color(color, colour))
+        object.__setattr__(self, "name", name)
 
     @classmethod
     def sun(
@@ -87,10 +112,11 @@ class DirectionalLight:
         elevation_degrees: float,
         *,
         up: Literal["z", "y"] = "z",
-        colour: Vector = _White,
+        color: Vector = _White,
         name: str = "sun",
+        colour: Vector | None = None,
     ) -> DirectionalLight:
-        """Makes the light of a sun at a place of the sky, as the program's `--sun` does.
+        """Returns the light of a sun at a place of the sky, as `antumbra.Sun` and the program's `--sun` do.
 
         **With z up, north is +y and east is +x. With y up, north is -z and east is +x.**
 
@@ -99,8 +125,9 @@ class DirectionalLight:
             elevation_degrees: Above the horizon, -90 to 90; below zero the sun shines from below, which is told as
                 `AntumbraWarning`.
             up: The axis that points up in the scene.
-            colour: As of the class.
+            color: As of the class.
             name: As of the class.
+            colour: The older spelling of `color`.
         """
         axes = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
         if up not in axes:
@@ -112,15 +139,15 @@ class DirectionalLight:
             raise ValueError(f"elevation_degrees is {elevation}: expected -90 to 90")
         if elevation < 0.0:
             warn(f"the sun is {-elevation} degrees below the horizon: it shines from below")
-        return cls(_antumbra.towards_sun(azimuth, elevation, axes[up]), colour, name)
+        return cls(_antumbra.towards_sun(azimuth, elevation, axes[up]), color, name, colour=colour)
 
     def _tuple(self) -> LightTuple:
         zero = (0.0, 0.0, 0.0)
-        return ("directional", self.name, self.direction, zero, (0.0, 0.0), self.colour, False)
+        return ("directional", self.name, self.direction, zero, (0.0, 0.0), self.color, False)
 
 
-@dataclass(frozen=True)
-class SpotLight:
+@dataclass(frozen=True, init=False)
+class SpotLight(_Colored):
     """A point that shines into a cone.
 
     The cone is power, not geometry: `ShadowIndex` asks whether something is between a point and the light, in the
@@ -132,7 +159,7 @@ class SpotLight:
         half_angle_degrees: Between the axis and the cone's border, outside of which there is no light: above 0,
             at most 90.
         full_half_angle_degrees: Between the axis and where the light begins to fade; at most the other angle.
-        colour: Linear RGB, not negative; plays no part in shadow answers.
+        color: Linear RGB, not negative, by default white; plays no part in shadow answers.
         falls_off: Whether it weakens with the square of the distance; plays no part in shadow answers.
         name: For layers of pictures.
     """
@@ -141,15 +168,30 @@ class SpotLight:
     axis: Vector
     half_angle_degrees: float = 45.0
     full_half_angle_degrees: float = 0.0
-    colour: Vector = _White
+    color: Vector = _White
     falls_off: bool = False
     name: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "position", vector("position", self.position))
-        object.__setattr__(self, "axis", _direction("axis", self.axis))
-        object.__setattr__(self, "colour", _colour(self.colour))
-        full, half = self.full_half_angle_degrees, self.half_angle_degrees
+    def __init__(
+        self,
+        position: Vector,
+        axis: Vector,
+        half_angle_degrees: float = 45.0,
+        full_half_angle_degrees: float = 0.0,
+        color: Vector = _White,
+        falls_off: bool = False,
+        name: str = "",
+        *,
+        colour: Vector | None = None,
+    ) -> None:
+        object.__setattr__(self, "position", vector("position", position))
+        object.__setattr__(self, "axis", _direction("axis", axis))
+        object.__setattr__(self, "half_angle_degrees", half_angle_degrees)
+        object.__setattr__(self, "full_half_angle_degrees", full_half_angle_degrees)
+        object.__setattr__(self, "color", _color(color, colour))
+        object.__setattr__(self, "falls_off", falls_off)
+        object.__setattr__(self, "name", name)
+        full, half = full_half_angle_degrees, half_angle_degrees
         if not (0.0 <= full <= half <= 90.0 and half > 0.0):
             raise ValueError(
                 f"half_angle_degrees is {half} and full_half_angle_degrees {full}: expected the former above 0, "
@@ -159,7 +201,33 @@ class SpotLight:
     def _tuple(self) -> LightTuple:
         angles = (self.full_half_angle_degrees, self.half_angle_degrees)
         inner, outer = (math.cos(math.radians(angle)) for angle in angles)
-        return ("spot", self.name, self.position, self.axis, (inner, outer), self.colour, self.falls_off)
+        return ("spot", self.name, self.position, self.axis, (inner, outer), self.color, self.falls_off)
+
+
+def Sun(
+    azimuth: float,
+    elevation: float,
+    *,
+    up: Literal["z", "y"] = "z",
+    color: Vector = _White,
+    name: str = "sun",
+) -> DirectionalLight:
+    """Returns the light of a sun at a place of the sky.
+
+    **With z up, north is +y and east is +x. With y up, north is -z and east is +x.**
+
+    Args:
+        azimuth: Degrees clockwise from north, seen from above: 90 is east, 180 is south. -3600 to 3600.
+        elevation: Degrees above the horizon, -90 to 90; below zero the sun shines from below, which an
+            `AntumbraWarning` says.
+        up: The axis that points up in the scene, `"z"` or `"y"`.
+        color: Linear RGB, not negative, by default white; plays no part in shadow answers.
+        name: For layers of pictures.
+
+    Raises:
+        ValueError: A number is out of range.
+    """
+    return DirectionalLight.sun(azimuth, elevation, up=up, color=color, name=name)
 
 
 Light: TypeAlias = PointLight | DirectionalLight | SpotLight
@@ -168,19 +236,19 @@ Light: TypeAlias = PointLight | DirectionalLight | SpotLight
 
 def light_of(parts: LightTuple) -> Light:
     """Returns the light that the extension module means."""
-    kind, name, place, axis, (inner, outer), colour, falls_off = parts
+    kind, name, place, axis, (inner, outer), color, falls_off = parts
     if kind == "point":
-        return PointLight(place, colour, falls_off, name)
+        return PointLight(place, color, falls_off, name)
     if kind == "directional":
-        return DirectionalLight(place, colour, name)
+        return DirectionalLight(place, color, name)
     full, half = (math.degrees(math.acos(min(1.0, max(0.0, cosine)))) for cosine in (inner, outer))
-    return SpotLight(place, axis, half, min(full, half), colour, falls_off, name)
+    return SpotLight(place, axis, half, min(full, half), color, falls_off, name)
 
 
 def tuples_of(lights: Any) -> list[LightTuple]:
-    """Returns lights as the extension module takes them."""
+    """Returns lights, or one, as the extension module takes them."""
     if isinstance(lights, (PointLight, DirectionalLight, SpotLight)):
-        raise TypeError(f"lights: expected a sequence of lights, found one {type(lights).__name__}; give [light]")
+        lights = [lights]
     found = []
     for number, light in enumerate(lights):
         if not isinstance(light, (PointLight, DirectionalLight, SpotLight)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,9 +14,10 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import as_array, vector, whole
+from ._progress import Progress, told
 from .index import settings
 from .lights import Light, tuples_of
-from .scene import Scene
+from .scene import SceneLike, scene_of
 
 
 class PictureSettings(TypedDict):
@@ -51,7 +53,7 @@ class Picture:
     """What `render` returns.
 
     Attributes:
-        colour: Linear RGB, float32, shape (height, width, 3), rows from the top.
+        color: Linear RGB, float32, shape (height, width, 3), rows from the top.
         shadow: For each light the share of samples that it reaches, 0 to 1, float32, shape (lights, height,
             width). A sample that faces away or is outside the cone of a spot is not reached; one that hits
             nothing is.
@@ -61,7 +63,7 @@ class Picture:
         counts: Rays and queries.
     """
 
-    colour: npt.NDArray[np.float32] = field(repr=False)
+    color: npt.NDArray[np.float32] = field(repr=False)
     shadow: npt.NDArray[np.float32] = field(repr=False)
     decided: dict[str, npt.NDArray[np.float32]] = field(repr=False)
     light_names: list[str]
@@ -76,17 +78,60 @@ class Picture:
             ValueError: The name does not end in `.png`, or the scene was read from that file.
             OSError: The file cannot be written; a link is not written to.
         """
-        brightened = self.stops if stops is None else float(stops)
-        name = os.fsdecode(path)
-        if os.path.splitext(name)[1].lower() != ".png":
-            raise ValueError(f"path is {name!r}: expected a name that ends in .png")
-        _antumbra.write_png(name, np.ascontiguousarray(self.colour), brightened, self._read)
+        name = _path_of(path, ".png")
+        _antumbra.write_png(name, np.ascontiguousarray(self.color), self._stops(stops), self._read)
+
+    def save_exr(self, path: str | os.PathLike[str]) -> None:
+        """Writes the picture and its layers as OpenEXR, linear 32-bit float, whole or not at all.
+
+        The part `beauty` holds the colors, `shadow.<light>` a light's mask, and `decided-by` how queries were
+        decided, as the program's `render` writes them.
+
+        Raises:
+            ValueError: The name does not end in `.exr`, or the scene was read from that file.
+            OSError: The file cannot be written; a link is not written to.
+        """
+        name = _path_of(path, ".exr")
+        color, shadow = np.ascontiguousarray(self.color), np.ascontiguousarray(self.shadow)
+        ways = [self.decided[way] for way in self.decided]
+        decided = np.stack(ways) if ways else np.zeros((0, *color.shape[:2]), np.float32)
+        _antumbra.write_exr(name, color, self.light_names, shadow, np.ascontiguousarray(decided), self._read)
+
+    def to_srgb(self, *, stops: float | None = None) -> npt.NDArray[np.uint8]:
+        """Returns the picture as sRGB bytes, those of `save_png`: uint8, shape (height, width, 3).
+
+        Args:
+            stops: Brightens by two to this power; by default `self.stops`.
+        """
+        return _antumbra.to_srgb(np.ascontiguousarray(self.color), self._stops(stops))
+
+    def _stops(self, stops: float | None) -> float:
+        return self.stops if stops is None else float(stops)
+
+    @property
+    def colour(self) -> npt.NDArray[np.float32]:
+        """The older spelling of `color`."""
+        return self.color
+
+    def _repr_png_(self) -> bytes:
+        """Returns the PNG that notebooks show."""
+        with tempfile.TemporaryDirectory(prefix="antumbra-") as folder:
+            path = Path(folder, "picture.png")
+            self.save_png(path)
+            return path.read_bytes()
+
+
+def _path_of(path: str | os.PathLike[str], ending: str) -> str:
+    name = os.fsdecode(path)
+    if os.path.splitext(name)[1].lower() != ending:
+        raise ValueError(f"path is {name!r}: expected a name that ends in {ending}")
+    return name
 
 
 def render(
-    scene: Scene,
+    scene: SceneLike,
     *,
-    lights: Sequence[Light] | None = None,
+    lights: Light | Sequence[Light] | None = None,
     camera: Camera | None = None,
     size: tuple[int, int] | None = None,
     samples: int = 1,
@@ -102,12 +147,13 @@ def render(
     grid: int | Sequence[int] | None = None,
     threads: int = 0,
     occlusion: str | os.PathLike[str] | None = None,
+    progress: Progress = None,
 ) -> Picture:
     """Renders a picture by Whitted ray tracing, as the program's `render` does.
 
     Args:
-        scene: What is seen.
-        lights: The lights; by default the scene's, or a sun if it has none.
+        scene: What is seen: anything that `ShadowIndex` takes.
+        lights: One light or many; by default the scene's, or a sun if it has none.
         camera: The camera; by default the scene's, or one that frames the scene.
         size: Width and height in pixels, 1 to 16384; by default the scene's, or 512 x 512.
         samples: Samples a pixel, 1 to 65536.
@@ -123,12 +169,12 @@ def render(
         grid: Voxels of the uniform grid.
         threads: Threads that work; 0 for one a processor.
         occlusion: A file of `ShadowIndex.save`.
+        progress: `True` for a line on the standard error stream, or a callable that is called with a stage's name, its
+            steps that are done and all of them.
 
     The interpreter's lock is released; Ctrl-C ends the work.
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene: expected antumbra.Scene, found {type(scene).__name__}")
-    native = scene._native
+    native = scene_of(scene)._native
     if show not in ("scene", "occlusion"):
         raise ValueError(f'show is {show!r}: expected "scene" or "occlusion"')
     if size is None:
@@ -163,7 +209,7 @@ def render(
     )
     tuples = None if lights is None else tuples_of(lights)
     path = None if occlusion is None else os.fsdecode(occlusion)
-    colour, shadow, decided, names, ways, stops, counts = _antumbra.render(
-        native, tuples, view, picture, made, path
+    color, shadow, decided, names, ways, stops, counts = _antumbra.render(
+        native, tuples, view, picture, made, path, told(progress)
     )
-    return Picture(colour, shadow, dict(zip(ways, decided)), names, stops, counts, native.files)
+    return Picture(color, shadow, dict(zip(ways, decided)), names, stops, counts, native.files)

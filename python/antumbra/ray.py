@@ -5,6 +5,12 @@ mesh.ray = antumbra.ray.RayMeshIntersector(mesh)
 mesh.ray.intersects_any(origins, directions)
 ```
 
+or, for all meshes that are made from then on:
+
+```python
+antumbra.ray.install()
+```
+
 Needs the package `trimesh`.
 """
 
@@ -60,7 +66,9 @@ class RayMeshIntersector:
         index: _antumbra.ShadowIndex | None = self._cache["index"]
         if index is None:
             scene = Scene.from_trimesh(self.mesh)
-            index = _antumbra.ShadowIndex(scene._native, [], settings(method="bvh", threads=self._threads), None)
+            index = _antumbra.ShadowIndex(
+                scene._native, [], settings(method="bvh", threads=self._threads), None, None
+            )
             self._cache["index"] = index
         return index
 
@@ -159,7 +167,7 @@ class RayMeshIntersector:
     ) -> npt.NDArray[np.bool_]:
         """Returns whether each ray meets the mesh, shape (n,)."""
         origins, directions, ids = self._rays(ray_origins, ray_directions, face_ids)
-        return self._index.occluded_rays(origins, directions, ids, math.inf, self._threads).view(np.bool_)
+        return self._index.occluded_rays(origins, directions, ids, math.inf, self._threads, None).view(np.bool_)
 
     def contains_points(self, points: Any) -> npt.NDArray[np.bool_]:
         """Returns whether the mesh contains points, shape (n, 3), by rays, as `trimesh` does it."""
@@ -180,3 +188,28 @@ class RayMeshIntersector:
 
     def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
         return self.__copy__()
+
+
+_replaced: dict[Any, Any] = {}
+"""Modules of trimesh, and the intersectors that they had before `install`."""
+
+
+def install() -> None:
+    """Makes this intersector that of every `trimesh.Trimesh` that is made from now on, in the whole process.
+
+    Methods of trimesh that trace rays use it then: `contains`, thickness, sampling by visibility. Meshes that are there
+    already keep theirs, and `uninstall` takes it back. Calling it again does nothing.
+    """
+    from trimesh.ray import has_embree, ray_pyembree, ray_triangle
+
+    modules: list[Any] = [ray_triangle, ray_pyembree] if has_embree else [ray_triangle]
+    for module in modules:
+        _replaced.setdefault(module, module.RayMeshIntersector)
+        module.RayMeshIntersector = RayMeshIntersector
+
+
+def uninstall() -> None:
+    """Gives trimesh its own intersectors back, for meshes that are made from now on."""
+    for module, its_own in _replaced.items():
+        module.RayMeshIntersector = its_own
+    _replaced.clear()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import numbers, rows, vector, whole
+from ._progress import Progress, told
 from ._warning import warn
 from .lights import Light, light_of
 
@@ -34,7 +35,12 @@ class Scene:
 
     @classmethod
     def load(
-        cls, path: str | os.PathLike[str], *, up: str | None = None, memory_limit: int | None = None
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        up: Literal["y", "z"] | None = None,
+        memory_limit: int | None = None,
+        progress: Progress = None,
     ) -> Scene:
         """Reads a scene file.
 
@@ -45,6 +51,8 @@ class Scene:
             memory_limit: The most bytes that files, pictures and the scene may take together while they are
                 read. What does not fit is refused before it is taken. By default three quarters of the
                 machine's memory.
+            progress: `True` for a line on the standard error stream, or a callable that is called with a stage's name,
+                its steps that are done and all of them: here before and after the reading.
 
         What the reader ignores, repairs or guesses is told as `AntumbraWarning`, and again in `warnings`. Ctrl-C
         ends the reading.
@@ -55,7 +63,12 @@ class Scene:
             ValueError: The file cannot be used; the message says where and why.
         """
         limit = None if memory_limit is None else whole("memory_limit", memory_limit, 0, 2**63)
+        tell = told(progress)
+        if tell is not None:
+            tell("reading", 0, 1)
         scene = cls._of(_antumbra.Scene.load(os.fsdecode(path), up, limit))
+        if tell is not None:
+            tell("reading", 1, 1)
         for message in scene.warnings:
             warn(message)
         return scene
@@ -86,13 +99,19 @@ class Scene:
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Scene:
-        """Makes a scene of a `trimesh.Trimesh`, or of anything with `vertices` and `faces`.
+        """Returns the scene of a `trimesh.Trimesh`, a `trimesh.Scene`, or of anything with `vertices` and `faces`.
 
-        Faces have the mesh's numbers. The mesh is copied: later changes of it are not seen.
+        Faces have the mesh's numbers; those of a `trimesh.Scene` are in the order of its `to_mesh()`. The mesh is
+        copied: later changes of it are not seen.
+
+        Raises:
+            TypeError: There are no vertices and faces.
         """
+        if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
+            mesh = mesh.to_mesh()
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
             raise TypeError(
-                f"mesh: expected vertices and faces, found {type(mesh).__name__}; a trimesh.Scene has to_mesh()"
+                f"mesh: expected vertices and faces, found {type(mesh).__name__}"
             )
         return cls.from_arrays(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
@@ -142,3 +161,23 @@ class Scene:
 def _scene_of_bytes(data: bytes) -> Scene:
     """Makes a scene from what its pickle holds."""
     return Scene._of(_antumbra.Scene.of_bytes(data))
+
+
+SceneLike: TypeAlias = Scene | tuple[Any, Any] | Any
+"""What has surfaces: a `Scene`, a pair of vertices and faces, a `trimesh.Trimesh` or a `trimesh.Scene`."""
+
+
+def scene_of(value: SceneLike) -> Scene:
+    """Returns the scene that a caller means."""
+    if isinstance(value, Scene):
+        return value
+    if isinstance(value, (tuple, list)):
+        if len(value) != 2:
+            raise ValueError(f"scene: expected a pair of vertices and faces, found {len(value)} items")
+        return Scene.from_arrays(*value)
+    if hasattr(value, "to_mesh") or (hasattr(value, "vertices") and hasattr(value, "faces")):
+        return Scene.from_trimesh(value)
+    raise TypeError(
+        "scene: expected antumbra.Scene, a pair of vertices and faces, a trimesh.Trimesh or a trimesh.Scene, found "
+        f"{type(value).__name__}"
+    )

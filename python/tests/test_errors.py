@@ -131,7 +131,6 @@ SETTINGS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"grid": 2048}, ValueError, "grid resolution [2048, 2048, 2048]"),
     ({"memory": -1}, ValueError, "memory is -1"),
     ({"memory_limit": 1}, MemoryError, "more than the limit of 1"),
-    ({"lights": antumbra.PointLight((0, 0, 0))}, TypeError, "expected a sequence of lights, found one PointLight"),
     ({"lights": [(0, 0, 0)]}, TypeError, "lights[0]: expected PointLight, DirectionalLight or SpotLight, found tuple"),
 ]
 

@@ -83,7 +83,7 @@ def test_a_file_that_does_not_fit_is_refused_with_the_reason(scene: antumbra.Sce
 
 
 def test_what_cannot_be_saved_is_said(scene: antumbra.Scene, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="keeps no values"):
+    with pytest.raises(ValueError, match="keeps nothing"):
         antumbra.ShadowIndex(scene, LIGHTS, method="bvh").save(tmp_path / "a.antumbra")
     with pytest.raises(OSError, match=r"a\.antumbra"):
         antumbra.ShadowIndex(scene, LIGHTS, resolution=64).save(tmp_path / "missing" / "a.antumbra")

@@ -78,6 +78,22 @@ fn lint() -> Result<()> {
         "warnings",
     ];
     run::cargo(&clippy, &[])?;
+    // What a renderer may leave out of the library: each feature alone, and none.
+    for features in ["", "parallel", "file"] {
+        let alone = [
+            "clippy",
+            "--package",
+            "antumbra",
+            "--no-default-features",
+            "--features",
+            features,
+            "--locked",
+            "--",
+            "-D",
+            "warnings",
+        ];
+        run::cargo(&alone, &[])?;
+    }
     let doc = [
         "doc",
         "--workspace",

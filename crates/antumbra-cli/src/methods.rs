@@ -91,14 +91,15 @@ impl Shadows {
         self.rival().is_none_or(RivalKind::is_exact)
     }
 
+    /// Returns the name of a method; `auto` for one that has none here.
     pub(crate) fn of(method: Method) -> Self {
         match method {
             Method::Voxel1990 => Self::Voxel1990,
-            Method::Auto => Self::Auto,
             Method::Voxel => Self::Voxel,
             Method::Grid => Self::Grid,
             Method::Bvh => Self::Bvh,
             Method::Naive => Self::Naive,
+            _ => Self::Auto,
         }
     }
 

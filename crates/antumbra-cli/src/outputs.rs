@@ -199,7 +199,7 @@ pub(crate) fn unsaved(error: &SaveError) -> Failure {
         SaveError::Unwritable { .. } => return Failure::system(error.to_string()),
         SaveError::NoValues => "leave --shadows out",
         SaveError::Foreign { .. } => "give another name",
-        SaveError::Unidentified(_) => "",
+        _ => "",
     };
     Failure::input(error.to_string(), help)
 }

@@ -78,9 +78,42 @@ impl Plane {
     /// Returns the axis of the normal's largest component, the lowest on ties, or `None` if the
     /// normal is zero.
     pub(crate) fn dominant_axis(&self) -> Option<u8> {
+        if let Self::Points(corners) = self
+            && let Some(axis) = plainly_dominant_axis(*corners)
+        {
+            return Some(axis);
+        }
         crate::number::decide(axis_of(&self.normal::<Approximate>()), || {
             axis_of(&self.normal::<Exact>())
         })
+    }
+}
+
+/// Returns the axis of the largest component of a triangle's normal where plain `f64` leaves no doubt: nearly always.
+///
+/// A component is a difference of two products of edges, each of which is at most `M`, the product of the largest
+/// magnitudes of the edges. With 2^-53 for a rounding, products are off by three roundings of `M` and the component by
+/// at most 9 of them, so the difference of two magnitudes by 20. 2^-48 are 32. What products lose to underflow is less
+/// than a rounding of `M` where that is above 2^-900, and where something overflows no comparison holds.
+fn plainly_dominant_axis([a, b, c]: [DVec3; 3]) -> Option<u8> {
+    const DOUBT: f64 = 1.0 / (1u64 << 48) as f64;
+    const SMALLEST: f64 = 1.1830521861667747e-271; // 2^-900
+    let (ab, ac) = (b - a, c - a);
+    let most = ab.abs().max_element() * ac.abs().max_element();
+    if most.is_nan() || most < SMALLEST {
+        return None;
+    }
+    let [x, y, z] = ab.cross(ac).abs().to_array();
+    let doubt = DOUBT * most;
+    let is_largest = |one: f64, second: f64, third: f64| one - second.max(third) > doubt;
+    if is_largest(z, x, y) {
+        Some(2)
+    } else if is_largest(y, x, z) {
+        Some(1)
+    } else if is_largest(x, y, z) {
+        Some(0)
+    } else {
+        None
     }
 }
 
@@ -397,5 +430,42 @@ fn estimate_on_triangle(point: DVec3, [a, b, c]: [DVec3; 3], axis: usize) -> Est
     Estimate {
         height: Approximate::new(normal.dot(seen), height_error),
         slope: Approximate::new(normal.to_array()[axis], slope_error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles whose normals have equal or nearly equal components, tiny, huge, flat and ordinary ones.
+    #[test]
+    fn a_plainly_largest_axis_is_the_exact_one() {
+        let mut state = 1_u64;
+        let mut draw = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            state >> 33
+        };
+        let (mut decided, mut doubted) = (0, 0);
+        for _ in 0..20_000 {
+            let scale = [1.0, 1e-150, 1e-90, 1e28, 1e-300][draw() as usize % 5];
+            let mut number = || {
+                let whole = (draw() % 7) as f64 - 3.0;
+                let off = [0.0, f64::EPSILON, 1e-15, 0.3][draw() as usize % 4];
+                (whole + off * whole) * scale
+            };
+            let corners = [(); 3].map(|()| DVec3::new(number(), number(), number()));
+            let normal = Plane::Points(corners).normal::<Exact>();
+            let exact = axis_of(&normal).expect("exact numbers are never in doubt");
+            match plainly_dominant_axis(corners) {
+                Some(axis) => {
+                    assert_eq!(Some(axis), exact, "{corners:?}");
+                    decided += 1;
+                }
+                None => doubted += 1,
+            }
+        }
+        assert!(decided > 5_000 && doubted > 5_000, "{decided} {doubted}");
     }
 }

@@ -81,9 +81,6 @@ pub(crate) fn batch_error(error: &BatchError, first: usize) -> PyErr {
     const RANGE: &str = "must be finite and at most 2^100 in magnitude";
     let row = |v: &DVec3| Short(*v);
     match error {
-        BatchError::Length { .. } | BatchError::BadTolerance(_) => {
-            PyValueError::new_err(error.to_string())
-        }
         BatchError::UnknownLight(_) => PyIndexError::new_err(error.to_string()),
         BatchError::BadPoint { index, point } => {
             let (index, point) = (first + index, row(point));
@@ -126,6 +123,7 @@ pub(crate) fn batch_error(error: &BatchError, first: usize) -> PyErr {
             };
             off_surfaces_error(&off)
         }
+        _ => PyValueError::new_err(error.to_string()),
     }
 }
 

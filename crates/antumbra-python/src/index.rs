@@ -3,6 +3,7 @@
 //! In: a scene, lights, settings; then arrays of points. Out: arrays of answers. Ctrl-C stops every call that may
 //! take long.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -24,7 +25,17 @@ use crate::arrays::{Rows, rows};
 use crate::error::{ToPython as _, batch_error, off_surfaces_error};
 use crate::lights::{LightTuple, from_tuples, to_tuple};
 use crate::scene::Scene;
-use crate::work::stoppable;
+use crate::work::{Progress, stoppable, watched};
+
+/// Blocks of points, of which a call tells that they are done, and the points of one at least.
+const BLOCKS: usize = 64;
+const SMALLEST_BLOCK: usize = 1 << 16;
+
+/// Returns the points of a block: a multiple of 8, so that no two share a byte of bits.
+fn block_length(count: usize) -> usize {
+    let length = count.div_ceil(BLOCKS).max(SMALLEST_BLOCK);
+    length.next_multiple_of(8)
+}
 
 /// How an index is made.
 #[derive(FromPyObject)]
@@ -85,12 +96,12 @@ impl Settings {
 
 fn method_name(method: Method) -> &'static str {
     match method {
-        Method::Auto => "auto",
         Method::Voxel => "voxel",
         Method::Voxel1990 => "voxel-1990",
         Method::Grid => "grid",
         Method::Bvh => "bvh",
         Method::Naive => "naive",
+        _ => "auto",
     }
 }
 
@@ -115,6 +126,15 @@ impl<'a, T: Element> Meant<'a, T>
 where
     [T; 3]: Coordinates,
 {
+    /// Returns the same of some of the points.
+    fn part(&self, part: Range<usize>) -> Self {
+        Self {
+            normals: self.normals.map(|normals| &normals[part.clone()]),
+            surfaces: self.surfaces.map(|surfaces| &surfaces[part]),
+            ..*self
+        }
+    }
+
     /// Returns the batch of the points.
     fn batch(&self, points: &'a [[T; 3]]) -> Batch<'a, [T; 3]> {
         let kind = match (self.surfaces, self.normals) {
@@ -132,19 +152,20 @@ where
         Batch { points, kind }
     }
 
-    /// Says what is wrong with the points; of surfaces that points are off, what is wrong with all.
+    /// Says what is wrong with the points, in the block that begins with the point `first`; of surfaces that points are
+    /// off, what is wrong with all.
     fn error(
         &self,
         index: &antumbra::ShadowIndex,
         points: &'a [[T; 3]],
-        error: &BatchError,
+        (first, error): (usize, &BatchError),
     ) -> PyErr {
         if matches!(error, BatchError::OffSurface { .. })
             && let Some(off) = index.off_surfaces(&self.batch(points))
         {
             return off_surfaces_error(&off);
         }
-        batch_error(error, 0)
+        batch_error(error, first)
     }
 }
 
@@ -157,11 +178,13 @@ impl ShadowIndex {
         lights: Vec<LightTuple>,
         settings: Settings,
         occlusion: Option<PathBuf>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let lights = from_tuples(lights)?;
         let options = settings.options()?;
         let begin = Instant::now();
-        let index = stoppable(py, settings.threads, |_| {
+        let progress = Progress::new(progress);
+        let index = watched(py, settings.threads, &progress, |_| {
             scene
                 .gathered
                 .index_from(&lights, &options, occlusion.as_deref())
@@ -193,6 +216,7 @@ impl ShadowIndex {
         was_single: bool,
         is_packed: bool,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<u8>>> {
         let precision = match was_single {
             true => Precision::Single,
@@ -209,6 +233,7 @@ impl ShadowIndex {
             },
             is_packed,
             threads,
+            progress: Progress::new(progress),
         };
         match (&points, &normals) {
             (Rows::Double(points), None) => ask.occluded(py, points, None),
@@ -224,6 +249,7 @@ impl ShadowIndex {
     }
 
     /// Answers for segments: uint8, shape (points,).
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn occluded_segments<'py>(
         &self,
         py: Python<'py>,
@@ -232,20 +258,23 @@ impl ShadowIndex {
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
         tolerance: Option<f64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
         let named = Named {
             surfaces,
             tolerance,
+            progress: Progress::new(progress),
         };
         match (&a, &b) {
-            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, named, true, threads),
-            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, named, true, threads),
+            (Rows::Double(a), Rows::Double(b)) => self.towards(py, a, b, &named, true, threads),
+            (Rows::Single(a), Rows::Single(b)) => self.towards(py, a, b, &named, true, threads),
             _ => Err(of_two_types("a and b")),
         }
     }
 
     /// Answers for rays: uint8, shape (rays,).
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
     fn occluded_rays<'py>(
         &self,
         py: Python<'py>,
@@ -254,18 +283,20 @@ impl ShadowIndex {
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
         tolerance: Option<f64>,
         threads: usize,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
         let named = Named {
             surfaces,
             tolerance,
+            progress: Progress::new(progress),
         };
         match (&origins, &directions) {
             (Rows::Double(origins), Rows::Double(directions)) => {
-                self.towards(py, origins, directions, named, false, threads)
+                self.towards(py, origins, directions, &named, false, threads)
             }
             (Rows::Single(origins), Rows::Single(directions)) => {
-                self.towards(py, origins, directions, named, false, threads)
+                self.towards(py, origins, directions, &named, false, threads)
             }
             _ => Err(of_two_types("origins and directions")),
         }
@@ -379,7 +410,7 @@ impl ShadowIndex {
         py: Python<'py>,
         points: &PyReadonlyArray2<'py, T>,
         targets: &PyReadonlyArray2<'py, T>,
-        named: Named<'_>,
+        named: &Named<'_>,
         are_ends: bool,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray1<u8>>>
@@ -399,16 +430,34 @@ impl ShadowIndex {
         let out = PyArray1::<u8>::zeros(py, points.len(), false);
         let mut writable = out.readwrite();
         let answers = writable.as_slice_mut()?;
-        let batch = meant.batch(points);
-        let towards = if are_ends {
-            Towards::Points(targets)
-        } else {
-            Towards::Directions(targets)
+        let progress = &named.progress;
+        let block = match progress.is_told() {
+            true => block_length(points.len()),
+            false => points.len().max(1),
         };
-        let answered = stoppable(py, threads, |_| {
-            self.index.occluded_towards(&batch, towards, answers)
+        let answered = watched(py, threads, progress, |_| {
+            let mut sum = BatchCounters::default();
+            for (number, answers) in answers.chunks_mut(block).enumerate() {
+                let part = number * block..number * block + answers.len();
+                let towards = match are_ends {
+                    true => Towards::Points(&targets[part.clone()]),
+                    false => Towards::Directions(&targets[part.clone()]),
+                };
+                let (first, end) = (part.start, part.end);
+                let meant = meant.part(part.clone());
+                let batch = meant.batch(&points[part]);
+                let counted = self.index.occluded_towards(&batch, towards, answers);
+                let counted = counted.map_err(|error| (first, error))?;
+                sum.counters.add(&counted.counters);
+                sum.facing_away += counted.facing_away;
+                progress.note("answering", end as u64, points.len() as u64);
+            }
+            Ok(sum)
         })?;
-        self.count(&answered.map_err(|error| meant.error(&self.index, points, &error))?);
+        let counted = answered.map_err(|(first, error): (usize, BatchError)| {
+            meant.error(&self.index, points, (first, &error))
+        })?;
+        self.count(&counted);
         drop(writable);
         Ok(out)
     }
@@ -423,16 +472,56 @@ struct Ask<'a> {
     nearness: Nearness,
     is_packed: bool,
     threads: usize,
+    progress: Progress,
 }
 
 /// The surfaces that the starts of segments and rays name, perhaps.
-#[derive(Clone, Copy)]
 struct Named<'a> {
     surfaces: Option<&'a [u32]>,
     tolerance: Option<f64>,
+    progress: Progress,
 }
 
 impl Ask<'_> {
+    /// Answers block by block and tells how far that is. Of a bad point, says in which block it is.
+    fn in_blocks<T: Element>(
+        &self,
+        meant: &Meant<'_, T>,
+        points: &[[T; 3]],
+        answers: &mut [u8],
+    ) -> Result<BatchCounters, (usize, BatchError)>
+    where
+        [T; 3]: Coordinates,
+    {
+        let index = &self.index.index;
+        let (count, light_count) = (points.len(), self.lights.len());
+        let block = block_length(count);
+        let mut sum = BatchCounters::default();
+        for first in (0..count).step_by(block) {
+            let end = count.min(first + block);
+            let part = meant.part(first..end);
+            let batch = part.batch(&points[first..end]);
+            let counted = if self.is_packed {
+                let (bytes, stride) = ((end - first).div_ceil(8), count.div_ceil(8));
+                let mut bits = vec![0; bytes * light_count];
+                let counted = index.occluded_bits(&batch, self.lights, &mut bits);
+                for light in 0..light_count {
+                    answers[light * stride + first / 8..][..bytes]
+                        .copy_from_slice(&bits[light * bytes..][..bytes]);
+                }
+                counted
+            } else {
+                let answers = &mut answers[first * light_count..end * light_count];
+                index.occluded(&batch, self.lights, answers)
+            };
+            let counted = counted.map_err(|error| (first, error))?;
+            sum.counters.add(&counted.counters);
+            sum.facing_away += counted.facing_away;
+            self.progress.note("answering", end as u64, count as u64);
+        }
+        Ok(sum)
+    }
+
     fn occluded<'py, T: Element>(
         &self,
         py: Python<'py>,
@@ -461,16 +550,21 @@ impl Ask<'_> {
         let mut writable = out.readwrite();
         let answers = writable.as_slice_mut()?;
         let batch = meant.batch(points);
-        let counted = stoppable(py, self.threads, |_| {
+        let counted = watched(py, self.threads, &self.progress, |_| {
             let index = &self.index.index;
-            if self.is_packed {
-                index.occluded_bits(&batch, self.lights, answers)
+            if self.progress.is_told() {
+                self.in_blocks(&meant, points, answers)
+            } else if self.is_packed {
+                let counted = index.occluded_bits(&batch, self.lights, answers);
+                counted.map_err(|error| (0, error))
             } else {
-                index.occluded(&batch, self.lights, answers)
+                let counted = index.occluded(&batch, self.lights, answers);
+                counted.map_err(|error| (0, error))
             }
         })?;
-        self.index
-            .count(&counted.map_err(|error| meant.error(&self.index.index, points, &error))?);
+        let counted = counted
+            .map_err(|(first, error)| meant.error(&self.index.index, points, (first, &error)))?;
+        self.index.count(&counted);
         drop(writable);
         Ok(out)
     }

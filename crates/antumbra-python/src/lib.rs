@@ -42,6 +42,10 @@ mod _antumbra {
     #[pymodule_export]
     use super::picture::render;
     #[pymodule_export]
+    use super::picture::to_srgb;
+    #[pymodule_export]
+    use super::picture::write_exr;
+    #[pymodule_export]
     use super::picture::write_png;
     #[pymodule_export]
     use super::run;

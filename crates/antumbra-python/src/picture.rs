@@ -3,15 +3,16 @@
 //! In: a scene, lights, a camera, settings. Out: linear colours and layers as arrays, or a PNG of such colours.
 //! Invariant: the picture is the program's for the same settings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra_files::Identity;
 use antumbra_geometry::DVec3;
-use antumbra_render::aov::Aovs;
+use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, Layer};
 use antumbra_render::camera::View;
 use antumbra_render::film::{self, Picture, RenderSettings, Rendered, Sampling, Show, Watch};
-use antumbra_render::image_file;
 use antumbra_render::prepare::Prepared;
+use antumbra_render::{exr_file, image_file};
 use antumbra_scene::defaults;
 use antumbra_scene::model::Camera;
 use numpy::{
@@ -25,7 +26,7 @@ use crate::error::ToPython as _;
 use crate::index::Settings;
 use crate::lights::{LightTuple, from_tuples};
 use crate::scene::Scene;
-use crate::work::stoppable;
+use crate::work::{Progress, stoppable, watched};
 
 /// Eye, at, up, vertical field of view in degrees.
 type CameraTuple = ([f64; 3], [f64; 3], [f64; 3], f64);
@@ -48,6 +49,7 @@ pub(crate) struct PictureSettings {
 /// queries were decided (ways, height, width), their names, the stops of an automatic exposure, counts.
 #[pyfunction]
 #[expect(clippy::type_complexity, reason = "a tuple for Python")]
+#[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
 pub(crate) fn render<'py>(
     py: Python<'py>,
     scene: &Scene,
@@ -56,6 +58,7 @@ pub(crate) fn render<'py>(
     picture: PictureSettings,
     settings: Settings,
     occlusion: Option<PathBuf>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
@@ -100,7 +103,8 @@ pub(crate) fn render<'py>(
             decided: true,
         },
     };
-    let prepared = stoppable(py, settings.threads, |_| {
+    let progress = Progress::new(progress);
+    let prepared = watched(py, settings.threads, &progress, |_| {
         let mut model = model.clone();
         if let Some(lights) = lights {
             model.lights = lights;
@@ -115,10 +119,17 @@ pub(crate) fn render<'py>(
         Prepared::of_gathered_from(model, gathered, &options, occlusion.as_deref())
     })?;
     let prepared = prepared.map_err(|error| error.to_python())?;
-    let rendered = stoppable(py, settings.threads, |task| {
+    let (done, count) = (
+        AtomicU64::new(0),
+        u64::from(size[0]) * u64::from(size[1]) * u64::from(picture.samples),
+    );
+    let rendered = watched(py, settings.threads, &progress, |task| {
         let watch = Watch {
             task,
-            progress: &|_| {},
+            progress: &|samples| {
+                let done = samples + done.fetch_add(samples, Ordering::Relaxed);
+                progress.note("rendering", done, count);
+            },
         };
         film::render(&prepared, &view, &shown, watch)
     })?;
@@ -184,7 +195,69 @@ pub(crate) fn write_png(
     stops: f64,
     read: Vec<PathBuf>,
 ) -> PyResult<()> {
-    let target = Identity::of(&path);
+    check_target(&path, &read)?;
+    let picture = picture_of(&colours)?;
+    stoppable(py, 0, |_| {
+        image_file::write_png(&path, &picture, stops).map_err(|error| error.to_python())
+    })?
+}
+
+/// Writes linear colours and layers as OpenEXR, never over one of the files `read`: `shadow` of shape (lights, height,
+/// width) with a name for each light, `decided` of shape (ways, height, width).
+#[pyfunction]
+pub(crate) fn write_exr(
+    py: Python<'_>,
+    path: PathBuf,
+    colours: PyReadonlyArray3<'_, f32>,
+    light_names: Vec<String>,
+    shadow: PyReadonlyArray3<'_, f32>,
+    decided: PyReadonlyArray3<'_, f32>,
+    read: Vec<PathBuf>,
+) -> PyResult<()> {
+    check_target(&path, &read)?;
+    let picture = picture_of(&colours)?;
+    let pixels = picture.pixels.len();
+    let planes = |array: &PyReadonlyArray3<'_, f32>| -> PyResult<Vec<Vec<f32>>> {
+        if array.len() != array.shape()[0] * pixels {
+            return Err(PyValueError::new_err("layers: expected the picture's size"));
+        }
+        let planes = array.as_slice()?.chunks(pixels.max(1));
+        Ok(planes.map(<[f32]>::to_vec).collect())
+    };
+    let (masks, ways) = (planes(&shadow)?, planes(&decided)?);
+    let mask = |(name, plane): (String, _)| Layer {
+        name: format!("shadow.{name}"),
+        channels: vec![("Y", plane)],
+    };
+    let mut layers: Vec<_> = light_names.into_iter().zip(masks).map(mask).collect();
+    if !ways.is_empty() {
+        let names = DecidedBy::ALL.map(DecidedBy::channel_name);
+        layers.push(Layer {
+            name: DECIDED_LAYER.to_owned(),
+            channels: names.into_iter().zip(ways).collect(),
+        });
+    }
+    stoppable(py, 0, |_| {
+        exr_file::write_exr(&path, &picture, &layers).map_err(|error| error.to_python())
+    })?
+}
+
+/// Returns linear colours as sRGB bytes, brightened by two to the power of `stops`: those of the PNG.
+#[pyfunction]
+pub(crate) fn to_srgb<'py>(
+    py: Python<'py>,
+    colours: PyReadonlyArray3<'py, f32>,
+    stops: f64,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let picture = picture_of(&colours)?;
+    let [width, height] = picture.size.map(|side| side as usize);
+    let bytes = stoppable(py, 0, |_| image_file::srgb_bytes(&picture, stops))?;
+    PyArray1::from_vec(py, bytes).reshape([height, width, 3])
+}
+
+/// Refuses a file that a scene was read from.
+fn check_target(path: &Path, read: &[PathBuf]) -> PyResult<()> {
+    let target = Identity::of(path);
     if let Some(read) = read.iter().find(|read| Identity::of(read) == target) {
         let read = read.display();
         let message = format!(
@@ -193,21 +266,18 @@ pub(crate) fn write_png(
         );
         return Err(PyValueError::new_err(message));
     }
-    let [height, width, channels] = colours.shape() else {
-        return Err(PyValueError::new_err("colours: expected three axes"));
-    };
-    let size = [*width, *height].map(u32::try_from);
-    let ([Ok(width), Ok(height)], 3) = (size, *channels) else {
-        let shape = colours.shape();
+    Ok(())
+}
+
+fn picture_of(colours: &PyReadonlyArray3<'_, f32>) -> PyResult<Picture> {
+    let shape = colours.shape();
+    let size = [shape[1], shape[0]].map(u32::try_from);
+    let ([Ok(width), Ok(height)], 3) = (size, shape[2]) else {
         let message = format!("colours: expected shape (height, width, 3), found {shape:?}");
         return Err(PyValueError::new_err(message));
     };
-    let values = colours.as_slice()?;
-    stoppable(py, 0, |_| {
-        let picture = Picture {
-            size: [width, height],
-            pixels: values.as_chunks().0.to_vec(),
-        };
-        image_file::write_png(&path, &picture, stops).map_err(|error| error.to_python())
-    })?
+    Ok(Picture {
+        size: [width, height],
+        pixels: colours.as_slice()?.as_chunks().0.to_vec(),
+    })
 }

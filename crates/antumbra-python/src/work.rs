@@ -1,6 +1,6 @@
-//! Work outside of the interpreter's lock: threads, Ctrl-C.
+//! Work outside of the interpreter's lock: threads, Ctrl-C, progress.
 //!
-//! In: work. Out: its outcome, or `KeyboardInterrupt`. Invariant: pools of threads belong to the process that
+//! In: work, perhaps a callable that is told how far it is. Out: its outcome, or `KeyboardInterrupt`. Invariant: pools of threads belong to the process that
 //! made them; a forked child makes its own.
 
 use std::collections::HashMap;
@@ -20,6 +20,57 @@ const PATIENCE: Duration = Duration::from_millis(50);
 type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
 
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
+
+/// A stage of the work, its steps that are done, and all of them.
+type Stage = (&'static str, u64, u64);
+
+/// A callable of Python's that is told how far work is, if there is one: on the calling thread, twenty times a second
+/// at most.
+#[derive(Clone, Default)]
+pub(crate) struct Progress {
+    callable: Option<Arc<Py<PyAny>>>,
+    latest: Arc<Mutex<Option<Stage>>>,
+}
+
+impl Progress {
+    pub(crate) fn new(callable: Option<Py<PyAny>>) -> Self {
+        Self {
+            callable: callable.map(Arc::new),
+            latest: Arc::default(),
+        }
+    }
+
+    /// Returns whether anybody wants to know.
+    pub(crate) fn is_told(&self) -> bool {
+        self.callable.is_some()
+    }
+
+    /// Notes how far a stage is, from any thread.
+    pub(crate) fn note(&self, stage: &'static str, done: u64, count: u64) {
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        *latest = Some((stage, done, count));
+    }
+
+    /// Calls the callable if there is news.
+    fn tell(&self, py: Python<'_>) -> PyResult<()> {
+        let news = {
+            let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+            latest.take()
+        };
+        if let (Some(callable), Some(news)) = (&self.callable, news) {
+            callable.call1(py, news)?;
+        }
+        Ok(())
+    }
+
+    fn task(&self) -> Task {
+        if self.callable.is_none() {
+            return Task::default();
+        }
+        let noted = self.clone();
+        Task::with_progress(move |stage, done, count| noted.note(stage, done, count))
+    }
+}
 
 /// Returns the pool with this number of threads; 0 for one a processor.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
@@ -48,8 +99,18 @@ pub(crate) fn stoppable<T: Send>(
     threads: usize,
     work: impl FnOnce(&Task) -> T + Send,
 ) -> PyResult<T> {
+    watched(py, threads, &Progress::default(), work)
+}
+
+/// Does work as [`stoppable`], and tells how far it is. What the callable raises stops the work and is its outcome.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    threads: usize,
+    progress: &Progress,
+    work: impl FnOnce(&Task) -> T + Send,
+) -> PyResult<T> {
     let pool = pool(threads)?;
-    let task = Task::default();
+    let task = progress.task();
     let (sender, receiver) = channel();
     let (interrupted, done) = py.detach(move || {
         let mut interrupted = None;
@@ -65,7 +126,10 @@ pub(crate) fn stoppable<T: Send>(
                     Err(RecvTimeoutError::Disconnected) => break None,
                     Err(RecvTimeoutError::Timeout) => {
                         if interrupted.is_none()
-                            && let Err(signal) = Python::attach(|py| py.check_signals())
+                            && let Err(signal) = Python::attach(|py| {
+                                py.check_signals()?;
+                                progress.tell(py)
+                            })
                         {
                             task.stop();
                             interrupted = Some(signal);
@@ -78,7 +142,10 @@ pub(crate) fn stoppable<T: Send>(
     });
     match (interrupted, done) {
         (Some(signal), _) => Err(signal),
-        (None, Some(Ok(outcome))) => Ok(outcome),
+        (None, Some(Ok(outcome))) => {
+            progress.tell(py)?;
+            Ok(outcome)
+        }
         (None, Some(Err(_)) | None) => Err(PyKeyboardInterrupt::new_err(())),
     }
 }

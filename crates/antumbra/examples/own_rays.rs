@@ -2,8 +2,9 @@
 
 use std::{error::Error, sync::Arc};
 
-use antumbra::{AnyHit, Batch, Method, Refinement, ShadowIndex};
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Start};
+use antumbra::{
+    AnyHit, Batch, DVec3, LightShape, Method, Occluders, Opacity, Refinement, ShadowIndex, Start,
+};
 
 /// What the renderer has: triangles, and a ray that tests them all (Möller and Trumbore 1997).
 struct Renderer(Vec<[DVec3; 3]>);

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use antumbra_geometry::{DVec3, Precision, Short, Start, SurfaceId};
 use antumbra_task::checked;
-use rayon::prelude::*;
 
 use crate::index::LARGEST;
 use crate::named::{OffSurface, off_surface};
 use crate::own_rays::{AnyHit, WithRays};
+use crate::threads::{self, prelude::*};
 use crate::{Counters, Nearness, QueryError, ShadowIndex};
 
 /// Fewest and most points that a thread takes at a time. Its buffers take 67 bytes a point.
@@ -55,6 +55,24 @@ impl Coordinates for [f32; 3] {
     }
 }
 
+/// The name of a surface: a [`SurfaceId`], or its number.
+pub trait SurfaceNumber: Copy {
+    /// Returns the numbers of some, without a copy.
+    fn numbers(surfaces: &[Self]) -> &[u32];
+}
+
+impl SurfaceNumber for SurfaceId {
+    fn numbers(surfaces: &[Self]) -> &[u32] {
+        Self::numbers(surfaces)
+    }
+}
+
+impl SurfaceNumber for u32 {
+    fn numbers(surfaces: &[Self]) -> &[u32] {
+        surfaces
+    }
+}
+
 /// Points to ask about, all of one kind.
 ///
 /// Coordinates of points and normals are finite and at most 2^100 in magnitude.
@@ -68,6 +86,7 @@ pub struct Batch<'a, P = [f64; 3]> {
 
 /// What the points of a [`Batch`] are. Slices have an item a point.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum BatchKind<'a, P = [f64; 3]> {
     /// Points of space: free queries.
     Free,
@@ -111,10 +130,10 @@ impl<'a, P> Batch<'a, P> {
         Self { points, kind }
     }
 
-    /// Makes a batch of points on surfaces with these numbers ([`BatchKind::OnSurfaces`]).
-    pub fn on_surfaces(points: &'a [P], surfaces: &'a [u32]) -> Self {
+    /// Makes a batch of points on surfaces: a [`SurfaceId`] or its number for each ([`BatchKind::OnSurfaces`]).
+    pub fn on_surfaces<S: SurfaceNumber>(points: &'a [P], surfaces: &'a [S]) -> Self {
         let kind = BatchKind::OnSurfaces {
-            surfaces,
+            surfaces: S::numbers(surfaces),
             tolerance: None,
         };
         Self { points, kind }
@@ -146,6 +165,7 @@ pub struct BatchCounters {
 
 /// Why a batch has no answers. Where several points are at fault the first is named.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BatchError {
     /// A slice does not fit the points and lights.
     #[error("{what}: expected {expected}, found {found}")]
@@ -243,7 +263,7 @@ impl ShadowIndex {
     /// ```
     /// # use std::sync::Arc;
     /// # use antumbra::{Batch, ShadowIndex};
-    /// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere};
+    /// # use antumbra::{DVec3, LightShape, Occluders, Opacity, Sphere};
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
     /// # builder.add_face(&floor.map(|(x, y)| DVec3::new(x, y, 0.0)), Opacity::Opaque)?;
@@ -422,7 +442,7 @@ pub(crate) struct Run<'a, A, P> {
 
 /// Returns how many points a thread takes at a time: a multiple of 8.
 pub(crate) fn chunk_length(count: usize) -> usize {
-    let share = count / (CHUNKS_A_THREAD * rayon::current_num_threads());
+    let share = count / (CHUNKS_A_THREAD * threads::count());
     share.clamp(CHUNK[0], CHUNK[1]).next_multiple_of(8)
 }
 

@@ -4,9 +4,9 @@
 //! that point and its surface. Absent here: answers.
 
 use antumbra_geometry::{DVec3, Occluders, Precision, SurfaceId};
-use rayon::prelude::*;
 
 use crate::batch::is_fine;
+use crate::threads::prelude::*;
 use crate::{Batch, BatchKind, Coordinates, ShadowIndex};
 
 /// A point that is not on the surface that it names.

@@ -5,11 +5,14 @@
 
 use antumbra_geometry::{LightShape, Start};
 
-use crate::shadow;
+use crate::shadow::{self, Rays as _};
 use crate::{
     Answer, Batch, BatchCounters, BatchError, Coordinates, Counters, Decided, Method, QueryError,
     Shadow, ShadowIndex,
 };
+
+/// Queries of an index without lists that are answered together.
+const CHUNK: usize = 1024;
 
 /// Any-hit rays of a renderer.
 pub trait AnyHit: Sync {
@@ -19,6 +22,16 @@ pub trait AnyHit: Sync {
     /// and what they do at edges is theirs, and is part of the answer. The far side of a closed curved
     /// surface need not be told: starts that shade themselves are not asked.
     fn is_blocked(&self, start: &Start, light: &LightShape) -> bool;
+
+    /// Answers as [`AnyHit::is_blocked`] for many queries of one light, and writes `true` where it is blocked. Both
+    /// slices are as long; some have thousands of items, some one.
+    ///
+    /// A renderer that traces packets or streams of rays overrides it. Without, rays are traced one by one.
+    fn are_occluded(&self, starts: &[Start], light: &LightShape, is_occluded: &mut [bool]) {
+        for (start, is_occluded) in starts.iter().zip(is_occluded) {
+            *is_occluded = self.is_blocked(start, light);
+        }
+    }
 }
 
 /// An index whose rays are somebody else's: made by [`ShadowIndex::with_rays`].
@@ -33,7 +46,7 @@ pub trait AnyHit: Sync {
 /// ```
 /// # use std::sync::Arc;
 /// use antumbra::{AnyHit, Counters, Decided, Method, ShadowIndex};
-/// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
+/// # use antumbra::{DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
 /// struct Scene {/* a renderer's own */}
 ///
 /// impl AnyHit for Scene {
@@ -78,14 +91,14 @@ impl<R: AnyHit> WithRays<'_, R> {
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.index.check_query(start, light)?;
-        let by_ray = |start: &Start, _: &mut Counters| self.is_blocked(start, light);
-        let is_far = self.index.parts.is_far(start);
-        let answer = match self.index.by_voxel_or(light, by_ray) {
-            _ if is_far => Answer::new(self.is_blocked(start, light), Decided::Ray),
+        let rays = self.rays_to(light);
+        let by_ray = || Answer::new(rays.is_occluded(start), Decided::Ray);
+        let answer = match self.index.by_voxel_or(light, rays) {
+            _ if self.index.parts.is_far(start) => by_ray(),
             Some(by_voxel) => by_voxel.answer_one(start, counters),
             None => match self.first_pass(start, light) {
                 Some(is_shadowed) => Answer::new(is_shadowed, Decided::FirstPass),
-                None => Answer::new(self.is_blocked(start, light), Decided::Ray),
+                None => by_ray(),
             },
         };
         // Values know the near surfaces only, rays all.
@@ -118,16 +131,65 @@ impl<R: AnyHit> WithRays<'_, R> {
         if light >= self.index.lights().len() {
             return Err(QueryError::UnknownLight(light));
         }
-        let by_ray = |start: &Start, _: &mut Counters| self.is_blocked(start, light);
-        if let Some(by_voxel) = self.index.by_voxel_or(light, by_ray)
-            && self.index.parts.is_whole()
-        {
-            return by_voxel.answer(starts, is_shadowed, counters, |start| {
-                self.index.check_query(start, light)
-            });
+        match self.index.by_voxel_or(light, self.rays_to(light)) {
+            Some(by_voxel) if self.index.parts.is_whole() => {
+                by_voxel.answer(starts, is_shadowed, counters, |start| {
+                    self.index.check_query(start, light)
+                })?;
+            }
+            Some(_) => {
+                for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
+                    *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
+                }
+            }
+            None => {
+                let mut unknown = Unknown::default();
+                let chunks = starts.chunks(CHUNK).zip(is_shadowed.chunks_mut(CHUNK));
+                for (starts, is_shadowed) in chunks {
+                    antumbra_task::check();
+                    self.answer_chunk(starts, light, is_shadowed, counters, &mut unknown)?;
+                }
+            }
         }
-        for (start, is_shadowed) in starts.iter().zip(is_shadowed) {
-            *is_shadowed = self.shadow(start, light, counters)?.shadow == Shadow::Shadowed;
+        Ok(())
+    }
+
+    /// Answers queries of an index without lists: what is not known goes to the rays together.
+    fn answer_chunk(
+        &self,
+        starts: &[Start],
+        light: usize,
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        unknown: &mut Unknown,
+    ) -> Result<(), QueryError> {
+        let shape = &self.index.lights()[light];
+        unknown.clear();
+        for (number, start) in starts.iter().enumerate() {
+            self.index.check_query(start, light)?;
+            let known = match self.index.parts.is_far(start) {
+                true => None,
+                false => self.first_pass(start, light),
+            };
+            match known {
+                Some(is_known_shadowed) => {
+                    let answer = Answer::new(is_known_shadowed, Decided::FirstPass);
+                    let answer = self.index.with_far(answer, start, shape, counters);
+                    counters.shadow.count(answer);
+                    is_shadowed[number] = answer.shadow == Shadow::Shadowed;
+                }
+                None => unknown.push(number, *start),
+            }
+        }
+        let rays = self.rays_to(light);
+        unknown.ask(
+            |starts, out| rays.are_blocked(starts, out, counters),
+            is_shadowed,
+        );
+        for &place in &unknown.places {
+            counters
+                .shadow
+                .count(Answer::new(is_shadowed[place], Decided::Ray));
         }
         Ok(())
     }
@@ -158,18 +220,12 @@ impl<R: AnyHit> WithRays<'_, R> {
         crate::batch::into_bits(self, batch, lights, out)
     }
 
-    /// A ray, once the start is known not to shade itself.
-    fn is_blocked(&self, start: &Start, light: usize) -> bool {
-        self.is_self_shadowed(start, light)
-            || self.rays.is_blocked(start, &self.index.lights()[light])
-    }
-
-    fn is_self_shadowed(&self, start: &Start, light: usize) -> bool {
-        let occluders = self.index.occluders();
-        start.surface.is_some_and(|own| {
-            occluders.has_own_rule(own)
-                && occluders.own_rule_blocks(&occluders.segment(start, &self.index.lights()[light]))
-        })
+    fn rays_to(&self, light: usize) -> RaysTo<'_, R> {
+        RaysTo {
+            index: self.index,
+            rays: self.rays,
+            light: &self.index.lights()[light],
+        }
     }
 
     /// What is known without blocker lists.
@@ -180,6 +236,90 @@ impl<R: AnyHit> WithRays<'_, R> {
             let values = &index.values[light];
             return shadow::first_pass(index.occluders(), index.grid(), values, &segment);
         }
-        self.is_self_shadowed(start, light).then_some(true)
+        self.rays_to(light).is_self_shadowed(start).then_some(true)
+    }
+}
+
+/// A renderer's rays to one light.
+struct RaysTo<'a, R> {
+    index: &'a ShadowIndex,
+    rays: &'a R,
+    light: &'a LightShape,
+}
+
+impl<R> Clone for RaysTo<'_, R> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<R> Copy for RaysTo<'_, R> {}
+
+impl<R: AnyHit> RaysTo<'_, R> {
+    /// Asks a ray, once the start is known not to shade itself.
+    fn is_occluded(&self, start: &Start) -> bool {
+        self.is_self_shadowed(start) || self.rays.is_blocked(start, self.light)
+    }
+
+    fn is_self_shadowed(&self, start: &Start) -> bool {
+        let occluders = self.index.occluders();
+        start.surface.is_some_and(|own| {
+            occluders.has_own_rule(own)
+                && occluders.own_rule_blocks(&occluders.segment(start, self.light))
+        })
+    }
+}
+
+impl<R: AnyHit> shadow::Rays for RaysTo<'_, R> {
+    fn is_blocked(&self, start: &Start, _: &mut Counters) -> bool {
+        self.is_occluded(start)
+    }
+
+    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], _: &mut Counters) {
+        let mut shaded = starts.iter().map(|start| self.is_self_shadowed(start));
+        let Some(first) = shaded.position(|is_shaded| is_shaded) else {
+            return self.rays.are_occluded(starts, self.light, is_blocked);
+        };
+        // Who shades itself is not asked.
+        let mut unknown = Unknown::default();
+        for (number, start) in starts.iter().enumerate() {
+            match number >= first && self.is_self_shadowed(start) {
+                true => is_blocked[number] = true,
+                false => unknown.push(number, *start),
+            }
+        }
+        let rays =
+            |starts: &[Start], out: &mut [bool]| self.rays.are_occluded(starts, self.light, out);
+        unknown.ask(rays, is_blocked);
+    }
+}
+
+/// Queries that go to the rays together, and their places among all.
+#[derive(Default)]
+struct Unknown {
+    starts: Vec<Start>,
+    places: Vec<usize>,
+    is_blocked: Vec<bool>,
+}
+
+impl Unknown {
+    fn clear(&mut self) {
+        self.starts.clear();
+        self.places.clear();
+    }
+
+    fn push(&mut self, place: usize, start: Start) {
+        self.starts.push(start);
+        self.places.push(place);
+    }
+
+    /// Asks all, and writes each answer to its place.
+    fn ask(&mut self, rays: impl FnOnce(&[Start], &mut [bool]), out: &mut [bool]) {
+        self.is_blocked.clear();
+        self.is_blocked.resize(self.starts.len(), false);
+        rays(&self.starts, &mut self.is_blocked);
+        for (&place, &is_blocked) in self.places.iter().zip(&self.is_blocked) {
+            out[place] = is_blocked;
+        }
     }
 }

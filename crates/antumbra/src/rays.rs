@@ -6,15 +6,16 @@
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Ray, SurfaceId};
 use antumbra_task::checked;
-use rayon::prelude::*;
 
 use crate::batch::{Run, check_length, chunk_length, is_fine};
+use crate::threads::prelude::*;
 use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Shadow, ShadowIndex,
 };
 
 /// What each point of a [`Batch`] looks at: an item a point, finite and at most 2^100 in magnitude.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Towards<'a, P = [f64; 3]> {
     /// The ends of segments, world space. A segment holds neither of its ends.
     Points(&'a [P]),

@@ -115,7 +115,7 @@ fn index(occluders: &Arc<Occluders>, lights: &[LightShape], rays: RayMethod) -> 
     ShadowIndex::builder(occluders.clone(), lights.to_vec())
         .method(match rays {
             RayMethod::Bvh => Method::Bvh,
-            RayMethod::Grid => Method::Grid,
+            _ => Method::Grid,
         })
         .rays(rays)
         .grid(GridResolution::Fixed([9, 10, 8]))

@@ -99,6 +99,6 @@ pub(crate) fn help(error: &LoadError) -> &'static str {
         Refusal::OtherMethod => {
             "write another with antumbra bake SCENE --shadows voxel -o FILE.antumbra, or leave --shadows out"
         }
-        Refusal::Unidentified(_) => "leave --occlusion out",
+        _ => "leave --occlusion out",
     }
 }

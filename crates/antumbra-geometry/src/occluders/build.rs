@@ -18,10 +18,11 @@ use crate::segment::Plane;
 use crate::{Cone, Coverage, CoverageId, Disk, Short, Sphere};
 
 /// Largest magnitude of a coordinate: leaves room for every product a filter forms.
-const LARGEST: f64 = 1.2676506002282294e30; // 2^100
+pub(super) const LARGEST: f64 = 1.2676506002282294e30; // 2^100
 
 /// What is wrong with a shape.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OccludersError {
     /// A number is NaN, infinite or beyond 2^100.
     #[error("element {element}: {} is not finite or its magnitude exceeds 2^100", Short(*value))]
@@ -60,6 +61,33 @@ pub enum OccludersError {
         /// The vertices of the outline.
         corners: usize,
     },
+    /// A triangle of a mesh names a vertex that is not there.
+    #[error(
+        "triangle {triangle}: corner {corner} names vertex {index}, and there are {vertex_count} vertices"
+    )]
+    MeshIndex {
+        /// The triangle's place in the mesh.
+        triangle: usize,
+        /// Which of its corners, 0 to 2.
+        corner: usize,
+        /// The vertex that it names.
+        index: u32,
+        /// Number of vertices of the mesh.
+        vertex_count: usize,
+    },
+    /// A triangle of a mesh names a vertex with a coordinate that is NaN, infinite or beyond 2^100.
+    #[error(
+        "triangle {triangle}: vertex {vertex} is {}: coordinates must be finite and at most 2^100 in magnitude",
+        Short(*position)
+    )]
+    MeshVertex {
+        /// The triangle's place in the mesh.
+        triangle: usize,
+        /// The vertex that it names.
+        vertex: u32,
+        /// Where that is.
+        position: DVec3,
+    },
     /// More than `u32::MAX` vertices or surfaces.
     #[error(
         "element {element}: more than {} vertices or surfaces in all",
@@ -76,7 +104,7 @@ pub enum OccludersError {
 /// Analytic shapes cannot have holes: an alpha-tested sphere, cone or disk counts as whole.
 #[derive(Debug, Default)]
 pub struct OccludersBuilder {
-    occluders: Occluders,
+    pub(super) occluders: Occluders,
     /// Indices of the positions, by these: 5 bytes each instead of 33 with the positions beside.
     vertices: HashTable<u32>,
     hashing: DefaultHashBuilder,
@@ -366,7 +394,7 @@ impl OccludersBuilder {
         self.occluders.alpha_tests.len() as u32 - 1
     }
 
-    fn vertex(&mut self, position: DVec3) -> u32 {
+    pub(super) fn vertex(&mut self, position: DVec3) -> u32 {
         let Self {
             occluders: Occluders { positions, .. },
             vertices,
@@ -410,7 +438,7 @@ impl OccludersBuilder {
         Ok(())
     }
 
-    fn check_room(&self, added: usize) -> Result<(), OccludersError> {
+    pub(super) fn check_room(&self, added: usize) -> Result<(), OccludersError> {
         // An outline of n vertices makes fewer than n triangles, with crossings at most n^2 more.
         let taken = self
             .occluders

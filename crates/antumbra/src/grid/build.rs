@@ -1,7 +1,7 @@
 //! Putting surfaces into voxels, conservatively.
 
+use crate::threads::prelude::*;
 use antumbra_geometry::{Bounds, Occluders, SurfaceId};
-use rayon::prelude::*;
 
 use super::{Block, Layout, cut};
 

@@ -35,6 +35,7 @@ pub struct Answer {
 
 /// Why a query has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum QueryError {
     /// The start's point is NaN, infinite or beyond 2^100.
     #[error("start {}: coordinates must be finite and at most 2^100 in magnitude", Short(*.0))]

@@ -10,12 +10,15 @@ use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refine, Ref
 use super::{LARGEST, ShadowIndex};
 use crate::bvh::Tree;
 use crate::grid::{Grid, Layout, affordable_resolution};
-use crate::kept::{Kept, LoadError};
+#[cfg(feature = "file")]
+use crate::kept::Kept;
+use crate::kept::LoadError;
 use crate::occlusion::{AdaptiveValues, Knowledge, mark, quick_check};
 use crate::parts::{Parts, Split};
 
 /// Why an index cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BuildError {
     /// A light is not finite, too large, or a zero direction.
     #[error(
@@ -133,6 +136,9 @@ impl Builder {
     /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. [`Method::Auto`] takes either,
     /// and becomes [`Method::Voxel`] with a file of values. The file is only read, and not needed any more once the
     /// index is built; what is made later goes on from it.
+    ///
+    /// Needs the feature `file`, which is on by default.
+    #[cfg(feature = "file")]
     #[must_use]
     pub fn occlusion_file(mut self, path: impl Into<PathBuf>) -> Self {
         self.occlusion_file = Some(path.into());
@@ -146,9 +152,20 @@ impl Builder {
     /// A light or a setting is out of range, the memory limit is too small, or the file of
     /// [`Builder::occlusion_file`] is refused: it was cut off or damaged, is something else, or is about another
     /// scene or other settings.
+    #[cfg_attr(
+        not(feature = "file"),
+        expect(
+            unused_mut,
+            reason = "no file changes the method, and nothing is taken from one"
+        )
+    )]
     pub fn build(mut self) -> Result<ShadowIndex, BuildError> {
+        let has_file = self.occlusion_file.is_some();
+        #[cfg(feature = "file")]
         let kept = self.occlusion_file.take();
+        #[cfg(feature = "file")]
         let kept = kept.as_deref().map(Kept::open).transpose()?;
+        #[cfg(feature = "file")]
         if let Some(kept) = &kept {
             self.method = kept.method(self.method)?;
         }
@@ -209,25 +226,26 @@ impl Builder {
             }
             AdaptiveValues::new(occluders, lights, &making)
         });
+        #[cfg(feature = "file")]
         if let (Some(kept), Some(values)) = (&kept, &adaptive) {
             kept.check(values, &self.occluders)?;
         }
-        let tree = if self.makes_tree() {
-            let topology = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
-            Some(match topology.flatten() {
-                // With all values there may never be a ray.
-                Some(topology) => Tree::later(topology),
-                None => Tree::now(occluders),
-            })
-        } else {
-            None
-        };
+        #[cfg(feature = "file")]
+        let topology = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
+        #[cfg(not(feature = "file"))]
+        let topology = None;
+        let tree = self.makes_tree().then(|| match topology.flatten() {
+            // With all values there may never be a ray.
+            Some(topology) => Tree::later(topology),
+            None => Tree::now(occluders),
+        });
         let mut kept_lights = Vec::new();
         if let (Some(values), Some(tree)) = (&mut adaptive, &tree) {
+            #[cfg(feature = "file")]
             if let Some(kept) = &kept {
                 kept_lights = kept.take(values, occluders, lights)?;
             }
-            values.make_first(occluders, || tree.get(occluders));
+            values.make_first(occluders, || tree.get(occluders), 0..lights.len());
         }
         let tree = tree.filter(|_| self.has_tree);
         Ok(ShadowIndex {
@@ -244,6 +262,8 @@ impl Builder {
             adaptive,
             kept_lights,
             quick_check: verdict,
+            has_file,
+            memory_limit: self.memory_limit,
         })
     }
 }
@@ -278,7 +298,7 @@ pub(super) fn needs_grid(method: Method, rays: RayMethod) -> bool {
         || !needs_bvh(method, rays)
 }
 
-fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
+pub(super) fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
     let (x, weight) = light.homogeneous();
     let is_fine =
         x.is_finite() && x.abs().max_element() <= LARGEST && (weight != 0.0 || x != DVec3::ZERO);

@@ -1,7 +1,9 @@
 //! The product's front door: a scene's surfaces and lights, ready for queries.
 
 mod answer;
+mod ask;
 mod builder;
+mod lights;
 mod predict;
 mod settings;
 
@@ -22,6 +24,7 @@ use self::builder::{layout, needs_bvh, needs_grid};
 use self::predict::Asked;
 pub use answer::{Answer, Decided, QueryError, Shadow};
 pub use builder::{BuildError, Builder};
+pub use lights::LightError;
 pub use predict::Prediction;
 pub use settings::{
     GridResolution, Method, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement,
@@ -55,8 +58,7 @@ pub(crate) const LARGEST: f64 = 1.2676506002282294e30;
 ///
 /// ```
 /// use std::sync::Arc;
-/// use antumbra::{Counters, Shadow, ShadowIndex};
-/// use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+/// use antumbra::{Counters, DVec3, LightShape, Occluders, Opacity, Shadow, ShadowIndex, Sphere, Start, SurfaceId};
 ///
 /// // A ball over a square floor, lit from above.
 /// let mut builder = Occluders::builder();
@@ -97,6 +99,10 @@ pub struct ShadowIndex {
     adaptive: Option<AdaptiveValues>,
     kept_lights: Vec<KeptLight>,
     quick_check: Option<QuickCheckVerdict>,
+    /// Whether there was a file of values.
+    has_file: bool,
+    /// Of grid, tree and values, in bytes.
+    memory_limit: Option<u64>,
 }
 
 impl ShadowIndex {

@@ -4,6 +4,7 @@ use crate::occlusion::{Depth, Knowledge, Making};
 
 /// How shadow queries are answered. Every method gives the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// Voxel occlusion testing as published in 1990.
     Voxel1990,
@@ -24,6 +25,7 @@ pub enum Method {
 
 /// How rays that ask for the nearest hit find it. Both give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RayMethod {
     /// The bounding volume hierarchy.
     #[default]
@@ -34,6 +36,7 @@ pub enum RayMethod {
 
 /// How fine the uniform grid is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GridResolution {
     /// Woo's rule, from the number of surfaces.
     #[default]
@@ -112,6 +115,7 @@ const EARLY_LIST: usize = 8;
 
 /// When the values of [`Method::Voxel`] and the maps of [`Method::Auto`] are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Refine {
     /// While queries are answered, where it is predicted to save time.
     #[default]
@@ -124,6 +128,7 @@ pub enum Refine {
 
 /// What to do with the quick check of Paper 7.3.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum QuickCheck {
     /// Do not evaluate it.
     #[default]
@@ -136,6 +141,7 @@ pub enum QuickCheck {
 
 /// What the quick check of Paper 7.3 found.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct QuickCheckVerdict {
     /// Mean share of the grid's voxels that an element occupies, 0..1.
     pub occupied_share: f64,

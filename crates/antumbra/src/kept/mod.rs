@@ -14,24 +14,41 @@
 //! | `volume` | values for other programs, in memory |
 //! | `words` | words and bytes in a file |
 
+#[cfg(feature = "file")]
 mod checksum;
+#[cfg(feature = "file")]
 mod identity;
+#[cfg(feature = "file")]
 mod layout;
 mod volume;
+#[cfg(feature = "file")]
 mod words;
 
+#[cfg(feature = "file")]
 use std::borrow::Cow;
+#[cfg(feature = "file")]
 use std::io::{self, Seek as _, SeekFrom, Write as _};
-use std::path::{Path, PathBuf};
+#[cfg(feature = "file")]
+use std::path::Path;
+use std::path::PathBuf;
 
+#[cfg(feature = "file")]
 use antumbra_files::{Place, Writing};
-use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
+use antumbra_geometry::UnidentifiedCoverage;
+#[cfg(feature = "file")]
+use antumbra_geometry::{LightShape, Occluders};
 
+#[cfg(feature = "file")]
 use crate::bvh::{Bvh, Topology};
+#[cfg(feature = "file")]
 use crate::occlusion::{AdaptiveValues, KeptValues, Misfit, RUNS};
+#[cfg(feature = "file")]
 use crate::{Method, ShadowIndex};
+#[cfg(feature = "file")]
 use checksum::Checksum;
+#[cfg(feature = "file")]
 use layout::{Head, Kind, LightEntry, Settings, TreeEntry};
+#[cfg(feature = "file")]
 use words::Parts;
 
 pub use volume::Volume;
@@ -51,6 +68,7 @@ pub enum KeptLight {
 
 /// What was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Saved {
     /// Length of the file.
     pub bytes: u64,
@@ -61,15 +79,18 @@ pub struct Saved {
 /// Why a file of occlusion values is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}: {reason}", path.display())]
+#[non_exhaustive]
 pub struct LoadError {
     /// The file.
     pub path: PathBuf,
     /// Why.
+    #[source]
     pub reason: Refusal,
 }
 
 /// What is wrong with a file of occlusion values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Refusal {
     /// The system does not let it be read.
     #[error("cannot be read: {0}")]
@@ -122,6 +143,7 @@ pub enum Refusal {
 
 /// A part of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Part {
     /// What it is about, and where what is.
     Head,
@@ -144,6 +166,7 @@ impl std::fmt::Display for Part {
 /// What is not as it was when a file was written. A light that changed is no reason to refuse a file
 /// ([`KeptLight::Absent`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Change {
     /// A surface, its opacity, its holes, or the order of surfaces.
     Scene,
@@ -176,6 +199,7 @@ impl std::fmt::Display for Change {
 
 /// Why values were not saved. What was at the path is untouched.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SaveError {
     /// The index keeps nothing: only [`Method::Auto`] and [`Method::Voxel`] do.
     #[error("the method of this index keeps nothing")]
@@ -199,6 +223,7 @@ pub enum SaveError {
     },
 }
 
+#[cfg(feature = "file")]
 impl ShadowIndex {
     /// Returns whether [`save`](Self::save) may write at a path: whether nothing is there, or a file of occlusion
     /// values, or an empty one, or a pipe or device that takes bytes.
@@ -279,6 +304,7 @@ impl ShadowIndex {
     }
 }
 
+#[cfg(feature = "file")]
 impl SaveError {
     fn unwritable(path: &Path, error: &io::Error) -> Self {
         Self::Unwritable {
@@ -288,6 +314,7 @@ impl SaveError {
     }
 }
 
+#[cfg(feature = "file")]
 impl LoadError {
     fn new(path: &Path, reason: Refusal) -> Self {
         Self {
@@ -297,6 +324,7 @@ impl LoadError {
     }
 }
 
+#[cfg(feature = "file")]
 /// A file of what lights know.
 pub(crate) struct Kept<'a> {
     path: &'a Path,
@@ -304,6 +332,7 @@ pub(crate) struct Kept<'a> {
     head: Head,
 }
 
+#[cfg(feature = "file")]
 impl<'a> Kept<'a> {
     /// Opens a file.
     pub(crate) fn open(path: &'a Path) -> Result<Self, LoadError> {
@@ -415,6 +444,7 @@ impl<'a> Kept<'a> {
     }
 }
 
+#[cfg(feature = "file")]
 fn unreadable(error: io::Error) -> Refusal {
     Refusal::Unreadable(error.to_string())
 }

@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use antumbra_geometry::{ElementId, LightShape, Occluders, Shaft, Umbra};
 use antumbra_task::checked;
-use rayon::prelude::*;
 
 use super::{DenseValues, Occlusion};
 use crate::grid::{Block, Grid};
+use crate::threads::{self, prelude::*};
 
 /// Blocks of more voxels than this are marked in parallel.
 const PARALLEL_VOXELS: u64 = 4096;
@@ -90,7 +90,7 @@ impl Marker<'_> {
             None => self.fill(block, self.value_of_voxel(block.from, &crossing)),
             Some([low, high]) if block.voxel_count() > PARALLEL_VOXELS => {
                 let task = antumbra_task::current();
-                rayon::join(
+                threads::join(
                     || task.enter(|| self.mark_block(&low, &crossing)),
                     || task.enter(|| self.mark_block(&high, &crossing)),
                 );

@@ -147,6 +147,11 @@ impl SceneTables {
         self.mesh.get().map(|(mesh, _)| mesh)
     }
 
+    /// Returns whether values can be made: not after [`SceneTables::finish`].
+    pub(crate) fn can_make(&self, occluders: &Occluders) -> bool {
+        self.start_forms.len() == occluders.triangle_count()
+    }
+
     pub(crate) fn mesh_bytes(&self) -> u64 {
         self.mesh.get().map_or(0, |(_, share)| share.bytes())
     }

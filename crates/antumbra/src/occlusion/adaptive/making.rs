@@ -1,11 +1,11 @@
 //! The making of tables, maps and bricks: before the first query, or one by one.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, OnceLock, PoisonError};
 
 use antumbra_geometry::Occluders;
 use antumbra_task::{Steps, check};
-use rayon::prelude::*;
 
 use super::super::bricks::{Decision, Store, cell_in_brick};
 use super::super::candidates::{Candidates, Casters};
@@ -21,6 +21,7 @@ use super::demand::{HASTE, UNIT};
 use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
 use crate::Refine;
 use crate::bvh::Bvh;
+use crate::threads::prelude::*;
 
 /// What is worked with while values are made.
 #[derive(Clone, Copy)]
@@ -47,14 +48,24 @@ fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
 }
 
 impl AdaptiveValues {
-    /// Makes what is wanted before the first query, on all threads; all values with a tree.
-    pub(crate) fn make_first<'a>(&mut self, occluders: &Occluders, tree: impl FnOnce() -> &'a Bvh) {
+    /// Returns whether anything is wanted before the first query.
+    pub(crate) fn is_made_first(&self) -> bool {
+        self.refine != Refine::Lazy
+    }
+
+    /// Makes what is wanted of some lights before the first query, on all threads; all values with a tree.
+    pub(crate) fn make_first<'a>(
+        &mut self,
+        occluders: &Occluders,
+        tree: impl FnOnce() -> &'a Bvh,
+        lights: Range<usize>,
+    ) {
         match self.refine {
-            Refine::Eager if self.knowledge == Knowledge::Maps => self.make_maps(occluders),
+            Refine::Eager if self.knowledge == Knowledge::Maps => self.make_maps(occluders, lights),
             Refine::Eager if self.is_all_packed() => {}
-            Refine::Eager => self.make_all(occluders, tree()),
+            Refine::Eager => self.make_all(occluders, tree(), lights),
             Refine::Lazy => {}
-            Refine::Asked => (0..self.lights.len()).for_each(|light| {
+            Refine::Asked => lights.for_each(|light| {
                 let known = self.make_known(occluders, light, false);
                 if let (Some(known), Knowledge::Maps) = (known, self.knowledge) {
                     self.make_map(occluders, light, &known.lists, None);
@@ -63,10 +74,10 @@ impl AdaptiveValues {
         }
     }
 
-    /// Makes whole maps of all lights, as far as there is room.
-    fn make_maps(&self, occluders: &Occluders) {
-        let steps = Steps::new("baking", self.lights.len() as u64);
-        for light in 0..self.lights.len() {
+    /// Makes whole maps of some lights, as far as there is room.
+    fn make_maps(&self, occluders: &Occluders, lights: Range<usize>) {
+        let steps = Steps::new("baking", lights.len() as u64);
+        for light in lights {
             steps.step(|| {
                 if let Some(known) = self.make_known(occluders, light, false) {
                     self.make_map(occluders, light, &known.lists, Some(WHOLE_MAP));
@@ -84,16 +95,21 @@ impl AdaptiveValues {
         }
     }
 
-    /// Makes all values of all lights, light by light, as far as there is room.
-    fn make_all(&mut self, occluders: &Occluders, bvh: &Bvh) {
+    /// Makes all values of some lights, light by light, as far as there is room.
+    fn make_all(&mut self, occluders: &Occluders, bvh: &Bvh, lights: Range<usize>) {
+        self.restore_tables(occluders);
         let scene = Scene { occluders, bvh };
         let brick_count: u64 = Audience::ALL
             .iter()
             .map(|&audience| self.lattices[audience as usize].root_bricks().count() as u64)
             .sum();
-        let steps = Steps::new("baking", self.lights.len() as u64 * brick_count);
-        for light in 0..self.lights.len() {
+        let steps = Steps::new("baking", lights.len() as u64 * brick_count);
+        for light in lights {
             if !self.lights[light].is_ordinary || self.packed(light).is_some() {
+                continue;
+            }
+            if !self.can_make(occluders) {
+                self.lights[light].is_refused.store(true, Ordering::Relaxed);
                 continue;
             }
             let is_complete = self.lights[light].is_complete();
@@ -181,6 +197,27 @@ impl AdaptiveValues {
         if let (false, Some((tables, share))) = (is_any_open, self.tables.get_mut()) {
             share.shrink_to(tables.finish());
         }
+    }
+
+    /// Makes the scene's tables once more, of which what only makes values was dropped, where there is room. Without,
+    /// nothing more can be made.
+    fn restore_tables(&mut self, occluders: &Occluders) {
+        let has_values = self.knowledge == Knowledge::Values;
+        let is_short = |(tables, _): &(SceneTables, Share)| !tables.can_make(occluders);
+        if self.tables.get().is_some_and(is_short)
+            && let Some(share) = self
+                .room
+                .take(SceneTables::bytes_for(occluders, has_values))
+        {
+            let tables = SceneTables::new(occluders, &self.frame, has_values);
+            self.tables = OnceLock::from((tables, share));
+        }
+    }
+
+    /// Returns whether values can be made with the scene's tables, or those are not made yet.
+    fn can_make(&self, occluders: &Occluders) -> bool {
+        let can_make = |(tables, _): &(SceneTables, Share)| tables.can_make(occluders);
+        self.tables.get().is_none_or(can_make)
     }
 
     /// Makes the values that are missing of a cell whose link this is, and of all finer ones.

@@ -8,6 +8,7 @@
 
 mod demand;
 mod keeping;
+mod lights;
 mod making;
 mod predict;
 
@@ -151,22 +152,14 @@ impl AdaptiveValues {
         let frame = Frame::new(bounds);
         let depth = making.depth;
         let lattices = lattices(&bounds, &frame, depth);
-        let lights: Vec<_> = lights
-            .iter()
-            .map(|&light| {
-                // Filters square directions.
-                let light = light.without_underflow();
-                LightValues::new(light, is_ordinary(occluders, &frame, &light))
-            })
-            .collect();
-        Self {
+        let mut values = Self {
             frame,
             start_room: START_ROOM / frame.scale,
             lattices,
             depth,
             room: Room::new(making.most_bytes),
             tables: OnceLock::new(),
-            lights,
+            lights: Vec::with_capacity(lights.len()),
             holders: Mutex::new(Vec::new()),
             refine: making.refine,
             knowledge: making.knowledge,
@@ -175,7 +168,11 @@ impl AdaptiveValues {
             asked_last: AtomicUsize::new(NO_LIGHT),
             turns: AtomicU32::new(0),
             level: Level::new(),
+        };
+        for light in lights {
+            values.add_light(occluders, light);
         }
+        values
     }
 
     pub(crate) fn set_refining(&self, is_refining: bool) {

@@ -21,7 +21,6 @@ use antumbra_geometry::{DVec2, LightShape, Occluders, SurfaceId};
 use antumbra_task::{check, checked};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
-use rayon::prelude::*;
 
 use self::build::{AGAIN, Builder, LEVELS, Queries, digit, place_codes};
 use self::facet::{Depths, footprint};
@@ -34,6 +33,7 @@ use super::room::Share;
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
 use crate::frame::Frame;
+use crate::threads::prelude::*;
 
 /// What a light's directions know so far.
 #[derive(Debug)]
