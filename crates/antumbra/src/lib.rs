@@ -5,6 +5,7 @@ mod beam;
 mod bvh;
 mod clock;
 mod draw;
+mod fraction;
 mod frame;
 mod grid;
 mod index;
@@ -22,6 +23,7 @@ mod sweep;
 pub use antumbra_task::{Stopped, Task};
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};
 pub use beam::Targets;
+pub use fraction::{LightSamples, LightSampling, ReceiverSide};
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, Prediction, QueryError,
     QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,

@@ -242,15 +242,11 @@ fn from_plane(receiver: DVec3, point: DVec3, unit_normal: DVec3, area: f64) -> A
     }
 }
 
-/// Returns how large a light of some area looks, steradians; 0 at the light itself.
+/// Returns the steradians of a light of some area that is seen everywhere as at this distance and angle; 0 at the
+/// light itself. For a near and large light single samples may be of more than a half sphere; their mean is not.
 fn solid_angle(area: f64, emitted: f64, square_of_distance: f64) -> f64 {
-    if square_of_distance > 0.0 {
-        let angle = area * emitted / square_of_distance;
-        // Near the light the formula for small ones grows without bound; a half space is the most.
-        angle.min(2.0 * std::f64::consts::PI)
-    } else {
-        0.0
-    }
+    let angle = area * emitted / square_of_distance;
+    if angle.is_finite() { angle } else { 0.0 }
 }
 
 /// Refuses points that queries refuse.

@@ -47,8 +47,8 @@ impl SphereLight {
         let towards = self.center - receiver;
         let distance = towards.length();
         let sine = self.radius / distance;
-        // Not for NaN: a receiver at the centre.
-        if !(sine < 1.0) {
+        // NaN: a receiver at the centre of what is too small for its square.
+        if sine.is_nan() || sine >= 1.0 {
             return None;
         }
         let axis = towards / distance;
