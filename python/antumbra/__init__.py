@@ -21,6 +21,7 @@ from types import ModuleType
 
 from ._antumbra import version as _version
 from ._warning import AntumbraWarning
+from .area import DiskLight, PolygonLight, RectLight, SegmentLight, Sky, SphereLight, SunDisc
 from .index import ShadowIndex, Volume
 from .lights import DirectionalLight, Light, PointLight, SpotLight
 from .picture import Camera, Picture, render
@@ -32,12 +33,19 @@ __all__ = [
     "AntumbraWarning",
     "Camera",
     "DirectionalLight",
+    "DiskLight",
     "Light",
     "Picture",
     "PointLight",
+    "PolygonLight",
+    "RectLight",
     "Scene",
+    "SegmentLight",
     "ShadowIndex",
+    "Sky",
+    "SphereLight",
     "SpotLight",
+    "SunDisc",
     "Volume",
     "__version__",
     "render",
