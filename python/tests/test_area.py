@@ -13,6 +13,8 @@ FLOOR = [[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]]
 PLATE = [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
 LAMP = antumbra.RectLight((0, 0, 3), (0, 1, 0), (1, 0, 0))
 
+POINT: Any = antumbra.PointLight((0, 0, 1))
+
 LIGHTS: list[Any] = [
     LAMP,
     antumbra.PolygonLight([(0, 0, 3), (0, 1, 3), (1, 0, 3)]),
@@ -89,7 +91,7 @@ CASES: list[tuple[Any, type[Exception], str]] = [
     (lambda: antumbra.Sky(colour=(-1, 0, 0)), ValueError, "colour is"),
     (lambda: antumbra.PolygonLight([(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]), ValueError, "not convex"),
     (
-        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], antumbra.PointLight((0, 0, 1))),
+        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], POINT),
         TypeError,
         "light: expected a light with size",
     ),
