@@ -20,6 +20,7 @@ from types import ModuleType
 
 from ._antumbra import version as _version
 from ._warning import AntumbraWarning
+from .area import DiskLight, PolygonLight, RectLight, SegmentLight, Sky, SphereLight, SunDisc
 from .index import ShadowIndex, Volume
 from .lights import DirectionalLight, Light, PointLight, SpotLight, Sun
 from .picture import Camera, Picture, render
@@ -31,13 +32,20 @@ __all__ = [
     "AntumbraWarning",
     "Camera",
     "DirectionalLight",
+    "DiskLight",
     "Light",
     "Picture",
     "PointLight",
+    "PolygonLight",
+    "RectLight",
     "Scene",
+    "SegmentLight",
     "ShadowIndex",
+    "Sky",
+    "SphereLight",
     "SpotLight",
     "Sun",
+    "SunDisc",
     "Volume",
     "__version__",
     "render",

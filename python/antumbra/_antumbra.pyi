@@ -9,11 +9,26 @@ import numpy.typing as npt
 
 from ._arrays import Reals
 from ._progress import Told
-from .index import KeptLight, Settings, Stats
+from .area import AreaTuple
+from .index import FractionSettings, KeptLight, Settings, Stats
 from .lights import LightTuple
 from .picture import PictureSettings
 
-__all__ = ["Scene", "ShadowIndex", "all_hits", "nearest_hits", "render", "run", "to_srgb", "towards_sun", "version", "write_exr", "write_png"]
+__all__ = [
+    "Scene",
+    "ShadowIndex",
+    "all_hits",
+    "check_area_light",
+    "nearest_hits",
+    "render",
+    "run",
+    "to_srgb",
+    "towards_sun",
+    "version",
+    "visible_fraction",
+    "write_exr",
+    "write_png",
+]
 
 _Vector: TypeAlias = Sequence[float]
 _Camera: TypeAlias = tuple[_Vector, _Vector, _Vector, float]
@@ -137,6 +152,15 @@ def write_exr(
     decided: npt.NDArray[np.float32],
     read: Sequence[Path],
 ) -> None: ...
+def check_area_light(light: AreaTuple) -> None: ...
+def visible_fraction(
+    index: ShadowIndex,
+    points: Reals,
+    face_ids: npt.NDArray[np.uint32] | None,
+    normals: Reals | None,
+    light: AreaTuple,
+    settings: FractionSettings,
+) -> npt.NDArray[np.float32]: ...
 def write_png(path: str, colours: npt.NDArray[np.float32], stops: float, read: Sequence[Path]) -> None: ...
 def towards_sun(azimuth_degrees: float, elevation_degrees: float, up: _Vector) -> list[float]: ...
 def run(command_line: list[str]) -> int: ...

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from . import _antumbra
 from ._arrays import as_array, vector, whole
 from ._progress import Progress, told
+from .area import AreaLight, AreaTuple, parted
 from .index import settings
 from .lights import Light, tuples_of
 from .scene import SceneLike, scene_of
@@ -27,6 +28,8 @@ class PictureSettings(TypedDict):
     samples: int
     max_depth: int
     seed: int
+    light_samples: int
+    area_lights: list[AreaTuple]
     shows_occlusion: bool
     background: Sequence[float] | None
 
@@ -54,8 +57,9 @@ class Picture:
 
     Attributes:
         color: Linear RGB, float32, shape (height, width, 3), rows from the top.
-        shadow: For each light the share of samples that it reaches, 0 to 1, float32, shape (lights, height,
-            width). A sample that faces away or is outside the cone of a spot is not reached; one that hits
+        shadow: For each light the share of samples that it reaches, or for a light with size the share of it that
+            is seen, 0 to 1, float32, shape (lights, height, width); lights without size come first. A sample that
+            faces away or is outside the cone of a spot is not reached; one that hits
             nothing is.
         decided: How the queries of each pixel were decided, by name: shares, float32, shape (height, width).
         light_names: A name for each light.
@@ -131,10 +135,11 @@ def _path_of(path: str | os.PathLike[str], ending: str) -> str:
 def render(
     scene: SceneLike,
     *,
-    lights: Light | Sequence[Light] | None = None,
+    lights: Light | AreaLight | Sequence[Light | AreaLight] | None = None,
     camera: Camera | None = None,
     size: tuple[int, int] | None = None,
     samples: int = 1,
+    light_samples: int = 16,
     max_depth: int = 5,
     seed: int = 0,
     show: Literal["scene", "occlusion"] = "scene",
@@ -153,10 +158,11 @@ def render(
 
     Args:
         scene: What is seen: anything that `ShadowIndex` takes.
-        lights: One light or many; by default the scene's, or a sun if it has none.
+        lights: One light or many, with size and without; by default the scene's, or a sun if it has none.
         camera: The camera; by default the scene's, or one that frames the scene.
         size: Width and height in pixels, 1 to 16384; by default the scene's, or 512 x 512.
         samples: Samples a pixel, 1 to 65536.
+        light_samples: Samples of each light with size at each point, 1 to 65536; powers of two are spread best.
         max_depth: Longest chain of rays, the eye ray counted, 0 to 32.
         seed: Changes the samples' places.
         show: `"scene"`, or `"occlusion"`: in false colours, how shadow queries were decided.
@@ -190,11 +196,14 @@ def render(
         up = native.up if camera.up is None else vector("camera.up", camera.up)
         eye, at = vector("camera.eye", camera.eye), vector("camera.at", camera.at)
         view = (eye, at, up, float(camera.fov_degrees))
+    plain, areas = (None, []) if lights is None else parted(lights)
     picture: PictureSettings = {
         "size": (width, height),
         "samples": whole("samples", samples, 1, 65536),
         "max_depth": whole("max_depth", max_depth, 0, 32),
         "seed": whole("seed", seed, 0, 2**64 - 1),
+        "light_samples": whole("light_samples", light_samples, 1, 65536),
+        "area_lights": areas,
         "shows_occlusion": show == "occlusion",
         "background": None if background is None else vector("background", background),
     }
@@ -207,7 +216,7 @@ def render(
         grid=grid,
         threads=threads,
     )
-    tuples = None if lights is None else tuples_of(lights)
+    tuples = None if plain is None else tuples_of(plain)
     path = None if occlusion is None else os.fsdecode(occlusion)
     color, shadow, decided, names, ways, stops, counts = _antumbra.render(
         native, tuples, view, picture, made, path, told(progress)

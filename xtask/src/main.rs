@@ -128,7 +128,9 @@ fn gallery() -> Result<()> {
     let images = run::root().join("docs/images");
     std::fs::create_dir_all(&images)?;
     let lamp = "point:4,-2,4";
-    let pictures: [(&str, &[&str]); 5] = [
+    // A lamp with a size: a square whose front looks at the spheres.
+    let panel = "area:4,-2,4/0.8,1.6,0/1.07,-0.54,-1.34/0.95,0.9,0.8";
+    let pictures: [(&str, &[&str]); 7] = [
         (
             "sphereflake.png",
             &[
@@ -178,6 +180,38 @@ fn gallery() -> Result<()> {
                 "occlusion",
                 "--shadows",
                 "voxel-1990",
+                "--spp",
+                "4",
+            ],
+        ),
+        (
+            "soft.png",
+            &[
+                "scenes/sphereflake.nff",
+                "--light",
+                panel,
+                "--light",
+                "sky:.15,.2,.3",
+                "--camera",
+                "fov:40",
+                "--light-samples",
+                "32",
+                "--spp",
+                "9",
+            ],
+        ),
+        (
+            "soft-occlusion.png",
+            &[
+                "scenes/sphereflake.nff",
+                "--light",
+                panel,
+                "--camera",
+                "fov:40",
+                "--show",
+                "occlusion",
+                "--light-samples",
+                "64",
                 "--spp",
                 "4",
             ],

@@ -8,6 +8,7 @@
 mod commands;
 mod failure;
 mod interrupt;
+mod light_values;
 mod load;
 mod machine;
 mod memory;

@@ -5,15 +5,18 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use antumbra_geometry::Short;
-use antumbra_scene::model::{Camera, Light, LightKind, Scene};
+use antumbra_geometry::{DVec3, Short};
+use antumbra_render::prepare::emissive_lights;
+use antumbra_scene::model::{Camera, Scene};
+use antumbra_scene::{Lights, read_lights};
 
 use crate::failure::Failure;
+use crate::light_values::{LightValue, SceneLight};
 use crate::memory;
 use crate::outputs::Outputs;
 use crate::scene_source;
 use crate::screen::Screen;
-use crate::typed::{IndexCost, SceneFile};
+use crate::typed::{IndexCost, MoreLights, SceneFile};
 use crate::values::CameraParts;
 
 /// The field of view for a typed camera without one.
@@ -37,13 +40,37 @@ pub(crate) fn lit_scene(
     outputs: &Outputs,
     screen: &Screen,
 ) -> Result<LitScene, Failure> {
+    let has_size = typed.sun.is_some_and(|sun| sun.diameter_degrees.is_some())
+        || typed
+            .lights
+            .iter()
+            .any(|light| matches!(light, LightValue::Area { .. } | LightValue::Sky { .. }));
+    if has_size {
+        return Err(Failure::input(
+            "lights with size are for render alone",
+            "give points, spots, or a sun without a diameter",
+        ));
+    }
+    any_lit_scene(typed, None, cost, outputs, screen)
+}
+
+/// Reads a scene as [`lit_scene`] does, with lights with size too.
+pub(crate) fn any_lit_scene(
+    typed: &SceneFile,
+    more: Option<&MoreLights>,
+    cost: &IndexCost,
+    outputs: &Outputs,
+    screen: &Screen,
+) -> Result<LitScene, Failure> {
+    outputs.spare(more.and_then(|more| more.file.as_ref()))?;
     outputs.spare([&typed.scene])?;
     let limit = memory::limit(cost.memory_limit);
     memory::check_file(&typed.scene, limit)?;
     let begin = Instant::now();
     let loaded = scene_source::read(&typed.scene, typed.up, limit)?;
     let load_time = begin.elapsed();
-    outputs.spare(&loaded.files)?;
+    let mut files = loaded.files;
+    outputs.spare(&files)?;
     loaded
         .warnings
         .iter()
@@ -51,18 +78,9 @@ pub(crate) fn lit_scene(
 
     let mut scene = loaded.scene;
     let up = scene_source::up(&scene, typed.up);
-    let point_lights = typed
-        .lights
-        .iter()
-        .enumerate()
-        .map(|(number, light)| Light {
-            name: format!("light {}", number + 1),
-            kind: LightKind::Point {
-                position: light.position,
-            },
-            color: light.color,
-            falls_off: false,
-        });
+    let chosen = chosen_lights(typed, more, up, limit)?;
+    let from_file = more.and_then(|more| more.file.as_ref());
+    files.extend(from_file.cloned());
     if let Some(sun) = typed.sun
         && sun.elevation_degrees < 0.0
     {
@@ -71,19 +89,28 @@ pub(crate) fn lit_scene(
             Short(-sun.elevation_degrees)
         ));
     }
-    let suns = typed.sun.map(|sun| scene_source::sun(sun, up));
-    let typed_lights: Vec<Light> = point_lights.chain(suns).collect();
-    if !typed_lights.is_empty() {
+    if let Some(chosen) = chosen {
         if !scene.lights.is_empty() {
             let count = scene.lights.len();
-            screen.note(format!(
-                "--light and --sun replace the file's lights ({count})"
-            ));
+            let options = match from_file {
+                Some(_) => "--light, --lights and --sun",
+                None => "--light and --sun",
+            };
+            screen.note(format!("{options} replace the file's lights ({count})"));
         }
-        scene.lights = typed_lights;
+        scene.lights = chosen.lights;
+        scene.area_lights = chosen.area_lights;
         // What is typed has no unit: it is meant to be shown as it is.
         scene.is_photometric = false;
-    } else if scene.lights.is_empty() {
+    }
+    if more.is_some_and(|more| more.emissive) {
+        let emissive = emissive_lights(&scene)?;
+        if emissive.is_empty() {
+            screen.note("--emissive-lights: no face of the scene emits light");
+        }
+        scene.area_lights.extend(emissive);
+    }
+    if scene.lights.is_empty() && scene.area_lights.is_empty() {
         screen.note("the scene has no light; taking a sun (choose one with --sun or --light)");
         scene.lights.push(scene_source::default_sun(up));
     }
@@ -92,8 +119,46 @@ pub(crate) fn lit_scene(
     Ok(LitScene {
         scene,
         load_time,
-        files: loaded.files,
+        files,
     })
+}
+
+/// Returns the lights that replace the file's; `None` if none were asked for.
+fn chosen_lights(
+    typed: &SceneFile,
+    more: Option<&MoreLights>,
+    up: DVec3,
+    memory_limit: u64,
+) -> Result<Option<Lights>, Failure> {
+    let from_file = more.and_then(|more| more.file.as_ref());
+    if typed.lights.is_empty() && typed.sun.is_none() && from_file.is_none() {
+        return Ok(None);
+    }
+    let mut chosen = Lights::default();
+    for (number, light) in typed.lights.iter().enumerate() {
+        let name = format!("light {}", number + 1);
+        let light = light.clone().into_light(name, up);
+        match light.map_err(|error| Failure::input(error.to_string(), ""))? {
+            SceneLight::Plain(light) => chosen.lights.push(light),
+            SceneLight::Area(light) => chosen.area_lights.push(light),
+        }
+    }
+    if let Some(path) = from_file {
+        let of_file = read_lights(path, up, memory_limit)?;
+        chosen.lights.extend(of_file.lights);
+        chosen.area_lights.extend(of_file.area_lights);
+    }
+    match typed.sun {
+        Some(sun) if sun.diameter_degrees.is_some() => {
+            let disc = scene_source::sun_disc(sun, up);
+            chosen
+                .area_lights
+                .push(disc.map_err(|error| Failure::input(error.to_string(), ""))?);
+        }
+        Some(sun) => chosen.lights.push(scene_source::sun(sun, up)),
+        None => {}
+    }
+    Ok(Some(chosen))
 }
 
 /// Settles the camera: as typed, else the file's, else one that frames the scene.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use antumbra_geometry::DVec3;
-use antumbra_scene::model::{Camera, Color, Light, Scene};
+use antumbra_geometry::{AreaError, AreaShape, DVec3, SunDisc};
+use antumbra_scene::model::{AreaLight, Camera, Color, Light, Scene};
 use antumbra_scene::{Loaded, ReadOptions, UpAxis, Warning, defaults, generate, read_file, write};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
@@ -61,6 +61,19 @@ pub(crate) fn default_sun(up: DVec3) -> Light {
 /// Returns a sun at a place of the sky.
 pub(crate) fn sun(sun: Sun, up: DVec3) -> Light {
     defaults::sun(sun.azimuth_degrees, sun.elevation_degrees, up)
+}
+
+/// Returns a sun with the size that was typed.
+pub(crate) fn sun_disc(sun: Sun, up: DVec3) -> Result<AreaLight, AreaError> {
+    let towards = defaults::towards_sun(sun.azimuth_degrees, sun.elevation_degrees, up);
+    let disc = SunDisc::new(towards, sun.diameter_degrees.unwrap_or_default())?;
+    let Light { name, color, .. } = self::sun(sun, up);
+    Ok(AreaLight {
+        name,
+        shape: AreaShape::SunDisc(disc),
+        color,
+        falls_off: false,
+    })
 }
 
 /// Returns what reads the name of a built-in scene.

@@ -7,8 +7,9 @@ use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::light_values::{self, LightValue};
 pub(crate) use crate::methods::{Against, Rays, Shadows, ours};
-use crate::values::{self, CameraParts, Exposure, LightChoice, PointLight, Sun};
+use crate::values::{self, CameraParts, Exposure, LightChoice, Sun};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -67,6 +68,28 @@ pub(crate) const SUN_HELP: &str = "Sun that replaces the file's lights, in degre
      and elevation above the horizon. With z up, north is +y and east is +x; with y up, north is -z \
      and east is +x";
 
+/// The help of `--sun` where it may have a size.
+const SUN_WITH_SIZE_HELP: &str = "Sun that replaces the file's lights, in degrees: azimuth clockwise from north as seen from above, \
+     elevation above the horizon, and for render its angular diameter (0.53 seen from the Earth), for soft shadows. With \
+     z up, north is +y and east is +x; with y up, north is -z and east is +x";
+
+/// Lights of a picture that other commands do not take.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Scene and lights")]
+pub(crate) struct MoreLights {
+    /// JSON file of lights that replace the file's, with size and without; docs/lights.md describes it
+    #[arg(long = "lights", value_name = "FILE.json")]
+    pub(crate) file: Option<PathBuf>,
+
+    /// Make lights with size of faces that emit (glTF's emissiveFactor, MTL's Ke), one for each object
+    #[arg(long = "emissive-lights")]
+    pub(crate) emissive: bool,
+
+    /// Samples of each light with size at each point; each of --spp takes others. Powers of two are spread best
+    #[arg(long = "light-samples", value_name = "N", default_value_t = antumbra_render::integrator::DEFAULT_LIGHT_SAMPLES, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) samples: u32,
+}
+
 /// The scene and its lights.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene and lights")]
@@ -79,11 +102,15 @@ pub(crate) struct SceneFile {
     #[arg(long, value_name = "AXIS")]
     pub(crate) up: Option<Up>,
 
-    /// Light that replaces the file's lights: point:X,Y,Z or point:X,Y,Z/R,G,B; repeatable
-    #[arg(long = "light", value_name = "LIGHT", value_parser = values::light, allow_hyphen_values = true)]
-    pub(crate) lights: Vec<PointLight>,
+    /// Light that replaces the file's lights; repeatable. point:X,Y,Z;
+    /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render alone:
+    /// area:CENTER/EDGE1/EDGE2 (shines to the side of EDGE1 x EDGE2), disk:CENTER/NORMAL/RADIUS,
+    /// sphere:X,Y,Z,RADIUS, segment:END/END, sky:R,G,B. All take /R,G,B behind; area and disk also
+    /// /both, to shine to both sides
+    #[arg(long = "light", value_name = "LIGHT", value_parser = light_values::light, allow_hyphen_values = true)]
+    pub(crate) lights: Vec<LightValue>,
 
-    #[arg(long, help = SUN_HELP, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
+    #[arg(long, help = SUN_WITH_SIZE_HELP, value_name = "AZIMUTH,ELEVATION[,DIAMETER]", value_parser = values::sun_with_size, allow_hyphen_values = true)]
     pub(crate) sun: Option<Sun>,
 
     /// Colour behind the scene, linear RGB [default: the file's; for formats that have none a
@@ -174,6 +201,9 @@ pub(crate) struct Threads {
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) file: SceneFile,
+
+    #[command(flatten)]
+    pub(crate) more_lights: MoreLights,
 
     /// Picture to write, .png or .exr; with --orbit, -0001 and so on is inserted before the ending
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]
@@ -471,7 +501,8 @@ pub(crate) enum ShowWhat {
     #[default]
     Scene,
     /// How queries were decided: green first pass, blue intermediate, yellow blocker list,
-    /// vermilion ray, grey facing away, violet outside the spot's cone; shadowed is darker
+    /// vermilion ray, grey facing away, violet outside the spot's cone; shadowed is darker. Lights
+    /// with size: light grey wholly visible, orange penumbra, dark blue umbra
     Occlusion,
 }
 

@@ -44,6 +44,8 @@ pub(crate) enum LightChoice {
 pub(crate) struct Sun {
     pub(crate) azimuth_degrees: f64,
     pub(crate) elevation_degrees: f64,
+    /// The angular diameter, where one was typed.
+    pub(crate) diameter_degrees: Option<f64>,
 }
 
 /// An exposure as typed.
@@ -56,7 +58,7 @@ pub(crate) enum Exposure {
 }
 
 /// Reads one finite number.
-fn number(text: &str) -> Result<f64, String> {
+pub(crate) fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("expected a finite number, found `{text}`")),
@@ -64,7 +66,7 @@ fn number(text: &str) -> Result<f64, String> {
 }
 
 /// Reads so many finite numbers, separated by commas.
-fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64; N], String> {
+pub(crate) fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64; N], String> {
     let values = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
     let found = values.len();
     values
@@ -72,7 +74,7 @@ fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64; N], String
         .map_err(|_| format!("expected {pattern}, found {found} numbers in `{text}`"))
 }
 
-fn triple(text: &str) -> Result<DVec3, String> {
+pub(crate) fn triple(text: &str) -> Result<DVec3, String> {
     numbers::<3>(text, "X,Y,Z").map(DVec3::from_array)
 }
 
@@ -243,6 +245,28 @@ pub(crate) fn distance(text: &str) -> Result<f64, String> {
     })
 }
 
+/// Reads `AZIMUTH,ELEVATION` or `AZIMUTH,ELEVATION,DIAMETER` in degrees.
+pub(crate) fn sun_with_size(text: &str) -> Result<Sun, String> {
+    let Some((place, diameter)) = text
+        .rsplit_once(',')
+        .filter(|(place, _)| place.contains(','))
+    else {
+        return sun(text).map_err(|error| error.replace("ELEVATION in", "ELEVATION[,DIAMETER] in"));
+    };
+    let degrees = number(diameter)?;
+    if !(degrees > 0.0 && degrees < 180.0) {
+        return Err(format!(
+            "the sun's diameter is {}; expected above 0, below 180 degrees (0.53 seen from the Earth)",
+            Short(degrees)
+        ));
+    }
+    let sun = sun(place)?;
+    Ok(Sun {
+        diameter_degrees: Some(degrees),
+        ..sun
+    })
+}
+
 /// Reads `AZIMUTH,ELEVATION` in degrees.
 pub(crate) fn sun(text: &str) -> Result<Sun, String> {
     let [azimuth_degrees, elevation_degrees] = numbers(text, "AZIMUTH,ELEVATION in degrees")?;
@@ -261,6 +285,7 @@ pub(crate) fn sun(text: &str) -> Result<Sun, String> {
     Ok(Sun {
         azimuth_degrees,
         elevation_degrees,
+        diameter_degrees: None,
     })
 }
 

@@ -3,6 +3,7 @@
 //! Floor 1 of the project: vectors, boxes, shapes, light shapes and the rule of EXACTNESS.md.
 //! Absent here: files, threads, logs, materials, grids.
 
+mod area;
 mod bounds;
 mod coverage;
 mod flat;
@@ -19,6 +20,10 @@ mod shape;
 mod short;
 mod umbra;
 
+pub use area::{
+    AreaError, AreaSample, AreaShape, DiskLight, MAX_LIGHT_SAMPLES, MeshLight, PolygonLight,
+    RectangleLight, SamplePattern, SegmentLight, Sky, SphereLight, SunDisc, TriangleLight,
+};
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
 pub use glam::{DVec2, DVec3};

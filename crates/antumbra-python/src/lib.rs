@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `scene` | scenes from files and from arrays |
 //! | `lights` | lights from Python's tuples and back |
+//! | `area` | lights with size, visible fractions |
 //! | `index` | the shadow index, its settings and batches |
 //! | `hits` | rays that ask what they meet |
 //! | `picture` | rendering to arrays, PNG |
@@ -15,6 +16,7 @@
 //! | `work` | threads, Ctrl-C, the interpreter's lock |
 //! | `error` | our errors as Python's |
 
+mod area;
 mod arrays;
 mod error;
 mod hits;
@@ -31,6 +33,10 @@ use pyo3::prelude::*;
 /// The extension module behind the package `antumbra`.
 #[pymodule]
 mod _antumbra {
+    #[pymodule_export]
+    use super::area::check_area_light;
+    #[pymodule_export]
+    use super::area::visible_fraction;
     #[pymodule_export]
     use super::hits::all_hits;
     #[pymodule_export]

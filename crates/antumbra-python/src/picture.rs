@@ -22,6 +22,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::area::{AreaTuple, area_light};
 use crate::error::ToPython as _;
 use crate::index::Settings;
 use crate::lights::{LightTuple, from_tuples};
@@ -39,6 +40,8 @@ pub(crate) struct PictureSettings {
     samples: u32,
     max_depth: u32,
     seed: u64,
+    light_samples: u32,
+    area_lights: Vec<AreaTuple>,
     shows_occlusion: bool,
     background: Option<[f64; 3]>,
 }
@@ -69,6 +72,8 @@ pub(crate) fn render<'py>(
     Bound<'py, PyDict>,
 )> {
     let lights = lights.map(from_tuples).transpose()?;
+    let area_lights = picture.area_lights.into_iter().map(area_light);
+    let area_lights = area_lights.collect::<PyResult<Vec<_>>>()?;
     let options = settings.options()?;
     let model = &*scene.model;
     let size = picture.size;
@@ -92,6 +97,7 @@ pub(crate) fn render<'py>(
             samples: picture.samples,
         },
         max_depth: picture.max_depth,
+        light_samples: picture.light_samples,
         seed: picture.seed,
         show: if picture.shows_occlusion {
             Show::Occlusion
@@ -108,6 +114,7 @@ pub(crate) fn render<'py>(
         let mut model = model.clone();
         if let Some(lights) = lights {
             model.lights = lights;
+            model.area_lights = area_lights;
             model.is_photometric = false;
         } else if model.lights.is_empty() {
             model.lights.push(defaults::default_sun(model.up));
@@ -139,7 +146,7 @@ pub(crate) fn render<'py>(
         0.0
     };
     let counts = counts(py, &rendered)?;
-    let light_count = prepared.scene().lights.len();
+    let light_count = film::light_count(prepared.scene());
     let mut masks = Vec::with_capacity(light_count * width * height);
     let mut decided = Vec::new();
     let (mut light_names, mut ways) = (Vec::new(), Vec::new());

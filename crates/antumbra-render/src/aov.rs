@@ -6,17 +6,20 @@
 //! - `shadow.<light>`: samples that the light reaches. A sample that faces away from the light or
 //!   is outside the spot's cone counts as not reached; one that hits nothing counts as reached, so
 //!   that the picture's background stays when it is multiplied by the mask.
+//!   A light with size has such a layer, too: the mean of its visible fractions.
 //! - `decided-by`: for each [`DecidedBy`] the share of shadow questions that ended so, all lights
-//!   together; a sample that hits nothing counts for `no_hit`. The sum is 1.
+//!   together; a sample that hits nothing counts for `no_hit`. Of a light with size, samples of the light
+//!   that were asked count for `ray`, the others for `facing_away`. The sum is 1.
 //!
 //! Invariant: asking costs nothing: the layers use the answers that the picture uses.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use antumbra::{Decided, Shadow};
-use antumbra_scene::model::Light;
+use antumbra_scene::model::{Light, Scene};
 
-use crate::integrator::{LightQuery, Seen};
+use crate::film::light_count;
+use crate::integrator::{AreaQuery, LightQuery, Seen};
 
 /// Which layers to make.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,9 +115,23 @@ impl Aovs {
     }
 
     /// Adds a sample to the sums of a pixel: one a light, then one a way to decide.
-    pub(crate) fn add_sample(self, seen: &Seen, light_count: usize, sums: &mut [f64]) {
-        let masks = if self.shadow { light_count } else { 0 };
-        let (masks, decided) = sums.split_at_mut(masks);
+    /// `counts` are those of the lights without size and with.
+    pub(crate) fn add_sample(
+        self,
+        seen: &Seen,
+        counts @ [plain, area]: [usize; 2],
+        sums: &mut [f64],
+    ) {
+        let counts = if self.shadow { counts } else { [0; 2] };
+        let (masks, rest) = sums.split_at_mut(counts[0]);
+        let (areas, decided) = rest.split_at_mut(counts[1]);
+        for (light, sum) in areas.iter_mut().enumerate() {
+            *sum += seen
+                .areas
+                .get(light)
+                .map_or(1.0, AreaQuery::visible_fraction);
+        }
+        let light_count = plain + area;
         for (light, sum) in masks.iter_mut().enumerate() {
             let is_reached = match seen.queries.get(light) {
                 Some(LightQuery::Asked { answer, .. }) => answer.shadow == Shadow::Lit,
@@ -132,11 +149,16 @@ impl Aovs {
         for query in &seen.queries {
             decided[DecidedBy::from(query) as usize] += 1.0 / light_count as f64;
         }
+        for query in &seen.areas {
+            let asked = f64::from(query.asked) / f64::from(query.samples.max(1));
+            decided[DecidedBy::Ray as usize] += asked / light_count as f64;
+            decided[DecidedBy::FacingAway as usize] += (1.0 - asked) / light_count as f64;
+        }
     }
 
     /// Sorts numbers that lie pixel after pixel into layers.
-    pub(crate) fn layers(self, lights: &[Light], values: &[f32]) -> Vec<Layer> {
-        let stride = self.channel_count(lights.len());
+    pub(crate) fn layers(self, scene: &Scene, values: &[f32]) -> Vec<Layer> {
+        let stride = self.channel_count(light_count(scene));
         let plane = |channel: usize| values.iter().skip(channel).step_by(stride).copied();
         let layer = |(number, name): (usize, String)| Layer {
             channels: if name == DECIDED_LAYER {
@@ -148,13 +170,14 @@ impl Aovs {
             },
             name,
         };
-        let names = self.layer_names(lights);
+        let names = self.layer_names(scene);
         names.into_iter().enumerate().map(layer).collect()
     }
 
-    /// Returns the names of the layers, in their order: those of the lights, then that of all ways.
-    pub fn layer_names(self, lights: &[Light]) -> Vec<String> {
-        let of_lights = self.shadow.then(|| light_names(lights));
+    /// Returns the names of the layers, in their order: those of the lights, then of the lights with size, then that of
+    /// all ways.
+    pub fn layer_names(self, scene: &Scene) -> Vec<String> {
+        let of_lights = self.shadow.then(|| all_light_names(scene));
         let of_lights = of_lights.unwrap_or_default().into_iter();
         let decided = self.decided.then(|| DECIDED_LAYER.to_owned());
         let shadow = of_lights.map(|name| format!("shadow.{name}"));
@@ -167,25 +190,38 @@ impl Aovs {
 /// characters `_`. A light without a name
 /// gets its number, from 1; of lights with one name the later ones get a number behind it.
 pub fn light_names(lights: &[Light]) -> Vec<String> {
+    good_names(lights.iter().map(|light| light.name.as_str()))
+}
+
+/// Returns such names for all lights of a scene: for those without size the same, then for those with size.
+pub fn all_light_names(scene: &Scene) -> Vec<String> {
+    let plain = scene.lights.iter().map(|light| light.name.as_str());
+    let area = scene.area_lights.iter().map(|light| light.name.as_str());
+    good_names(plain.chain(area))
+}
+
+fn good_names<'a>(given: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut taken = HashSet::new();
-    let mut names = Vec::with_capacity(lights.len());
-    for (number, light) in (1..).zip(lights) {
+    let mut copies: HashMap<String, u32> = HashMap::new();
+    let mut names = Vec::new();
+    for (number, given) in (1..).zip(given) {
         let fit = |c: char| match c {
             _ if c.is_ascii_alphanumeric() || c == '-' => c,
             _ if c.is_whitespace() => '-',
             _ => '_',
         };
-        let kept: String = light.name.trim().chars().take(64).map(fit).collect();
+        let kept: String = given.trim().chars().take(64).map(fit).collect();
         let base = if kept.is_empty() {
             format!("light-{number}")
         } else {
             kept
         };
         let mut name = base.clone();
-        let mut copy = 2;
+        // Thousands may have one name: go on where the last one ended.
+        let copy = copies.entry(base.to_lowercase()).or_insert(2);
         while !taken.insert(name.to_lowercase()) {
             name = format!("{base}-{copy}");
-            copy += 1;
+            *copy += 1;
         }
         names.push(name);
     }
@@ -250,16 +286,39 @@ mod tests {
             decided: true,
         };
         let mut sums = [0.0; 9];
-        aovs.add_sample(&Seen::default(), 2, &mut sums);
+        aovs.add_sample(&Seen::default(), [2, 0], &mut sums);
         let mut expected = [0.0; 9];
         [expected[0], expected[1], expected[6]] = [1.0; 3];
         assert_eq!(sums, expected);
         let away = Seen {
             is_surface: true,
             queries: vec![LightQuery::FacingAway, LightQuery::OutOfCone],
+            areas: Vec::new(),
         };
-        aovs.add_sample(&away, 2, &mut sums);
+        aovs.add_sample(&away, [2, 0], &mut sums);
         [expected[3], expected[7]] = [0.5; 2];
+        assert_eq!(sums, expected);
+    }
+
+    #[test]
+    fn a_light_with_size_has_its_visible_fraction_for_a_mask() {
+        let aovs = Aovs {
+            shadow: true,
+            decided: true,
+        };
+        let mut sums = [0.0; 8];
+        let seen = Seen {
+            is_surface: true,
+            queries: Vec::new(),
+            areas: vec![AreaQuery {
+                samples: 16,
+                asked: 12,
+                lit: 4,
+            }],
+        };
+        aovs.add_sample(&seen, [0, 1], &mut sums);
+        let mut expected = [0.0; 8];
+        [expected[0], expected[2], expected[7]] = [0.25, 0.25, 0.75];
         assert_eq!(sums, expected);
     }
 }

@@ -14,6 +14,12 @@
 //! | violet `#cc79a7` | not asked: outside the spot's cone |
 //! | nearly black `#14141e` | the eye ray hits nothing |
 //! | white | the scene has no light |
+//! | light grey `#e6e6e6` | light with size: wholly visible |
+//! | orange `#e69f00` | light with size: penumbra, some samples reach the point |
+//! | dark blue `#0072b2` | light with size: umbra, none does |
+//!
+//! A light with size is looked at above the surface's own plane only: where the light rises through that plane
+//! nothing is occluded.
 //!
 //! Shadowed points have a third of the brightness, so shadows stay visible. The hues are those of
 //! Okabe and Ito, which readers with any colour vision tell apart.
@@ -22,7 +28,7 @@ use antumbra::Shadow;
 use antumbra_scene::model::Color;
 
 use crate::aov::DecidedBy;
-use crate::integrator::{LightQuery, Seen};
+use crate::integrator::{AreaQuery, LightQuery, Region, Seen};
 
 const FIRST_PASS: u32 = 0x009e73;
 const INTERMEDIATE: u32 = 0x56b4e9;
@@ -31,6 +37,9 @@ const RAY: u32 = 0xd55e00;
 const FACING_AWAY: u32 = 0x7a7a7a;
 const OUT_OF_CONE: u32 = 0xcc79a7;
 const NO_HIT: u32 = 0x14141e;
+const WHOLE: u32 = 0xe6e6e6;
+const PENUMBRA: u32 = 0xe69f00;
+const UMBRA: u32 = 0x0072b2;
 const SHADOWED_SHARE: f64 = 1.0 / 3.0;
 
 /// Returns the colour of what an eye ray saw.
@@ -38,15 +47,26 @@ pub fn occlusion(seen: &Seen) -> Color {
     if !seen.is_surface {
         return linear(NO_HIT);
     }
-    if seen.queries.is_empty() {
+    let count = seen.queries.len() + seen.areas.len();
+    if count == 0 {
         return Color::ONE;
     }
     let sum = seen
         .queries
         .iter()
         .map(color_of)
+        .chain(seen.areas.iter().map(color_of_area))
         .fold(Color::ZERO, |sum, color| sum + color);
-    sum / seen.queries.len() as f64
+    sum / count as f64
+}
+
+fn color_of_area(query: &AreaQuery) -> Color {
+    linear(match query.region() {
+        Region::FacingAway => FACING_AWAY,
+        Region::Umbra => UMBRA,
+        Region::Penumbra => PENUMBRA,
+        Region::Lit => WHOLE,
+    })
 }
 
 /// Returns the colour of a way to decide, as of lit points.
@@ -100,6 +120,9 @@ mod tests {
             FACING_AWAY,
             OUT_OF_CONE,
             NO_HIT,
+            WHOLE,
+            PENUMBRA,
+            UMBRA,
         ] {
             let bytes = linear(srgb).to_array().map(srgb_byte);
             let expected = [16, 8, 0].map(|shift| ((srgb >> shift) & 0xff) as u8);

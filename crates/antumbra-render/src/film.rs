@@ -6,7 +6,7 @@
 //! in order, and counts are integers. A cancelled picture holds every finished tile and black
 //! elsewhere.
 
-use antumbra_scene::model::Color;
+use antumbra_scene::model::{Color, Scene};
 use antumbra_task::{Task, check};
 use rayon::prelude::*;
 
@@ -14,9 +14,12 @@ use crate::aov::{Aovs, Layer};
 use crate::camera::View;
 use crate::exposure::Metering;
 use crate::false_colour;
-use crate::integrator::{Integrator, Seen, Tally};
+use crate::integrator::{DEFAULT_LIGHT_SAMPLES, Integrator, Seen, Tally};
 use crate::prepare::Prepared;
 use crate::sampler::Sampler;
+
+/// More samples than a pixel has: all samples of a picture have numbers of their own.
+const MAX_SPP: u32 = 1 << 16;
 
 /// Samples between two looks of a thread at what is left: enough to hide the hand-over, few
 /// enough that a small picture still feeds many threads.
@@ -51,7 +54,10 @@ pub struct RenderSettings {
     pub sampling: Sampling,
     /// The longest chain of rays, the eye ray counted ([`Integrator::new`]).
     pub max_depth: u32,
-    /// Changes the jitter.
+    /// Samples of each light with size for each hit, 1 to
+    /// [`MAX_LIGHT_SAMPLES`](antumbra_geometry::MAX_LIGHT_SAMPLES); each of the pixel's samples has others.
+    pub light_samples: u32,
+    /// Changes the jitter, and the samples of lights with size.
     pub seed: u64,
     /// What to show.
     pub show: Show,
@@ -64,6 +70,7 @@ impl Default for RenderSettings {
         Self {
             sampling: Sampling::Stratified { samples: 1 },
             max_depth: 5,
+            light_samples: DEFAULT_LIGHT_SAMPLES,
             seed: 0,
             show: Show::Scene,
             aovs: Aovs::default(),
@@ -132,6 +139,11 @@ pub fn predict_bytes(size: [u32; 2], sampling: Sampling, aovs: Aovs, light_count
     work(size, sampling) * (size_of::<[f32; 3]>() + layers) as u64
 }
 
+/// Returns how many lights have a shadow layer.
+pub fn light_count(scene: &Scene) -> usize {
+    scene.lights.len() + scene.area_lights.len()
+}
+
 fn lattice(size: [u32; 2], sampling: Sampling) -> [u64; 2] {
     let more = u64::from(sampling == Sampling::Corners);
     size.map(|n| u64::from(n) + more)
@@ -145,10 +157,10 @@ pub fn render(
     watch: Watch<'_>,
 ) -> Rendered {
     let size = view.size();
-    let lights = &prepared.scene().lights;
+    let scene = prepared.scene();
     let [columns, _] = lattice(size, settings.sampling);
     let sample_count = work(size, settings.sampling) as usize;
-    let stride = settings.aovs.channel_count(lights.len());
+    let stride = settings.aovs.channel_count(light_count(scene));
     expect(prepared, size, settings.sampling, 1);
     let mut pixels = vec![[0.0f32; 3]; sample_count];
     let mut shares = vec![0.0f32; stride * sample_count];
@@ -197,7 +209,7 @@ pub fn render(
     }
     Rendered {
         picture: Picture { size, pixels },
-        layers: settings.aovs.layers(lights, &shares),
+        layers: settings.aovs.layers(scene, &shares),
         metering,
         tally,
         is_complete: tiles.iter().all(Option::is_some),
@@ -219,7 +231,6 @@ struct Tile<'a> {
     integrator: Integrator<'a>,
     view: &'a View,
     settings: &'a RenderSettings,
-    light_count: usize,
     seen: Seen,
     sums: Vec<f64>,
     tally: Tally,
@@ -228,12 +239,13 @@ struct Tile<'a> {
 
 impl<'a> Tile<'a> {
     fn new(prepared: &'a Prepared, view: &'a View, settings: &'a RenderSettings) -> Self {
-        let light_count = prepared.scene().lights.len();
+        let light_count = light_count(prepared.scene());
+        let integrator = Integrator::new(prepared, settings.max_depth)
+            .with_light_samples(settings.light_samples, settings.seed);
         Self {
-            integrator: Integrator::new(prepared, settings.max_depth),
+            integrator,
             view,
             settings,
-            light_count,
             seen: Seen::default(),
             sums: vec![0.0; settings.aovs.channel_count(light_count)],
             tally: Tally::default(),
@@ -258,11 +270,14 @@ impl<'a> Tile<'a> {
             };
             // A pixel may have thousands.
             check();
-            sum += self.sample(column + across, row + down);
+            let number = number * u64::from(MAX_SPP) + u64::from(i);
+            sum += self.sample(number, column + across, row + down);
             is_surface |= self.seen.is_surface;
+            let scene = self.integrator.scene();
+            let counts = [scene.lights.len(), scene.area_lights.len()];
             self.settings
                 .aovs
-                .add_sample(&self.seen, self.light_count, &mut self.sums);
+                .add_sample(&self.seen, counts, &mut self.sums);
         }
 
         let count = f64::from(sampler.count());
@@ -277,14 +292,10 @@ impl<'a> Tile<'a> {
     }
 
     /// Returns what is seen through one point of the picture.
-    fn sample(&mut self, across: f64, down: f64) -> Color {
+    fn sample(&mut self, number: u64, across: f64, down: f64) -> Color {
         let ray = self.view.ray(across, down);
-        let Self {
-            integrator,
-            seen,
-            tally,
-            ..
-        } = self;
+        let integrator = self.integrator.at_sample(number);
+        let Self { seen, tally, .. } = self;
         match self.settings.show {
             Show::Scene => integrator.radiance(&ray, tally, seen),
             Show::Occlusion => {

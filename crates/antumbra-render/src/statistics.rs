@@ -5,7 +5,8 @@
 //! what is not known is `null`.
 //!
 //! Invariant: `shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays`
-//! equals `shadow.queries - shadow.facing_away - shadow.out_of_cone`.
+//! equals `shadow.queries - shadow.facing_away - shadow.out_of_cone`; `light_samples.facing_away + light_samples.umbra +
+//! light_samples.penumbra + light_samples.lit` equals `light_samples.points`.
 
 use antumbra::QuickCheckVerdict;
 use serde::Serialize;
@@ -32,8 +33,10 @@ pub struct Statistics {
     pub settings: Settings,
     /// Rays.
     pub rays: Rays,
-    /// Shadow queries.
+    /// Shadow queries of lights without size.
     pub shadow: ShadowQueries,
+    /// Samples of lights with size.
+    pub light_samples: LightSampleCounts,
     /// Work in the grid and the tree, all rays.
     pub traversal: Traversal,
     /// Wall-clock times.
@@ -61,6 +64,8 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Samples a pixel.
     pub spp: u32,
+    /// Samples of each light with size at each hit.
+    pub light_samples: u32,
     /// Whether rays went through pixel corners instead.
     pub corner_rays: bool,
     /// The longest chain of rays.
@@ -92,7 +97,7 @@ pub struct Rays {
     pub refraction: u64,
     /// Gone on straight behind a surface that does not cover everything.
     pub passed: u64,
-    /// All of them, and the shadow rays walked.
+    /// All of them, the shadow rays walked and the samples of lights with size that were asked.
     pub total: u64,
 }
 
@@ -115,6 +120,27 @@ pub struct ShadowQueries {
     pub rays: u64,
     /// Asked and found blocked.
     pub shadowed: u64,
+}
+
+/// Counts of samples of lights with size.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct LightSampleCounts {
+    /// One per shaded hit and light with size.
+    pub points: u64,
+    /// Points of which no sample was asked: the surface or the light faces away.
+    pub facing_away: u64,
+    /// Points that no sample reaches that was asked.
+    pub umbra: u64,
+    /// Points that some samples reach that were asked.
+    pub penumbra: u64,
+    /// Points that all samples reach that were asked.
+    pub lit: u64,
+    /// Samples of all points.
+    pub samples: u64,
+    /// Samples asked.
+    pub asked: u64,
+    /// Samples asked and found blocked.
+    pub blocked: u64,
 }
 
 /// Work in the grid and the tree.
@@ -190,7 +216,7 @@ impl From<&Tally> for Rays {
             reflection: tally.reflection,
             refraction: tally.refraction,
             passed: tally.passed,
-            total: tally.primary + secondary + tally.counters.shadow.rays,
+            total: tally.primary + secondary + tally.counters.shadow.rays + tally.area.asked,
         }
     }
 }
@@ -207,6 +233,22 @@ impl From<&Tally> for ShadowQueries {
             blocker_list: shadow.blocker_list,
             rays: shadow.rays,
             shadowed: shadow.shadowed,
+        }
+    }
+}
+
+impl From<&Tally> for LightSampleCounts {
+    fn from(tally: &Tally) -> Self {
+        let area = &tally.area;
+        Self {
+            points: area.points,
+            facing_away: area.facing_away,
+            umbra: area.umbra,
+            penumbra: area.penumbra,
+            lit: area.lit,
+            samples: area.samples,
+            asked: area.asked,
+            blocked: area.blocked,
         }
     }
 }
@@ -241,6 +283,7 @@ mod tests {
                 grid: [1, 2, 3],
                 size: [4, 5],
                 spp: 1,
+                light_samples: 16,
                 corner_rays: false,
                 max_depth: 5,
                 seed: 0,
@@ -259,6 +302,7 @@ mod tests {
             })
                 .into(),
             shadow: (&Tally::default()).into(),
+            light_samples: (&Tally::default()).into(),
             traversal: (&Tally::default()).into(),
             time: Times::default(),
             memory: MemoryUse::default(),
@@ -280,6 +324,15 @@ mod tests {
             "/shadow/blocker_list",
             "/shadow/rays",
             "/shadow/shadowed",
+            "/light_samples/points",
+            "/light_samples/facing_away",
+            "/light_samples/umbra",
+            "/light_samples/penumbra",
+            "/light_samples/lit",
+            "/light_samples/samples",
+            "/light_samples/asked",
+            "/light_samples/blocked",
+            "/settings/light_samples",
             "/traversal/steps",
             "/traversal/intersections",
             "/traversal/candidates",

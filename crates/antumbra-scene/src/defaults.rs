@@ -139,11 +139,16 @@ pub fn sun(azimuth_degrees: f64, elevation_degrees: f64, up: DVec3) -> Light {
     Light {
         name: "sun".into(),
         kind: LightKind::Directional {
-            towards_light: compass(azimuth_degrees, elevation_degrees, unit(up)),
+            towards_light: towards_sun(azimuth_degrees, elevation_degrees, up),
         },
         color: Color::splat(0.8),
         falls_off: false,
     }
+}
+
+/// Returns the unit vector towards a sun, as [`sun`] places it.
+pub fn towards_sun(azimuth_degrees: f64, elevation_degrees: f64, up: DVec3) -> DVec3 {
+    compass(azimuth_degrees, elevation_degrees, unit(up))
 }
 
 /// Returns the unit vector towards a point of the sky. `up` is a unit vector.

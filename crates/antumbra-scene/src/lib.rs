@@ -20,5 +20,5 @@ mod warning;
 pub mod write;
 
 pub use error::{Place, ReadError, ReadErrorKind};
-pub use read::{Loaded, ReadOptions, UpAxis, read_file};
+pub use read::{Lights, Loaded, ReadOptions, UpAxis, read_file, read_lights};
 pub use warning::Warning;

@@ -4,7 +4,7 @@
 //! prepares. Invariant: every number is finite, every index is in range, directions are not
 //! zero. The model knows no grid and no occlusion value.
 
-use antumbra_geometry::{Cone, DVec3, Disk, Sphere};
+use antumbra_geometry::{AreaShape, Cone, DVec3, Disk, Sphere};
 use serde::{Deserialize, Serialize};
 
 pub use crate::{
@@ -26,8 +26,11 @@ pub struct Scene {
     /// What is there.
     #[serde(with = "crate::instance::shared")]
     pub objects: Vec<Object>,
-    /// What shines.
+    /// What shines from a point or in parallel.
     pub lights: Vec<Light>,
+    /// What shines and has a size. No format that is read has any: see [`crate::read_lights`].
+    #[serde(default)]
+    pub area_lights: Vec<AreaLight>,
     /// The view, if the file has one.
     pub camera: Option<Camera>,
     /// What a ray sees that hits nothing.
@@ -53,6 +56,7 @@ impl Default for Scene {
             textures: Vec::new(),
             objects: Vec::new(),
             lights: Vec::new(),
+            area_lights: Vec::new(),
             camera: None,
             background: Color::ZERO,
             ambient: Color::ZERO,
@@ -194,7 +198,8 @@ pub struct Material {
     pub transmission: Color,
     /// Index of refraction, positive; used only where `transmission` is not zero.
     pub ior: f64,
-    /// Light the surface sends out by itself; seen, but it lights nothing else.
+    /// Light the surface sends out by itself. It lights other surfaces only where faces that emit are made lights of
+    /// [`Scene::area_lights`].
     pub emission: Color,
 }
 
@@ -271,6 +276,22 @@ pub enum LightKind {
         /// Cosine of the half-angle outside which there is none; at most `inner_cosine`.
         outer_cosine: f64,
     },
+}
+
+/// One light with size: its shape and its power.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AreaLight {
+    /// A name for messages and image layers.
+    pub name: String,
+    /// Where the light comes from.
+    pub shape: AreaShape,
+    /// Linear RGB. For a sun disc: the irradiance of a surface that faces all of it, as for a directional light. For
+    /// the sky: its radiance times pi, so that open ground has it. Else as `falls_off` says.
+    pub color: Color,
+    /// Whether the light is physical: `color` is the radiance of its surface, which looks as bright as it lights, and
+    /// near and large lights light more. Without, `color` is the irradiance of a surface that faces all of
+    /// the light and is straight in front of it, at any distance, as for point lights that do not fall off.
+    pub falls_off: bool,
 }
 
 /// A pinhole camera. Right-handed: right is `forward x up`.

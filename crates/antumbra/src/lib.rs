@@ -148,9 +148,11 @@
 )]
 
 mod batch;
+mod beam;
 mod bvh;
 mod clock;
 mod draw;
+mod fraction;
 mod frame;
 mod grid;
 mod index;
@@ -173,6 +175,8 @@ pub use antumbra_geometry::{
 };
 pub use antumbra_task::{Stopped, Task};
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates, SurfaceNumber};
+pub use beam::Targets;
+pub use fraction::{LightSamples, LightSampling, ReceiverSide};
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, LightError, Method, Prediction,
     QueryError, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,

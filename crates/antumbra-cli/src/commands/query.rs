@@ -12,6 +12,7 @@ use antumbra_scene::model::Scene;
 
 use super::kept;
 use crate::failure::{Failure, Outcome};
+use crate::light_values::LightValue;
 use crate::load;
 use crate::memory::{self, Need};
 use crate::outputs::{Content, Outputs};
@@ -33,7 +34,7 @@ pub(crate) fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     let file = SceneFile {
         scene: typed.scene.clone(),
         up: typed.up,
-        lights: points,
+        lights: points.into_iter().map(LightValue::Point).collect(),
         sun: typed.sun,
         background: None,
     };

@@ -7,6 +7,7 @@ mod help;
 mod interrupts;
 mod kept;
 mod lazy;
+mod lights;
 mod outputs;
 mod query;
 mod rivals;

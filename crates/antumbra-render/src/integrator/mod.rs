@@ -3,6 +3,7 @@
 //! In: a ray and a prepared scene. Out: linear RGB, and every count of the work in a [`Tally`].
 //! At each hit: emission, ambient light times diffuse colour (times the texture), and for each
 //! light a Lambertian and a Phong term if the light is in front, inside its cone and not blocked;
+//! for each light with size the mean of such terms over its samples that are lit (`area`);
 //! then a mirrored and a refracted ray. Where a surface covers only part of what is behind, the
 //! ray goes on straight and both are mixed by coverage.
 //!
@@ -11,15 +12,18 @@
 //! direction; a hit that covers nothing is not shaded. What is queried depends on geometry and
 //! coverage alone: not on shading normals, colours or earlier answers.
 
+mod area;
 mod terms;
 
-use antumbra::{Answer, Counters, Shadow, ShadowIndex};
+use antumbra::{Answer, Counters, LightSamples, Shadow, ShadowIndex};
 use antumbra_geometry::{DVec3, Hit, Ray, Start};
-use antumbra_scene::model::{Color, Facing};
+use antumbra_scene::model::{Color, Facing, Scene};
 
 use crate::prepare::{Look, Prepared};
 use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
+
+pub use area::{AreaQuery, AreaTally, Region};
 
 /// How often the rays of one chain go on behind a surface that does not cover everything. The
 /// next surface counts as whole, so that stacks of glass panes cost what they show, and no more.
@@ -44,6 +48,8 @@ pub struct Tally {
     pub facing_away: u64,
     /// Of `queries`, those not asked because the point is outside the spot's cone.
     pub out_of_cone: u64,
+    /// Samples of lights with size, which do not count under `queries`.
+    pub area: AreaTally,
     /// What the shadow index, or the rival in its place, counted.
     pub counters: Counters,
     /// What a rival found listed where its queries looked; 0 without a rival.
@@ -61,6 +67,7 @@ impl Tally {
         self.queries += other.queries;
         self.facing_away += other.facing_away;
         self.out_of_cone += other.out_of_cone;
+        self.area.add(&other.area);
         self.counters.add(&other.counters);
         self.candidates += other.candidates;
     }
@@ -89,12 +96,15 @@ pub struct Seen {
     pub is_surface: bool,
     /// What became of its question about each light of the scene, in order; empty without one.
     pub queries: Vec<LightQuery>,
+    /// The same for the lights with size.
+    pub areas: Vec<AreaQuery>,
 }
 
 impl Seen {
     fn clear(&mut self) {
         self.is_surface = false;
         self.queries.clear();
+        self.areas.clear();
     }
 }
 
@@ -131,7 +141,13 @@ const FINE: &str = "a hit is a fine start";
 pub struct Integrator<'a> {
     prepared: &'a Prepared,
     max_depth: u32,
+    light_samples: u32,
+    seed: u64,
+    sample_number: u64,
 }
+
+/// Samples of each light with size for each hit, where nothing else is asked for.
+pub const DEFAULT_LIGHT_SAMPLES: u32 = 16;
 
 impl<'a> Integrator<'a> {
     /// Starts with the longest chain of rays to follow: the eye ray is number 1, as in the SPD
@@ -141,7 +157,32 @@ impl<'a> Integrator<'a> {
         Self {
             prepared,
             max_depth,
+            light_samples: DEFAULT_LIGHT_SAMPLES,
+            seed: 0,
+            sample_number: 0,
         }
+    }
+
+    /// Takes so many samples of each light with size at each hit, and others for another seed.
+    pub fn with_light_samples(self, light_samples: u32, seed: u64) -> Self {
+        Self {
+            light_samples,
+            seed,
+            ..self
+        }
+    }
+
+    /// Returns an integrator for one sample of a picture. Its number chooses the samples of lights with size.
+    pub fn at_sample(self, sample_number: u64) -> Self {
+        Self {
+            sample_number,
+            ..self
+        }
+    }
+
+    /// Returns the scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.prepared.scene()
     }
 
     fn index(&self) -> &'a ShadowIndex {
@@ -167,6 +208,10 @@ impl<'a> Integrator<'a> {
             let lights = 0..self.prepared.scene().lights.len();
             seen.queries
                 .extend(lights.map(|light| self.ask(&point, light, tally)));
+            let areas = 0..self.prepared.scene().area_lights.len();
+            let mut samples = LightSamples::default();
+            seen.areas
+                .extend(areas.map(|light| self.ask_area(&point, light, &mut samples, tally)));
         }
     }
 
@@ -308,6 +353,17 @@ impl<'a> Integrator<'a> {
                 let shape = &self.index().lights()[number];
                 let power = cone_share * power_at(light, shape, point.hit.point);
                 color += power * local_term(look, point, front_normal, shape);
+            }
+        }
+
+        let mut samples = LightSamples::default();
+        for (number, light) in scene.area_lights.iter().enumerate() {
+            let query = self.ask_area(point, number, &mut samples, tally);
+            if let Some(seen) = &mut seen {
+                seen.areas.push(query);
+            }
+            if query.lit > 0 {
+                color += self.light_of_area(point, look, front_normal, light, &samples);
             }
         }
 

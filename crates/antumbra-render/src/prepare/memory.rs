@@ -6,8 +6,8 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use antumbra_geometry::OccludersBuilder;
-use antumbra_scene::model::{Mesh, Object, Scene, ShadowKind, Shape};
+use antumbra_geometry::{AreaShape, OccludersBuilder};
+use antumbra_scene::model::{AreaLight, Mesh, Object, Scene, ShadowKind, Shape};
 
 /// Bytes that texture coordinates add to a triangle of a face with holes, with the share of a vector
 /// that doubles when it is full.
@@ -44,6 +44,11 @@ pub fn scene_bytes(scene: &Scene) -> u64 {
                 Shape::Sphere(_) | Shape::Cone(_) | Shape::Disk(_) => 0,
             }
     };
+    let of_area = |light: &AreaLight| match &light.shape {
+        AreaShape::Mesh(mesh) => size_of_val(mesh.triangles()) as u64,
+        AreaShape::Polygon(polygon) => size_of_val(polygon.corners()) as u64,
+        _ => 0,
+    };
     let texels: u64 = scene.textures.iter().map(|t| bytes(&t.texels)).sum();
     bytes(&scene.objects)
         + scene.objects.iter().map(of_object).sum::<u64>()
@@ -51,6 +56,8 @@ pub fn scene_bytes(scene: &Scene) -> u64 {
         + bytes(&scene.textures)
         + texels
         + bytes(&scene.lights)
+        + bytes(&scene.area_lights)
+        + scene.area_lights.iter().map(of_area).sum::<u64>()
 }
 
 /// How many of everything a scene's faces will be; triangles and vertices are bounds.

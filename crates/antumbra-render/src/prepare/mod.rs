@@ -10,9 +10,11 @@
 //! |---|---|
 //! | `gathered` | objects become numbered surfaces |
 //! | `masks` | masks become holes |
+//! | `emissive` | surfaces that emit become lights with size |
 //! | `surface` | what a hit looks like: normals, texture, coverage |
 //! | `memory` | what all this takes |
 
+mod emissive;
 mod gathered;
 mod masks;
 mod memory;
@@ -28,6 +30,7 @@ use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
 use antumbra_geometry::{DVec3, OccludersError, Start};
 use antumbra_scene::model::Scene;
 
+pub use emissive::emissive_lights;
 pub use gathered::{Gathered, Place};
 pub use memory::{scene_bytes, surface_bytes};
 pub use surface::Look;

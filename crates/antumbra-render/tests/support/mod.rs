@@ -1,5 +1,7 @@
 //! Shared by the tests: scenes of squares, a camera that looks straight down, a shot.
 
+#![allow(dead_code, reason = "each file of tests uses some of it")]
+
 use antumbra::Method;
 use antumbra_geometry::DVec3;
 use antumbra_render::camera::View;

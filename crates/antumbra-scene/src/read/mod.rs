@@ -8,6 +8,7 @@ mod area;
 mod beside;
 mod gltf;
 mod indexed;
+mod lights;
 mod mtl;
 mod nff;
 mod obj;
@@ -34,6 +35,7 @@ pub(crate) use area::has_area;
 use beside::Beside;
 
 pub use gltf::read_gltf;
+pub use lights::{Lights, read_lights};
 pub use nff::read_nff;
 pub use obj::read_obj;
 pub use ply::read_ply;

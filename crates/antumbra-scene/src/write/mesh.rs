@@ -110,6 +110,12 @@ pub(super) fn left_out(scene: &Scene, keeps: Keeps) -> Vec<String> {
     if scene.objects.iter().any(|object| has_colors(&object.shape)) {
         note("colours of vertices are not written".into());
     }
+    if !scene.area_lights.is_empty() {
+        note(format!(
+            "lights with size are not written: {}",
+            scene.area_lights.len()
+        ));
+    }
     if !keeps.lights && !scene.lights.is_empty() {
         let names: Vec<_> = scene
             .lights

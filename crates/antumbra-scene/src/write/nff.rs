@@ -23,7 +23,7 @@ use super::{WriteError, number::Precision};
 /// object names. Buffer `out`: many small pieces are written.
 ///
 /// # Errors
-/// `out` refuses, or NFF cannot say something: disks, closed cones, directional and spot lights,
+/// `out` refuses, or NFF cannot say something: disks, closed cones, directional and spot lights, lights with size,
 /// falloff, textures and alpha, emission, coloured highlights or transmission, a highlight without its mirror.
 ///
 /// # Example
@@ -52,6 +52,14 @@ pub fn write_nff(
         }
     }
     let plain = Color::splat(nff_intensity(scene.lights.len()));
+    if let Some(light) = scene.area_lights.first() {
+        return Err(WriteError::Unsupported {
+            format: "NFF",
+            what: "a light with size",
+            index: 0,
+            name: light.name.clone(),
+        });
+    }
     for (index, light) in scene.lights.iter().enumerate() {
         writer.light(index, light, plain)?;
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::failure::Failure;
+use crate::light_values::LightValue;
 use crate::outputs::{Content, Outputs};
 use crate::typed::{IndexCost, SUN_HELP, SceneFile, Shadows as Method, Threads, Up};
 use crate::values::{self, CameraParts, PointLight, Sun};
@@ -53,7 +54,7 @@ impl LightOfScenes {
         SceneFile {
             scene: scene.to_owned(),
             up: self.up,
-            lights: self.light.into_iter().collect(),
+            lights: self.light.into_iter().map(LightValue::Point).collect(),
             sun: self.sun,
             // Nobody sees it.
             background: None,

@@ -5,7 +5,8 @@ use std::time::Duration;
 use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::Prepared;
 use antumbra_render::statistics::{
-    MemoryUse, Rays, SCHEMA, Settings, ShadowQueries, Statistics, Times, Traversal, Verdict,
+    LightSampleCounts, MemoryUse, Rays, SCHEMA, Settings, ShadowQueries, Statistics, Times,
+    Traversal, Verdict,
 };
 
 use super::files::Format;
@@ -47,6 +48,7 @@ impl Run {
             settings: self.settings(typed, meant, prepared),
             rays: Rays::from(&self.tally),
             shadow: ShadowQueries::from(&self.tally),
+            light_samples: LightSampleCounts::from(&self.tally),
             traversal: Traversal::from(&self.tally),
             time: Times {
                 load_s: self.load_time.as_secs_f64(),
@@ -80,6 +82,7 @@ impl Run {
             grid: prepared.index().grid_resolution(),
             size: meant.size,
             spp: typed.spp,
+            light_samples: typed.more_lights.samples,
             corner_rays: typed.corner_rays,
             max_depth: typed.max_depth,
             seed: typed.seed,
@@ -120,6 +123,7 @@ fn table(statistics: &Statistics) -> String {
     let Statistics {
         rays,
         shadow,
+        light_samples,
         traversal,
         time,
         memory,
@@ -154,6 +158,13 @@ fn table(statistics: &Statistics) -> String {
         ("  by blocker list", share(shadow.blocker_list)),
         ("  by ray", share(shadow.rays)),
         ("  found blocked", share(shadow.shadowed)),
+        ("points and large lights", count(light_samples.points)),
+        ("  facing away", count(light_samples.facing_away)),
+        ("  in umbra", count(light_samples.umbra)),
+        ("  in penumbra", count(light_samples.penumbra)),
+        ("  wholly lit", count(light_samples.lit)),
+        ("  samples asked", count(light_samples.asked)),
+        ("  found blocked", count(light_samples.blocked)),
         ("voxels, nodes entered", count(traversal.steps)),
         ("surfaces tested", count(traversal.intersections)),
         ("candidates of a rival", count(traversal.candidates)),

@@ -13,7 +13,7 @@ use antumbra_render::exr_file::write_exr;
 use antumbra_render::false_colour::decided_color;
 use antumbra_render::film::{Picture, Rendered};
 use antumbra_render::image_file::{ImageFileError, write_mask_png, write_png};
-use antumbra_scene::model::{Color, Light};
+use antumbra_scene::model::{Color, Scene};
 
 use crate::failure::Failure;
 use crate::typed::Aov;
@@ -62,11 +62,11 @@ impl Format {
     }
 
     /// Returns the files of the layers beside a picture.
-    pub(super) fn layer_files(self, path: &Path, aovs: Aovs, lights: &[Light]) -> Vec<PathBuf> {
+    pub(super) fn layer_files(self, path: &Path, aovs: Aovs, scene: &Scene) -> Vec<PathBuf> {
         if self == Self::Exr {
             return Vec::new();
         }
-        let names = aovs.layer_names(lights);
+        let names = aovs.layer_names(scene);
         names.iter().map(|name| beside(path, name)).collect()
     }
 

@@ -68,7 +68,7 @@ impl Meant {
             Sampling::Stratified { samples: typed.spp }
         };
         let aovs = format.aovs(&typed.aov);
-        let light_count = scene.lights.len();
+        let light_count = film::light_count(scene);
         let file_bytes = match format {
             // Eight bits a channel; layers follow one by one.
             Format::Png => 3 * u64::from(size[0]) * u64::from(size[1]),
@@ -81,6 +81,7 @@ impl Meant {
             settings: RenderSettings {
                 sampling,
                 max_depth: typed.max_depth,
+                light_samples: typed.more_lights.samples,
                 seed: typed.seed,
                 show: typed.show.show(),
                 aovs,
@@ -111,9 +112,7 @@ impl Meant {
         let frames = self.frames.iter().map(|(_, path)| path);
         let numbered = frames.clone().filter(|_| typed.orbit.is_some());
         let layers = frames.flat_map(|path| {
-            let layers = self
-                .format
-                .layer_files(path, self.settings.aovs, &scene.lights);
+            let layers = self.format.layer_files(path, self.settings.aovs, scene);
             layers.into_iter().map(|layer| ("--aov", layer))
         });
         let numbered = numbered.map(|path| ("--output", path.clone()));

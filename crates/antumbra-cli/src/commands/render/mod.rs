@@ -42,7 +42,13 @@ pub(crate) fn run(
     }
     outputs.add_if("--stats-json", typed.stats_json.as_ref(), Content::Json)?;
     typed.kept.add_to(&mut outputs)?;
-    let lit = load::lit_scene(&typed.file, &typed.cost, &outputs, screen)?;
+    let lit = load::any_lit_scene(
+        &typed.file,
+        Some(&typed.more_lights),
+        &typed.cost,
+        &outputs,
+        screen,
+    )?;
     let meant = Meant::of(typed, format, &lit.scene, screen)?;
     // What depends on the scene: frames and layers.
     for (option, path) in meant.more_files(typed, &lit.scene) {

@@ -1,0 +1,245 @@
+//! Lights with size on the command line and in files.
+
+use std::fs;
+
+use super::support::{Folder, antumbra, assert_code, count, figures, rendered, stderr, text};
+
+/// Lights of every kind, typed.
+const TYPED: [&str; 7] = [
+    "point:3,-3,5",
+    "spot:0,0,5/0,0,-1/20,40/1,1,1",
+    "area:0,0,5/0,2,0/2,0,0/0.9,0.9,0.8",
+    "disk:2,-2,4/-2,2,-4/0.5",
+    "sphere:-2,-2,4,0.5/0.5,0.5,0.5",
+    "segment:-2,0,3/2,0,3",
+    "sky:0.2,0.3,0.4",
+];
+
+#[test]
+fn pictures_with_any_light_are_the_same_for_any_method_and_number_of_threads() {
+    let (folder, scene) = Folder::with_scene();
+    let mut options: Vec<&str> = TYPED.iter().flat_map(|light| ["--light", light]).collect();
+    options.extend(["--sun", "225,40,3", "--spp", "2"]);
+    let with = |samples: &str, more: &[&str]| {
+        let samples = ["--light-samples", samples];
+        rendered(&folder, &scene, &[&options[..], &samples, more].concat())
+    };
+    let of = |more: &[&str]| with("7", more);
+    let expected = of(&["--shadows", "naive", "--threads", "1"]);
+    for method in ["auto", "voxel", "voxel-1990", "grid", "bvh"] {
+        for threads in ["1", "3"] {
+            let found = of(&["--shadows", method, "--threads", threads]);
+            assert!(found == expected, "{method}, {threads} threads");
+        }
+    }
+    assert!(of(&["--seed", "1"]) != expected);
+    assert!(with("8", &[]) != expected);
+}
+
+#[test]
+fn figures_count_points_and_samples_of_lights_with_size() {
+    let (folder, scene) = Folder::with_scene();
+    let figures = figures(
+        &folder,
+        &scene,
+        &[
+            "--light",
+            TYPED[2],
+            "--light",
+            TYPED[6],
+            "--light-samples",
+            "9",
+        ],
+    );
+    let of = |name: &str| count(&figures, &format!("/light_samples/{name}"));
+    assert!(of("points") > 1000);
+    let regions = of("facing_away") + of("umbra") + of("penumbra") + of("lit");
+    assert_eq!(of("points"), regions);
+    assert_eq!(of("samples"), 9 * of("points"));
+    assert!(of("blocked") > 0 && of("blocked") < of("asked") && of("asked") < of("samples"));
+    assert_eq!(count(&figures, "/shadow/queries"), 0);
+    assert_eq!(count(&figures, "/settings/light_samples"), 9);
+    let rays = |name: &str| count(&figures, &format!("/rays/{name}"));
+    let other = ["primary", "reflection", "refraction", "passed"].map(rays);
+    assert_eq!(rays("total"), other.iter().sum::<u64>() + of("asked"));
+}
+
+#[test]
+fn lights_without_size_are_untouched_by_samples() {
+    let (folder, scene) = Folder::with_scene();
+    let few = rendered(&folder, &scene, &[]);
+    assert!(few == rendered(&folder, &scene, &["--light-samples", "64"]));
+}
+
+#[test]
+fn a_file_of_lights_stands_for_what_is_typed() {
+    let (folder, scene) = Folder::with_scene();
+    let file = folder.path("lights.json");
+    fs::write(
+        &file,
+        r#"{"lights": [
+            {"type": "rectangle", "center": [0, 0, 5], "edges": [[0, 2, 0], [2, 0, 0]], "color": [0.9, 0.9, 0.8]},
+            {"type": "sky", "color": [0.2, 0.3, 0.4]}
+        ]}"#,
+    )
+    .unwrap();
+    let typed = rendered(&folder, &scene, &["--light", TYPED[2], "--light", TYPED[6]]);
+    assert!(typed == rendered(&folder, &scene, &["--lights", text(&file)]));
+    // The masks have the names of the lights.
+    rendered(
+        &folder,
+        &scene,
+        &["--lights", text(&file), "--aov", "shadow,decided"],
+    );
+    for layer in ["shadow.light-1", "shadow.light-2", "decided-by"] {
+        assert!(
+            folder.path(&format!("picture.{layer}.png")).exists(),
+            "{layer}"
+        );
+    }
+}
+
+#[test]
+fn bad_lights_end_with_2_and_say_what_is_wrong() {
+    let (folder, scene) = Folder::with_scene();
+    let picture = folder.path("p.png");
+    let render = |more: &[&str]| {
+        let base = [
+            "render",
+            text(&scene),
+            "-o",
+            text(&picture),
+            "--size",
+            "4x4",
+        ];
+        antumbra(&[&base[..], more].concat())
+    };
+    let cases: [(&[&str], &str); 8] = [
+        (&["--light", "area:0,0,5/1,0,0/2,0,0"], "it has no area"),
+        (
+            &["--light", "area:0,0,nan/1,0,0/0,1,0"],
+            "expected a finite number",
+        ),
+        (&["--light", "sphere:0,0,5,0"], "its radius is zero"),
+        (&["--light", "cube:0,0,5,0"], "unknown kind of light"),
+        (&["--sun", "225,40,0"], "above 0, below 180 degrees"),
+        (&["--sun", "225"], "AZIMUTH,ELEVATION[,DIAMETER] in degrees"),
+        (&["--light-samples", "0"], "1..=65536"),
+        (&["--lights", "nothing.json"], "cannot read the file"),
+    ];
+    for (more, expected) in cases {
+        let output = render(more);
+        assert_code(&output, 2);
+        assert!(
+            stderr(&output).contains(expected),
+            "{expected}: {}",
+            stderr(&output)
+        );
+        assert!(!picture.exists());
+    }
+    let file = folder.path("lights.json");
+    fs::write(
+        &file,
+        r#"{"lights": [{"type": "sky"}, {"type": "disk", "radius": 1}]}"#,
+    )
+    .unwrap();
+    let output = render(&["--lights", text(&file)]);
+    assert_code(&output, 2);
+    assert!(
+        stderr(&output).contains("lights[1].center: is missing"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn lights_in_surfaces_inside_out_and_beyond_the_scene_are_fine() {
+    let (folder, scene) = Folder::with_scene();
+    for light in [
+        // In the floor, through the ball, below everything and turned away, larger than the scene.
+        "area:0,0,0/1,0,0/0,1,0/both",
+        "sphere:0,0,0.8,0.5",
+        "area:0,0,0.8/1,0,1/0,1,0/both",
+        "area:0,0,-5/0,1,0/1,0,0",
+        "area:0,0,900/0,9e5,0/9e5,0,0",
+        "disk:0,0,1e29/0,0,-1/1e29",
+        "sphere:0,0,0,1e29",
+        "segment:0,0,-1e29/0,0,1e29",
+    ] {
+        let options = ["--light", light, "--size", "16x12"];
+        let expected = rendered(
+            &folder,
+            &scene,
+            &[&options[..], &["--shadows", "naive"]].concat(),
+        );
+        assert!(expected == rendered(&folder, &scene, &options), "{light}");
+    }
+}
+
+#[test]
+fn a_hundred_thousand_lights_are_read_and_rendered() {
+    let (folder, scene) = Folder::with_scene();
+    let file = folder.path("lights.json");
+    let one =
+        r#"{"type": "sphere", "center": [0, 0, 5], "radius": 0.5, "color": [1e-5, 1e-5, 1e-5]}"#;
+    let all = vec![one; 100_000].join(",");
+    fs::write(&file, format!("{{\"lights\": [{all}]}}")).unwrap();
+    let options = [
+        "--lights",
+        text(&file),
+        "--size",
+        "1x1",
+        "--light-samples",
+        "1",
+    ];
+    let figures = figures(&folder, &scene, &options);
+    let points = count(&figures, "/light_samples/points");
+    assert!(
+        points >= 100_000 && points.is_multiple_of(100_000),
+        "{points}"
+    );
+}
+
+#[test]
+fn faces_that_emit_light_the_scene_when_asked() {
+    let folder = Folder::new();
+    let scene = folder.path("lamp.obj");
+    fs::write(
+        folder.path("lamp.mtl"),
+        "newmtl floor\nKd .8 .8 .8\nnewmtl lamp\nKd 0 0 0\nKe 9 8 7\n",
+    )
+    .unwrap();
+    fs::write(
+        &scene,
+        "mtllib lamp.mtl\nv -3 0 -3\nv 3 0 -3\nv 3 0 3\nv -3 0 3\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
+         usemtl floor\nf 4 3 2 1\nusemtl lamp\nf 5 6 7 8\n",
+    )
+    .unwrap();
+    let options = ["--size", "32x24", "--emissive-lights"];
+    let figures = figures(&folder, &scene, &options);
+    assert!(count(&figures, "/light_samples/lit") > 100, "{figures}");
+    // No other light was taken.
+    assert_eq!(count(&figures, "/shadow/queries"), 0);
+}
+
+#[test]
+fn other_commands_refuse_lights_with_size() {
+    let (folder, scene) = Folder::with_scene();
+    let saved = folder.path("saved.antumbra");
+    for command in [
+        vec!["verify", text(&scene)],
+        vec!["inspect", text(&scene)],
+        vec!["bake", text(&scene), "-o", text(&saved)],
+    ] {
+        for option in [
+            ["--light", TYPED[2]],
+            ["--light", "sky:"],
+            ["--sun", "225,40,3"],
+        ] {
+            let output = antumbra(&[&command[..], &option[..]].concat());
+            assert_code(&output, 2);
+            let expected = "lights with size are for render alone";
+            assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+        }
+    }
+}

@@ -1,0 +1,115 @@
+"""Lights with size: visible fractions and soft shadows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import antumbra
+
+FLOOR = [[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]]
+PLATE = [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+LAMP = antumbra.RectLight((0, 0, 3), (0, 1, 0), (1, 0, 0))
+
+POINT: Any = antumbra.PointLight((0, 0, 1))
+
+LIGHTS: list[Any] = [
+    LAMP,
+    antumbra.PolygonLight([(0, 0, 3), (0, 1, 3), (1, 0, 3)]),
+    antumbra.DiskLight((0, 0, 3), (0, 0, -1), 0.5),
+    antumbra.SphereLight((0, 0, 3), 0.5),
+    antumbra.SegmentLight((-1, 0, 3), (1, 0, 3)),
+    antumbra.SunDisc((1, 0, 1), 5.0),
+    antumbra.Sky(),
+]
+
+
+def scene() -> antumbra.Scene:
+    vertices = np.array(FLOOR + PLATE, dtype=np.float64)
+    faces = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
+    return antumbra.Scene.from_arrays(vertices, faces)
+
+
+def test_a_point_under_the_plate_is_dark_one_far_away_is_lit_and_one_between_sees_a_part() -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    points = np.array([[0.0, -0.1, 0.0], [3.9, -3.9, 0.0], [1.4, -0.1, 0.0]])
+    found = index.visible_fraction(points, LAMP, face_ids=[0, 0, 0], samples=256)
+    assert found.dtype == np.float32 and found.shape == (3,)
+    assert found[0] == 0.0 and found[1] == 1.0 and 0.1 < found[2] < 0.9
+    again = index.visible_fraction(points, LAMP, face_ids=[0, 0, 0], samples=256, threads=1)
+    assert (found == again).all()
+
+
+def test_fractions_do_not_depend_on_the_method() -> None:
+    points = np.random.default_rng(1).uniform(-4, 4, (300, 3))
+    points[:, 2] = 0.0
+    for light in LIGHTS:
+        found = [
+            antumbra.ShadowIndex(scene(), [], method=method).visible_fraction(points, light, samples=33)
+            for method in ("naive", "bvh", "voxel", "auto")
+        ]
+        for other in found[1:]:
+            assert (found[0] == other).all()
+        assert found[0].min() >= 0.0 and found[0].max() <= 1.0 and found[0].max() > 0.0
+
+
+def test_the_side_of_the_surface_decides_what_is_seen() -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    point = np.array([[3.0, -3.0, 0.0]])
+
+    def seen(**how: Any) -> float:
+        return float(index.visible_fraction(point, antumbra.Sky(), samples=16, **how)[0])
+
+    assert seen(face_ids=[0]) > 0.9
+    assert seen(face_ids=[0], side="back") == 0.0
+    assert seen(face_ids=[0], side="both") == seen(face_ids=[0])
+    assert seen(normals=[[0.0, 0.0, -1.0]]) == 0.0
+
+
+def test_pictures_have_soft_shadows() -> None:
+    camera = antumbra.Camera((0, -6, 5), (0, 0, 0))
+    picture = antumbra.render(
+        scene(), lights=[*LIGHTS, antumbra.PointLight((2, 2, 4))], camera=camera, size=(32, 24), light_samples=8
+    )
+    assert picture.shadow.shape == (8, 24, 32) and len(picture.light_names) == 8
+    # The point comes first; the rectangle behind it is seen in part somewhere.
+    assert set(np.unique(picture.shadow[0])) <= {0.0, 1.0}
+    assert ((picture.shadow[1] > 0.0) & (picture.shadow[1] < 1.0)).any()
+    assert picture.color.max() > 0.0
+
+
+CASES: list[tuple[Any, type[Exception], str]] = [
+    (lambda: antumbra.RectLight((0, 0, 3), (1, 0, 0), (2, 0, 0)), ValueError, "it has no area"),
+    (lambda: antumbra.RectLight((0, 0, float("nan")), (1, 0, 0), (0, 1, 0)), ValueError, "center is"),
+    (lambda: antumbra.SphereLight((0, 0, 3), 0.0), ValueError, "its radius is zero"),
+    (lambda: antumbra.SphereLight((0, 0, 3), -1.0), ValueError, "the radius is -1"),
+    (lambda: antumbra.DiskLight((0, 0, 3), (0, 0, 0), 1.0), ValueError, "normal is"),
+    (lambda: antumbra.SegmentLight((0, 0, 3), (0, 0, 3)), ValueError, "its ends are the same point"),
+    (lambda: antumbra.SunDisc((0, 0, 1), 180.0), ValueError, "angular diameter"),
+    (lambda: antumbra.Sky(color=(-1, 0, 0)), ValueError, "color is"),
+    (lambda: antumbra.PolygonLight([(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]), ValueError, "not convex"),
+    (
+        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], POINT),
+        TypeError,
+        "light: expected a light with size",
+    ),
+    (
+        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], LAMP, side="up"),  # type: ignore[arg-type]
+        ValueError,
+        'side is "up"',
+    ),
+    (
+        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], LAMP, samples=0),
+        ValueError,
+        "samples",
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "kind", "text"), CASES)
+def test_what_is_no_light_or_no_question_is_refused(make: Any, kind: type[Exception], text: str) -> None:
+    with pytest.raises(kind) as caught:
+        make()
+    assert text in str(caught.value)
