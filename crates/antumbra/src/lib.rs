@@ -1,6 +1,7 @@
 //! Exact shadow answers for static scenes, mostly without tracing a ray.
 
 mod batch;
+mod beam;
 mod bvh;
 mod clock;
 mod draw;
@@ -20,6 +21,7 @@ mod sweep;
 
 pub use antumbra_task::{Stopped, Task};
 pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates};
+pub use beam::Targets;
 pub use index::{
     Answer, BuildError, Builder, Decided, GridResolution, Method, Prediction, QueryError,
     QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,

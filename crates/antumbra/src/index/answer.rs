@@ -45,4 +45,12 @@ pub enum QueryError {
     /// The query names a light that is not there.
     #[error("light {0} does not exist")]
     UnknownLight(usize),
+    /// A target is NaN, infinite or beyond 2^100.
+    #[error("target {index} is {}: coordinates must be finite and at most 2^100 in magnitude", Short(*target))]
+    BadTarget {
+        /// Which target.
+        index: usize,
+        /// What it is.
+        target: DVec3,
+    },
 }

@@ -428,6 +428,19 @@ impl ShadowIndex {
         }
     }
 
+    /// Checks a start as [`ShadowIndex::check_query`] does.
+    pub(crate) fn check_start(&self, start: &Start) -> Result<(), QueryError> {
+        let Start { point, surface } = *start;
+        // Not for NaN.
+        let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()
+            && surface.is_none_or(|surface| (surface.0 as usize) < self.surface_count);
+        if is_fine {
+            Ok(())
+        } else {
+            Err(self.refusal(start, 0))
+        }
+    }
+
     #[cold]
     fn refusal(&self, start: &Start, light: usize) -> QueryError {
         let Start { point, surface } = *start;

@@ -1,0 +1,135 @@
+//! Many targets at once: which of a start's targets are occluded, as a mask.
+//!
+//! In: a start, or many, and for each a list of targets: points, or directions of light from afar. Out: a bit
+//! a target, 1 where it is occluded. Invariant: every bit is that of [`ShadowIndex::shadow`] for the start and
+//! a light in the target's place (EXACTNESS.md, "Many targets of one start"), for any number of threads.
+//! Absent here: lights with a size, which are lists of targets to whoever samples them.
+
+mod batch;
+
+pub use batch::Targets;
+
+use antumbra_geometry::{DVec3, LightShape, Start};
+
+use crate::batch::is_fine;
+use crate::{Counters, QueryError, Shadow, ShadowIndex};
+
+/// Bits of a word.
+const WORD: usize = 64;
+
+/// Returns how many words the bits of so many targets take.
+const fn word_count(target_count: usize) -> usize {
+    target_count.div_ceil(WORD)
+}
+
+impl ShadowIndex {
+    /// Answers which targets of one start are occluded, and writes a bit each: bit `i % 64`, counted from the
+    /// lowest, of word `i / 64` is 1 where an opaque surface is between the start and target `i`. Bits beyond
+    /// the last target are 0.
+    ///
+    /// A target is a point of world space, or a direction towards light from afar. Each bit is that of
+    /// [`ShadowIndex::shadow`] for a light in the target's place: the segment is open at both ends, and
+    /// targets are taken as given, never moved onto a surface. A zero direction is never occluded, nor is a
+    /// target where the start is. Which side of its surface a target is on plays no part: callers that leave
+    /// out targets behind the surface do so themselves.
+    ///
+    /// Needs no values, whatever the method, and changes none. Counts a ray a target under
+    /// `counters.shadow`.
+    ///
+    /// ```
+    /// # use std::sync::Arc;
+    /// # use antumbra::{Counters, ShadowIndex};
+    /// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+    /// # let mut builder = Occluders::builder();
+    /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+    /// # builder.add_face(&floor.map(|(x, y)| DVec3::new(x, y, 0.0)), Opacity::Opaque)?;
+    /// # let ball = Sphere { center: DVec3::new(0.0, 0.0, 2.0), radius: 1.0 };
+    /// # builder.add_sphere(ball, Opacity::Opaque)?;
+    /// // A ball over a floor, and three samples of a lamp above.
+    /// let index = ShadowIndex::builder(Arc::new(builder.build()), Vec::new()).build()?;
+    /// let samples = [0.0, 3.0, 6.0].map(|x| LightShape::Point(DVec3::new(x, 0.0, 4.0)));
+    /// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
+    /// let mut occluded = [0];
+    /// index.occluded_targets(&start, &samples, &mut occluded, &mut Counters::default())?;
+    /// // The ball hides the first alone.
+    /// assert_eq!(occluded, [0b001]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The start is not finite or beyond 2^100 or its surface does not exist, or so is a target
+    /// ([`QueryError::BadTarget`]). Nothing is written then.
+    ///
+    /// # Panics
+    /// `occluded` does not have `targets.len().div_ceil(64)` words.
+    pub fn occluded_targets(
+        &self,
+        start: &Start,
+        targets: &[LightShape],
+        occluded: &mut [u64],
+        counters: &mut Counters,
+    ) -> Result<(), QueryError> {
+        let starts = std::slice::from_ref(start);
+        self.occluded_targets_of(starts, Targets::Shared(targets), occluded, counters)
+    }
+
+    /// Answers for many starts, one after another, each as [`ShadowIndex::occluded_targets`] does. The words
+    /// of a start lie together, start after start: `n.div_ceil(64)` for `n` targets. Faster than one by one
+    /// where consecutive starts are near each other. Uses the calling thread only.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::occluded_targets`], for the first start or target at fault; targets are checked
+    /// first. Nothing is written then.
+    ///
+    /// # Panics
+    /// `occluded` does not have as many words, or the targets are not as many for each start as they say.
+    pub fn occluded_targets_of(
+        &self,
+        starts: &[Start],
+        targets: Targets,
+        occluded: &mut [u64],
+        counters: &mut Counters,
+    ) -> Result<(), QueryError> {
+        if let Some((index, target)) = targets.first_bad() {
+            return Err(QueryError::BadTarget { index, target });
+        }
+        for start in starts {
+            self.check_start(start)?;
+        }
+        let stride = word_count(targets.per_start());
+        assert_eq!(occluded.len(), stride * starts.len(), "a bit a target");
+        assert!(targets.fit(starts.len()), "targets for each start");
+        self.answer_targets(starts, targets, occluded, counters);
+        Ok(())
+    }
+
+    /// Answers starts and targets that were checked.
+    fn answer_targets(
+        &self,
+        starts: &[Start],
+        targets: Targets,
+        occluded: &mut [u64],
+        counters: &mut Counters,
+    ) {
+        let stride = word_count(targets.per_start());
+        for (number, start) in starts.iter().enumerate() {
+            antumbra_task::check();
+            let targets = targets.of(number);
+            let words = &mut occluded[number * stride..][..stride];
+            words.fill(0);
+            for (index, target) in targets.iter().enumerate() {
+                let is_nowhere = *target == LightShape::Direction(DVec3::ZERO);
+                if !is_nowhere
+                    && self.answer_to(start, target, counters).shadow == Shadow::Shadowed
+                {
+                    words[index / WORD] |= 1 << (index % WORD);
+                }
+            }
+        }
+    }
+}
+
+/// Returns whether a target has an answer.
+fn is_fine_target(target: &LightShape) -> bool {
+    is_fine(target.homogeneous().0)
+}
