@@ -119,8 +119,7 @@ impl ShadowIndex {
             words.fill(0);
             for (index, target) in targets.iter().enumerate() {
                 let is_nowhere = *target == LightShape::Direction(DVec3::ZERO);
-                if !is_nowhere
-                    && self.answer_to(start, target, counters).shadow == Shadow::Shadowed
+                if !is_nowhere && self.answer_to(start, target, counters).shadow == Shadow::Shadowed
                 {
                     words[index / WORD] |= 1 << (index % WORD);
                 }
