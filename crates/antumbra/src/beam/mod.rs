@@ -9,13 +9,14 @@ mod batch;
 
 pub use batch::Targets;
 
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{LightShape, Start};
 
 use crate::batch::is_fine;
-use crate::{Counters, QueryError, Shadow, ShadowIndex};
+use crate::bvh::{Asked, Block, Last, TARGETS};
+use crate::{Counters, Method, QueryError, Shadow, ShadowIndex};
 
-/// Bits of a word.
-const WORD: usize = 64;
+/// Bits of a word: as many targets as walk together.
+const WORD: usize = TARGETS;
 
 /// Returns how many words the bits of so many targets take.
 const fn word_count(target_count: usize) -> usize {
@@ -111,20 +112,104 @@ impl ShadowIndex {
         occluded: &mut [u64],
         counters: &mut Counters,
     ) {
-        let stride = word_count(targets.per_start());
-        for (number, start) in starts.iter().enumerate() {
+        let per_start = targets.per_start();
+        if per_start == 0 {
+            return;
+        }
+        // Blocks of targets that starts share are made once.
+        let shared: Vec<Block> = match targets {
+            Targets::Shared(targets) => targets.chunks(TARGETS).map(Block::new).collect(),
+            Targets::Each { .. } => Vec::new(),
+        };
+        let stride = word_count(per_start);
+        let mut last = vec![Last::NONE; stride];
+        for (number, (start, words)) in starts.iter().zip(occluded.chunks_mut(stride)).enumerate() {
             antumbra_task::check();
-            let targets = targets.of(number);
-            let words = &mut occluded[number * stride..][..stride];
-            words.fill(0);
-            for (index, target) in targets.iter().enumerate() {
-                let is_nowhere = *target == LightShape::Direction(DVec3::ZERO);
-                if !is_nowhere && self.answer_to(start, target, counters).shadow == Shadow::Shadowed
+            let blocks = targets.of(number).chunks(TARGETS).enumerate();
+            for ((place, targets), word) in blocks.zip(words) {
+                let own;
+                let block = match shared.get(place) {
+                    Some(block) => block,
+                    None => {
+                        own = Block::new(targets);
+                        &own
+                    }
+                };
+                *word = self.occluded_block(start, targets, block, &mut last[place], counters);
+                counters.shadow.shadowed += u64::from(word.count_ones());
+            }
+            counters.shadow.rays += per_start as u64;
+        }
+    }
+
+    /// Answers up to 64 targets of a start.
+    #[inline]
+    fn occluded_block(
+        &self,
+        start: &Start,
+        targets: &[LightShape],
+        block: &Block,
+        last: &mut Last,
+        counters: &mut Counters,
+    ) -> u64 {
+        let all = block.asked();
+        let is_walked = match self.method() {
+            Method::Auto | Method::Voxel | Method::Bvh => true,
+            Method::Voxel1990 | Method::Grid | Method::Naive => false,
+        };
+        let bvh = match self.bvh() {
+            Some(bvh) if is_walked => bvh,
+            _ => return self.occluded_one_by_one(start, targets, all, counters),
+        };
+        let near = &*self.parts.near;
+        let mut occluded = 0;
+        if start.surface.is_some_and(|own| near.has_own_rule(own)) {
+            for (place, target) in targets.iter().enumerate() {
+                let is_blocked = near.own_rule_blocks(&near.segment(start, target));
+                occluded |= u64::from(is_blocked) << place;
+            }
+            occluded &= all;
+        }
+        let asked = Asked {
+            occluders: near,
+            start,
+            targets,
+            mask: all & !occluded,
+        };
+        occluded |= bvh.any_hit_targets(&asked, block, last, counters);
+        if !self.parts.is_whole() {
+            let far = &self.parts;
+            for (place, target) in targets.iter().enumerate() {
+                if all & !occluded & 1 << place != 0
+                    && far.far_blocks(self.occluders(), start, target, counters)
                 {
-                    words[index / WORD] |= 1 << (index % WORD);
+                    occluded |= 1 << place;
                 }
             }
         }
+        occluded
+    }
+
+    /// Answers the targets of a mask by a ray each, without a tree.
+    fn occluded_one_by_one(
+        &self,
+        start: &Start,
+        targets: &[LightShape],
+        asked: u64,
+        counters: &mut Counters,
+    ) -> u64 {
+        // These are counted with those of other methods.
+        let mut counted = Counters::default();
+        let mut occluded = 0;
+        for (place, target) in targets.iter().enumerate() {
+            if asked >> place & 1 != 0 {
+                let answer = self.answer_to(start, target, &mut counted);
+                occluded |= u64::from(answer.shadow == Shadow::Shadowed) << place;
+            }
+        }
+        counters.steps += counted.steps;
+        counters.intersections += counted.intersections;
+        occluded
     }
 }
 

@@ -1,0 +1,504 @@
+//! Any-hit for one start and up to 64 targets.
+//!
+//! In: a start, targets as a [`Block`]. Out: the bits of [`Bvh::any_hit`] for each target. The targets of a start
+//! walk the tree as one ([`Pyramid`]); a shape is tested against all of them at once (`shapes`), and where
+//! that is in doubt the exact rule decides for that target alone. Where a walk costs more than it should, its
+//! targets are parted in four that go on by themselves, at last one by one.
+//!
+//! Invariants: a walk visits every leaf that one of its segments may meet; every segment is tested against all
+//! shapes of the leaves that it may meet; a shape that blocks decides wherever it is found, so order is free.
+//! `crates/antumbra/src/beam/README.md` has the proofs.
+
+mod pyramid;
+mod shapes;
+mod targets;
+
+use antumbra_geometry::{LightShape, Occluders, Start};
+use fearless_simd::{Simd, dispatch};
+
+use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, WIDTH};
+use super::filter;
+use super::ray::FrameRay;
+use super::walk::{Question, USUAL_DEPTH, Waiting, enters, lanes};
+use crate::Counters;
+use pyramid::{Faces, Pyramid};
+use shapes::{Edges, Verdicts};
+use targets::Segments;
+pub(crate) use targets::{Block, TARGETS};
+
+/// So few targets walk by themselves.
+const FEW: u32 = 2;
+
+/// What a walk of several may cost for each of its targets, in nodes visited and groups tested, before they are
+/// parted. A ray of its own visits some ten.
+const COST_EACH: u32 = 3;
+
+/// What blocked the last target of a block that was blocked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Last(Child);
+
+impl Last {
+    pub(crate) const NONE: Self = Self(Child::NONE);
+}
+
+impl Bvh {
+    /// Returns which of a start's targets an opaque surface blocks, among those that a mask asks about. Own rules
+    /// have been asked before: they block nothing here.
+    #[inline]
+    pub(crate) fn any_hit_targets(
+        &self,
+        asked: &Asked,
+        block: &Block,
+        last: &mut Last,
+        counters: &mut Counters,
+    ) -> u64 {
+        dispatch!(self.level, simd => self.any_hit_targets_with(simd, asked, block, last, counters))
+    }
+
+    #[inline(always)]
+    fn any_hit_targets_with<S: Simd>(
+        &self,
+        simd: S,
+        asked: &Asked,
+        block: &Block,
+        last: &mut Last,
+        counters: &mut Counters,
+    ) -> u64 {
+        let Asked {
+            occluders,
+            start,
+            targets,
+            mask,
+        } = *asked;
+        let mask = mask & block.asked();
+        let is_usual = !self.nodes.is_empty() && self.depth <= USUAL_DEPTH;
+        let offset = occluders.start_offset(start);
+        let segments = Segments::new(self, start.point, offset, block);
+        let fit = if is_usual { segments.fit & mask } else { 0 };
+        let mut blocked = 0;
+        for lane in bits(mask & !fit) {
+            let is_blocked = self.any_hit(occluders, start, &targets[lane], counters);
+            blocked |= u64::from(is_blocked) << lane;
+        }
+        let mut beam = Beam {
+            bvh: self,
+            asked,
+            segments: &segments,
+            own: start.surface.map_or(u32::MAX, |surface| surface.0),
+            last: last.0,
+            steps: 0,
+            tests: 0,
+        };
+        blocked |= beam.blocked(simd, fit);
+        last.0 = beam.last;
+        counters.steps += beam.steps;
+        counters.intersections += beam.tests;
+        blocked
+    }
+}
+
+/// A start and what is asked about it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked<'a> {
+    pub(crate) occluders: &'a Occluders,
+    pub(crate) start: &'a Start,
+    /// At most 64, those of the block.
+    pub(crate) targets: &'a [LightShape],
+    /// Which of them.
+    pub(crate) mask: u64,
+}
+
+/// The numbers of the bits set.
+fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let bit = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            bit
+        })
+    })
+}
+
+/// Nodes with children that wait for their turn.
+type Stack = [Waiting; USUAL_DEPTH];
+
+/// Segments that were prepared together.
+struct Beam<'a> {
+    bvh: &'a Bvh,
+    asked: &'a Asked<'a>,
+    segments: &'a Segments,
+    /// The start's surface, or no surface's number.
+    own: u32,
+    last: Child,
+    steps: u64,
+    tests: u64,
+}
+
+impl Beam<'_> {
+    /// Returns which of the segments of a mask are blocked.
+    #[inline(always)]
+    fn blocked<S: Simd>(&mut self, simd: S, asked: u64) -> u64 {
+        if asked.count_ones() <= FEW {
+            return self.each_from_root(simd, asked);
+        }
+        let faces = Faces::of(simd, self.segments);
+        let mut blocked = 0;
+        let mut rest = asked;
+        while rest != 0 {
+            let (face, part) = faces.shared_by_most(rest);
+            rest &= !part;
+            if part.count_ones() <= FEW {
+                blocked |= self.each_from_root(simd, part);
+                continue;
+            }
+            let pyramid = Pyramid::new(simd, self.segments, face, part);
+            let mut active = part;
+            if self.last != Child::NONE {
+                active &= !self.blocked_in(simd, self.last, &pyramid, active);
+            }
+            blocked |= part & !active;
+            if active != 0 {
+                let mut stack = [Waiting::default(); USUAL_DEPTH];
+                stack[0] = ROOT;
+                blocked |= self.walk(simd, pyramid, active, &mut stack, 1);
+            }
+        }
+        blocked
+    }
+
+    /// Walks on with a stack for some segments of a pyramid, or fewer than it was made for, and returns which are
+    /// blocked. What waits on the stack was met by segments that these are some of.
+    #[inline(always)]
+    fn walk<S: Simd>(
+        &mut self,
+        simd: S,
+        mut pyramid: Pyramid,
+        asked: u64,
+        stack: &mut Stack,
+        mut height: usize,
+    ) -> u64 {
+        let bvh = self.bvh;
+        let most_cost = COST_EACH * asked.count_ones();
+        let mut cost = 0;
+        let mut active = asked;
+        // What lies lower was met by more segments than are left.
+        let mut stale = height;
+        while height > 0 {
+            height -= 1;
+            let Waiting { node, mut mask } = stack[height];
+            let mut index = node as usize;
+            if height < stale {
+                stale = height;
+                mask &= pyramid.meets(simd, &bvh.nodes[index]);
+                self.steps += 1;
+                cost += 1;
+            }
+            while mask != 0 {
+                let node = &bvh.nodes[index];
+                if cost > most_cost {
+                    stack[height] = Waiting {
+                        node: index as u32,
+                        mask,
+                    };
+                    return asked & !active | self.part(simd, &pyramid, active, stack, height + 1);
+                }
+                let slot = mask.trailing_zeros() as usize % WIDTH;
+                let child = node.children[slot];
+                mask &= mask - 1;
+                if child.is_node() {
+                    if mask != 0 {
+                        stack[height] = Waiting {
+                            node: index as u32,
+                            mask,
+                        };
+                        height += 1;
+                    }
+                    index = child.index();
+                    mask = pyramid.meets(simd, &bvh.nodes[index]);
+                    self.steps += 1;
+                    cost += 1;
+                    continue;
+                }
+                let before = self.tests;
+                let blocked = match child.kind() {
+                    ChildKind::Other => self.blocked_by_other(simd, child, slot, node, active),
+                    _ => self.blocked_in(simd, child, &pyramid, active),
+                };
+                cost += 1 + (self.tests - before) as u32;
+                if blocked == 0 {
+                    continue;
+                }
+                active &= !blocked;
+                if active == 0 {
+                    return asked;
+                }
+                if child.kind() != ChildKind::Other {
+                    self.last = child;
+                }
+                if 2 * active.count_ones() > pyramid.targets.count_ones() {
+                    continue;
+                }
+                if active.count_ones() <= FEW {
+                    stack[height] = Waiting {
+                        node: index as u32,
+                        mask,
+                    };
+                    return asked & !active | self.each(simd, active, stack, height + 1);
+                }
+                pyramid = Pyramid::new(simd, self.segments, pyramid.face, active);
+                mask &= pyramid.meets(simd, node);
+                stale = height;
+            }
+        }
+        asked & !active
+    }
+
+    /// Goes on for segments in four parts, each by itself.
+    #[cold]
+    #[inline(never)]
+    fn part<S: Simd>(
+        &mut self,
+        simd: S,
+        pyramid: &Pyramid,
+        asked: u64,
+        stack: &Stack,
+        height: usize,
+    ) -> u64 {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut blocked = 0;
+                for part in pyramid.quarters(simd, self.segments, asked) {
+                    if part.count_ones() <= FEW {
+                        blocked |= self.each(simd, part, stack, height);
+                        continue;
+                    }
+                    let pyramid = Pyramid::new(simd, self.segments, pyramid.face, part);
+                    let mut stack = *stack;
+                    blocked |= self.walk(simd, pyramid, part, &mut stack, height);
+                }
+                blocked
+            },
+        )
+    }
+
+    /// Goes on for each segment by itself.
+    #[inline(always)]
+    fn each<S: Simd>(&mut self, simd: S, asked: u64, stack: &Stack, height: usize) -> u64 {
+        let mut blocked = 0;
+        for lane in bits(asked) {
+            let mut stack = *stack;
+            let ray = self.segments.ray(simd, lane, &self.bvh.usual_bounds);
+            let is_blocked = self.is_blocked(simd, lane, &ray, &mut stack, height);
+            blocked |= u64::from(is_blocked) << lane;
+        }
+        blocked
+    }
+
+    #[inline(always)]
+    fn each_from_root<S: Simd>(&mut self, simd: S, asked: u64) -> u64 {
+        let mut stack = [Waiting::default(); USUAL_DEPTH];
+        stack[0] = ROOT;
+        self.each(simd, asked, &stack, 1)
+    }
+
+    /// Walks on with a stack for one segment.
+    #[inline(always)]
+    fn is_blocked<S: Simd>(
+        &mut self,
+        simd: S,
+        lane: usize,
+        ray: &FrameRay,
+        stack: &mut Stack,
+        mut height: usize,
+    ) -> bool {
+        let bvh = self.bvh;
+        let mut stale = height;
+        while height > 0 {
+            height -= 1;
+            let Waiting { node, mut mask } = stack[height];
+            let mut index = node as usize;
+            if height < stale {
+                stale = height;
+                mask &= enters(simd, &bvh.nodes[index], ray, ray.end).1;
+                self.steps += 1;
+            }
+            while mask != 0 {
+                let child = bvh.nodes[index].children[mask.trailing_zeros() as usize % WIDTH];
+                mask &= mask - 1;
+                if child.is_node() {
+                    if mask != 0 {
+                        stack[height] = Waiting {
+                            node: index as u32,
+                            mask,
+                        };
+                        height += 1;
+                    }
+                    index = child.index();
+                    mask = enters(simd, &bvh.nodes[index], ray, ray.end).1;
+                    self.steps += 1;
+                    continue;
+                }
+                if self.is_blocked_in(simd, child, lane, ray) {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn is_blocked_in<S: Simd>(
+        &mut self,
+        simd: S,
+        child: Child,
+        lane: usize,
+        ray: &FrameRay,
+    ) -> bool {
+        let bvh = self.bvh;
+        let (verdicts, members) = match child.kind() {
+            ChildKind::Triangles => {
+                let group = &bvh.triangles[child.index()];
+                (filter::triangles(simd, group, ray), &group.members)
+            }
+            ChildKind::Spheres => {
+                let group = &bvh.spheres[child.index()];
+                (filter::spheres(simd, group, ray), &group.members)
+            }
+            _ => {
+                self.tests += 1;
+                return self.question(lane).blocks(bvh.others[child.index()]);
+            }
+        };
+        self.tests += u64::from(members.opaque.count_ones());
+        let possible = verdicts.possible & u32::from(members.opaque) & !members.those_of(self.own);
+        let verdicts = filter::Verdicts {
+            possible,
+            ..verdicts
+        };
+        possible != 0 && self.question(lane).is_blocked_by(members, verdicts)
+    }
+
+    /// Returns which segments a group of shapes blocks; none for a surface that has no filter.
+    #[inline(always)]
+    fn blocked_in<S: Simd>(
+        &mut self,
+        simd: S,
+        child: Child,
+        pyramid: &Pyramid,
+        active: u64,
+    ) -> u64 {
+        let bvh = self.bvh;
+        let bounds = &bvh.usual_bounds;
+        let segments = self.segments;
+        let mut rest = active;
+        match child.kind() {
+            ChildKind::Triangles => {
+                let group = &bvh.triangles[child.index()];
+                let members = &group.members;
+                let opaque = u32::from(members.opaque) & !members.those_of(self.own);
+                if opaque == 0 {
+                    return 0;
+                }
+                let edges = Edges::new(simd, group, segments.origin, pyramid, bounds);
+                for lane in lanes(edges.possible & opaque) {
+                    self.tests += 1;
+                    let verdicts = edges.verdicts(simd, lane, segments, rest, bounds);
+                    rest &= !self.decided(members, lane, verdicts);
+                    if rest == 0 {
+                        break;
+                    }
+                }
+            }
+            ChildKind::Spheres => {
+                let group = &bvh.spheres[child.index()];
+                let members = &group.members;
+                for lane in lanes(u32::from(members.opaque)) {
+                    if self.is_own(members, lane) {
+                        continue;
+                    }
+                    self.tests += 1;
+                    let verdicts = shapes::sphere(simd, group, lane, segments, rest, bounds);
+                    rest &= !self.decided(members, lane, verdicts);
+                    if rest == 0 {
+                        break;
+                    }
+                }
+            }
+            _ => {}
+        }
+        active & !rest
+    }
+
+    /// Returns which segments a surface without a filter blocks, among those that meet its box.
+    #[inline(always)]
+    fn blocked_by_other<S: Simd>(
+        &mut self,
+        simd: S,
+        child: Child,
+        slot: usize,
+        node: &Node,
+        active: u64,
+    ) -> u64 {
+        let surface = self.bvh.others[child.index()];
+        let mut blocked = 0;
+        for lane in bits(active) {
+            let ray = self.segments.ray(simd, lane, &self.bvh.usual_bounds);
+            if enters(simd, node, &ray, ray.end).1 >> slot & 1 == 0 {
+                continue;
+            }
+            self.tests += 1;
+            blocked |= u64::from(self.question(lane).blocks(surface)) << lane;
+        }
+        blocked
+    }
+
+    /// Returns which segments a shape blocks: those that it surely blocks, and of those in doubt the ones for which
+    /// the exact rule says so.
+    #[inline(always)]
+    fn decided(&self, members: &Members, lane: usize, verdicts: Verdicts) -> u64 {
+        let is_whole = members.whole >> lane & 1 != 0;
+        let sure = if is_whole { verdicts.sure } else { 0 };
+        let in_doubt = verdicts.possible & !sure;
+        if in_doubt == 0 {
+            return sure;
+        }
+        sure | self.exactly(members, lane, in_doubt)
+    }
+
+    #[inline(never)]
+    fn exactly(&self, members: &Members, lane: usize, in_doubt: u64) -> u64 {
+        let alone = filter::Verdicts {
+            possible: 1 << lane,
+            sure: 0,
+        };
+        bits(in_doubt).fold(0, |blocked, target| {
+            let is_blocked = self.question(target).is_blocked_by(members, alone);
+            blocked | u64::from(is_blocked) << target
+        })
+    }
+
+    /// Returns whether a shape is the start's own, or one with the same own rule: these block nothing here.
+    #[inline(always)]
+    fn is_own(&self, members: &Members, lane: usize) -> bool {
+        let surface = members.surfaces[lane % LANES];
+        self.asked.start.surface.is_some_and(|own| {
+            own == surface || self.asked.occluders.have_one_own_rule(own, surface)
+        })
+    }
+
+    #[inline(always)]
+    fn question(&self, target: usize) -> Question<'_> {
+        Question {
+            occluders: self.asked.occluders,
+            start: self.asked.start,
+            light: &self.asked.targets[target],
+        }
+    }
+}
+
+/// All children of the root.
+const ROOT: Waiting = Waiting {
+    node: 0,
+    mask: (1 << WIDTH) - 1,
+};
