@@ -9,7 +9,7 @@ mod batch;
 
 pub use batch::Targets;
 
-use antumbra_geometry::{LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, Start};
 
 use crate::batch::is_fine;
 use crate::bvh::{Asked, Block, Last, TARGETS};
@@ -101,6 +101,35 @@ impl ShadowIndex {
         assert_eq!(occluded.len(), stride * starts.len(), "a bit a target");
         assert!(targets.fit(starts.len()), "targets for each start");
         self.answer_targets(starts, targets, occluded, counters);
+        Ok(())
+    }
+
+    /// Answers as [`ShadowIndex::occluded_targets`] does, by a ray a target: for measurements, and for tests that
+    /// compare.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::occluded_targets`].
+    ///
+    /// # Panics
+    /// As [`ShadowIndex::occluded_targets`].
+    #[doc(hidden)]
+    pub fn occluded_targets_by_rays(
+        &self,
+        start: &Start,
+        targets: &[LightShape],
+        occluded: &mut [u64],
+        counters: &mut Counters,
+    ) -> Result<(), QueryError> {
+        if let Some((index, target)) = Targets::Shared(targets).first_bad() {
+            return Err(QueryError::BadTarget { index, target });
+        }
+        self.check_start(start)?;
+        assert_eq!(occluded.len(), word_count(targets.len()), "a bit a target");
+        for (targets, word) in targets.chunks(WORD).zip(occluded) {
+            *word = self.occluded_one_by_one(start, targets, u64::MAX, counters);
+            counters.shadow.rays += targets.len() as u64;
+            counters.shadow.shadowed += u64::from(word.count_ones());
+        }
         Ok(())
     }
 
@@ -202,7 +231,8 @@ impl ShadowIndex {
         let mut counted = Counters::default();
         let mut occluded = 0;
         for (place, target) in targets.iter().enumerate() {
-            if asked >> place & 1 != 0 {
+            let is_nowhere = *target == LightShape::Direction(DVec3::ZERO);
+            if asked >> place & 1 != 0 && !is_nowhere {
                 let answer = self.answer_to(start, target, &mut counted);
                 occluded |= u64::from(answer.shadow == Shadow::Shadowed) << place;
             }

@@ -502,3 +502,6 @@ const ROOT: Waiting = Waiting {
     node: 0,
     mask: (1 << WIDTH) - 1,
 };
+
+#[cfg(test)]
+mod tests;
