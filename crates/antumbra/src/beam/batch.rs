@@ -68,6 +68,13 @@ impl<'a> Targets<'a> {
     /// Returns the first that has no answer.
     pub(super) fn first_bad(&self) -> Option<(usize, DVec3)> {
         let (Self::Shared(targets) | Self::Each { targets, .. }) = *self;
+        // Together first, without a branch a target.
+        let are_fine = targets
+            .iter()
+            .fold(true, |are_fine, target| are_fine & is_fine_target(target));
+        if are_fine {
+            return None;
+        }
         let index = targets.iter().position(|target| !is_fine_target(target))?;
         Some((index, targets[index].homogeneous().0))
     }

@@ -12,7 +12,7 @@ pub use batch::Targets;
 use antumbra_geometry::{DVec3, LightShape, Start};
 
 use crate::batch::is_fine;
-use crate::bvh::{Asked, Block, Last, TARGETS};
+use crate::bvh::{Asked, Block, Memory, TARGETS};
 use crate::{Counters, Method, QueryError, Shadow, ShadowIndex};
 
 /// Bits of a word: as many targets as walk together.
@@ -151,20 +151,21 @@ impl ShadowIndex {
             Targets::Each { .. } => Vec::new(),
         };
         let stride = word_count(per_start);
-        let mut last = vec![Last::NONE; stride];
+        let mut memory = Memory::new(stride);
+        let mut own = Block::NONE;
         for (number, (start, words)) in starts.iter().zip(occluded.chunks_mut(stride)).enumerate() {
             antumbra_task::check();
             let blocks = targets.of(number).chunks(TARGETS).enumerate();
             for ((place, targets), word) in blocks.zip(words) {
-                let own;
                 let block = match shared.get(place) {
                     Some(block) => block,
                     None => {
-                        own = Block::new(targets);
+                        own.take(targets);
                         &own
                     }
                 };
-                *word = self.occluded_block(start, targets, block, &mut last[place], counters);
+                let (memory, counters) = (&mut memory, &mut *counters);
+                *word = self.occluded_block(start, (targets, place), block, memory, counters);
                 counters.shadow.shadowed += u64::from(word.count_ones());
             }
             counters.shadow.rays += per_start as u64;
@@ -176,9 +177,9 @@ impl ShadowIndex {
     fn occluded_block(
         &self,
         start: &Start,
-        targets: &[LightShape],
+        (targets, number): (&[LightShape], usize),
         block: &Block,
-        last: &mut Last,
+        memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
         let all = block.asked();
@@ -204,8 +205,9 @@ impl ShadowIndex {
             start,
             targets,
             mask: all & !occluded,
+            number,
         };
-        occluded |= bvh.any_hit_targets(&asked, block, last, counters);
+        occluded |= bvh.any_hit_targets(&asked, block, memory, counters);
         if !self.parts.is_whole() {
             let far = &self.parts;
             for (place, target) in targets.iter().enumerate() {

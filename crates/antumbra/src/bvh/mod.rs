@@ -30,7 +30,7 @@ mod reinsert;
 mod topology;
 mod walk;
 
-pub(crate) use beam::{Asked, Block, Last, TARGETS};
+pub(crate) use beam::{Asked, Block, Memory, TARGETS};
 pub(crate) use cull::Region;
 pub(crate) use data::Bvh;
 pub(crate) use topology::{Topology, Tree};

@@ -183,6 +183,10 @@ pub(crate) struct Soft {
     )]
     pub(crate) degrees: Vec<f64>,
 
+    /// Way to time; repeatable: ours, rays, embree, embree8, embree16 [default: all]
+    #[arg(help_heading = "Method", long = "way", value_name = "WAY", value_parser = super::soft::WAYS)]
+    pub(crate) ways: Vec<String>,
+
     /// Number of rounds, in each of which all methods take turns; figures are medians
     #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rounds: u32,

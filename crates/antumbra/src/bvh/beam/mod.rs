@@ -13,7 +13,7 @@ mod pyramid;
 mod shapes;
 mod targets;
 
-use antumbra_geometry::{LightShape, Occluders, Start};
+use antumbra_geometry::{LightShape, Occluders, Segment, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, WIDTH};
@@ -33,12 +33,26 @@ const FEW: u32 = 2;
 /// parted. A ray of its own visits some ten.
 const COST_EACH: u32 = 3;
 
-/// What blocked the last target of a block that was blocked.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Last(Child);
+/// What starts leave to those that come after them.
+#[derive(Debug)]
+pub(crate) struct Memory {
+    /// The group that blocked the last target that was blocked, for each block.
+    last: Vec<Child>,
+    /// Segments for the exact rule, made where it is asked. Their room serves all starts.
+    exact: Vec<Option<Segment>>,
+    /// Which of them are the start's.
+    made: u64,
+}
 
-impl Last {
-    pub(crate) const NONE: Self = Self(Child::NONE);
+impl Memory {
+    /// Makes one for so many blocks of targets.
+    pub(crate) fn new(block_count: usize) -> Self {
+        Self {
+            last: vec![Child::NONE; block_count],
+            exact: Vec::new(),
+            made: 0,
+        }
+    }
 }
 
 impl Bvh {
@@ -49,10 +63,10 @@ impl Bvh {
         &self,
         asked: &Asked,
         block: &Block,
-        last: &mut Last,
+        memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
-        dispatch!(self.level, simd => self.any_hit_targets_with(simd, asked, block, last, counters))
+        dispatch!(self.level, simd => self.any_hit_targets_with(simd, asked, block, memory, counters))
     }
 
     #[inline(always)]
@@ -61,7 +75,7 @@ impl Bvh {
         simd: S,
         asked: &Asked,
         block: &Block,
-        last: &mut Last,
+        memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
         let Asked {
@@ -69,30 +83,36 @@ impl Bvh {
             start,
             targets,
             mask,
+            number,
         } = *asked;
         let mask = mask & block.asked();
         let is_usual = !self.nodes.is_empty() && self.depth <= USUAL_DEPTH;
         let offset = occluders.start_offset(start);
-        let segments = Segments::new(self, start.point, offset, block);
+        let segments = Segments::new(simd, self, start.point, offset, block);
         let fit = if is_usual { segments.fit & mask } else { 0 };
         let mut blocked = 0;
         for lane in bits(mask & !fit) {
             let is_blocked = self.any_hit(occluders, start, &targets[lane], counters);
             blocked |= u64::from(is_blocked) << lane;
         }
+        memory.made = 0;
         let mut beam = Beam {
             bvh: self,
             asked,
             segments: &segments,
             own: start.surface.map_or(u32::MAX, |surface| surface.0),
-            last: last.0,
+            last: memory.last[number],
+            memory,
             steps: 0,
             tests: 0,
         };
         blocked |= beam.blocked(simd, fit);
-        last.0 = beam.last;
-        counters.steps += beam.steps;
-        counters.intersections += beam.tests;
+        let Beam {
+            last, steps, tests, ..
+        } = beam;
+        memory.last[number] = last;
+        counters.steps += steps;
+        counters.intersections += tests;
         blocked
     }
 }
@@ -106,6 +126,8 @@ pub(crate) struct Asked<'a> {
     pub(crate) targets: &'a [LightShape],
     /// Which of them.
     pub(crate) mask: u64,
+    /// The block's number among the start's.
+    pub(crate) number: usize,
 }
 
 /// The numbers of the bits set.
@@ -130,6 +152,7 @@ struct Beam<'a> {
     /// The start's surface, or no surface's number.
     own: u32,
     last: Child,
+    memory: &'a mut Memory,
     steps: u64,
     tests: u64,
 }
@@ -414,7 +437,7 @@ impl Beam<'_> {
                 let group = &bvh.spheres[child.index()];
                 let members = &group.members;
                 for lane in lanes(u32::from(members.opaque)) {
-                    if self.is_own(members, lane) {
+                    if self.is_own(members.surfaces[lane % LANES]) {
                         continue;
                     }
                     self.tests += 1;
@@ -456,32 +479,58 @@ impl Beam<'_> {
     /// Returns which segments a shape blocks: those that it surely blocks, and of those in doubt the ones for which
     /// the exact rule says so.
     #[inline(always)]
-    fn decided(&self, members: &Members, lane: usize, verdicts: Verdicts) -> u64 {
+    fn decided(&mut self, members: &Members, lane: usize, verdicts: Verdicts) -> u64 {
         let is_whole = members.whole >> lane & 1 != 0;
-        let sure = if is_whole { verdicts.sure } else { 0 };
-        let in_doubt = verdicts.possible & !sure;
-        if in_doubt == 0 {
-            return sure;
+        if is_whole && verdicts.possible == verdicts.sure {
+            return verdicts.sure;
         }
-        sure | self.exactly(members, lane, in_doubt)
+        self.exactly(members.surfaces[lane % LANES], is_whole, verdicts)
     }
 
     #[inline(never)]
-    fn exactly(&self, members: &Members, lane: usize, in_doubt: u64) -> u64 {
-        let alone = filter::Verdicts {
-            possible: 1 << lane,
-            sure: 0,
-        };
-        bits(in_doubt).fold(0, |blocked, target| {
-            let is_blocked = self.question(target).is_blocked_by(members, alone);
-            blocked | u64::from(is_blocked) << target
-        })
+    fn exactly(&mut self, surface: SurfaceId, is_whole: bool, verdicts: Verdicts) -> u64 {
+        let Verdicts { possible, sure } = verdicts;
+        let mut blocked = if is_whole { sure } else { 0 };
+        if self.is_own(surface) {
+            return blocked;
+        }
+        let occluders = self.asked.occluders;
+        for target in bits(possible & !blocked) {
+            let segment = self.segment(target);
+            // Of a surface with holes that is surely crossed, only these are asked.
+            let is_blocked = if sure >> target & 1 != 0 {
+                occluders.is_solid_at_crossing(surface, segment)
+            } else {
+                occluders.blocks(surface, segment)
+            };
+            blocked |= u64::from(is_blocked) << target;
+        }
+        blocked
+    }
+
+    /// Returns a segment for the exact rule.
+    fn segment(&mut self, target: usize) -> &Segment {
+        let Memory { exact, made, .. } = &mut *self.memory;
+        if exact.is_empty() {
+            exact.resize(TARGETS, None);
+        }
+        let segment = &mut exact[target % TARGETS];
+        if *made >> target & 1 == 0 {
+            *segment = None;
+            *made |= 1 << target;
+        }
+        let Asked {
+            occluders,
+            start,
+            targets,
+            ..
+        } = *self.asked;
+        segment.get_or_insert_with(|| occluders.segment(start, &targets[target]))
     }
 
     /// Returns whether a shape is the start's own, or one with the same own rule: these block nothing here.
     #[inline(always)]
-    fn is_own(&self, members: &Members, lane: usize) -> bool {
-        let surface = members.surfaces[lane % LANES];
+    fn is_own(&self, surface: SurfaceId) -> bool {
         self.asked.start.surface.is_some_and(|own| {
             own == surface || self.asked.occluders.have_one_own_rule(own, surface)
         })

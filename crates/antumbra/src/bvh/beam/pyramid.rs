@@ -111,6 +111,17 @@ pub(super) struct Pyramid {
     pub(super) targets: u64,
 }
 
+/// Returns the greatest of sixteen numbers.
+#[inline(always)]
+fn greatest<S: Simd>(numbers: f32x16<S>) -> f32 {
+    let numbers: [f32; CHUNK] = numbers.into();
+    let four = |i: usize| {
+        let first = numbers[i].max(numbers[i + 4]);
+        first.max(numbers[i + 8].max(numbers[i + 12]))
+    };
+    four(0).max(four(1)).max(four(2).max(four(3)))
+}
+
 /// Room for the roundings of a slope, `u` of it each: two components, a reciprocal, a product, and two sums that
 /// make room; two are spare.
 const SLOPE_ROOM: f32 = 8.0 / (1 << 24) as f32;
@@ -141,10 +152,8 @@ impl Pyramid {
             }
         }
         let slopes = [0, 1].map(|place: usize| {
-            let least: [f32; CHUNK] = least[place].into();
-            let most: [f32; CHUNK] = most[place].into();
-            let least = least.into_iter().fold(f32::INFINITY, f32::min);
-            let most = most.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            let least = -greatest(-least[place]);
+            let most = greatest(most[place]);
             // What small components were moved by, over half of 1.
             let smallest = SMALLEST_COMPONENT as f32;
             let low = least - least.abs() * SLOPE_ROOM - 4.0 * smallest;
@@ -158,8 +167,7 @@ impl Pyramid {
                 },
             ]
         });
-        let end: [f32; CHUNK] = end.into();
-        let end = end.into_iter().fold(0.0, f32::max) * (1.0 + 8.0 * U as f32) + 4.0 * U as f32;
+        let end = greatest(end) * (1.0 + 8.0 * U as f32) + 4.0 * U as f32;
         let mut pyramid = Self {
             face,
             slopes,

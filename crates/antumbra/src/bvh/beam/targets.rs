@@ -2,7 +2,7 @@
 
 use antumbra_geometry::{DVec3, LightShape};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
+use fearless_simd::{Simd, f32x16, f64x8};
 
 use super::super::data::Bvh;
 use super::super::ray::{
@@ -26,23 +26,40 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// No targets.
+    pub(crate) const NONE: Self = Self {
+        at: [[0.0; TARGETS]; 3],
+        weight: [0.0; TARGETS],
+        asked: 0,
+    };
+
     /// Takes up to 64 targets.
     #[inline]
     pub(crate) fn new(targets: &[LightShape]) -> Self {
-        let mut block = Self {
-            at: [[0.0; TARGETS]; 3],
-            weight: [0.0; TARGETS],
-            asked: 0,
-        };
+        let mut block = Self::NONE;
+        block.take(targets);
+        block
+    }
+
+    /// Takes up to 64 targets in place of others.
+    #[inline]
+    pub(crate) fn take(&mut self, targets: &[LightShape]) {
+        let count = targets.len().min(TARGETS);
         for (number, target) in targets.iter().enumerate().take(TARGETS) {
             let (at, weight) = target.homogeneous();
-            block.at[0][number] = at.x;
-            block.at[1][number] = at.y;
-            block.at[2][number] = at.z;
-            block.weight[number] = weight;
-            block.asked |= u64::from(weight != 0.0 || at != DVec3::ZERO) << number;
+            self.at[0][number] = at.x;
+            self.at[1][number] = at.y;
+            self.at[2][number] = at.z;
+            self.weight[number] = weight;
         }
-        block
+        self.asked = u64::MAX.checked_shr((TARGETS - count) as u32).unwrap_or(0);
+        if self.weight[..count].contains(&0.0) {
+            for number in 0..count {
+                let at = [self.at[0][number], self.at[1][number], self.at[2][number]];
+                let is_nowhere = self.weight[number] == 0.0 && at == [0.0; 3];
+                self.asked &= !(u64::from(is_nowhere) << number);
+            }
+        }
     }
 
     /// Returns a bit for each target that is there; not for zero directions, which are nowhere.
@@ -71,7 +88,13 @@ impl Segments {
     /// Prepares segments by the operations of [`Bvh::prepare`]. Those that it would not take from inside the
     /// frame at their usual bounds are not fit.
     #[inline(always)]
-    pub(super) fn new(bvh: &Bvh, point: DVec3, offset: f64, block: &Block) -> Self {
+    pub(super) fn new<S: Simd>(
+        simd: S,
+        bvh: &Bvh,
+        point: DVec3,
+        offset: f64,
+        block: &Block,
+    ) -> Self {
         let frame = &bvh.frame;
         let mut segments = Self {
             origin: [0.0; 3],
@@ -125,14 +148,14 @@ impl Segments {
                 };
             }
         }
-        let mut is_fit = [false; TARGETS];
-        for i in 0..TARGETS {
-            is_fit[i] = (to_unit[i] * offset <= USUAL_ORIGIN_ERROR)
-                & (lengths[i] >= 1e-290)
-                & (lengths[i] <= 1e290);
+        let (offset, most) = (f64x8::splat(simd, offset), USUAL_ORIGIN_ERROR);
+        for first in (0..TARGETS).step_by(8) {
+            let length = f64x8::from_slice(simd, &lengths[first..first + 8]);
+            let error = f64x8::from_slice(simd, &to_unit[first..first + 8]) * offset;
+            // Not for NaN.
+            let is_fit = error.simd_le(most) & length.simd_ge(1e-290) & length.simd_le(1e290);
+            segments.fit |= (is_fit.to_bitmask() & 0xff) << first;
         }
-        let bits = is_fit.iter().enumerate();
-        segments.fit = bits.fold(0, |bits, (i, &is_fit)| bits | u64::from(is_fit) << i);
         segments
     }
 

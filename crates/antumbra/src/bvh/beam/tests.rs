@@ -1,6 +1,6 @@
 //! Walks of many targets against the rule, in scenes whose trees are deep and whose bounds are met.
 
-use antumbra_geometry::{Cone, DVec3, Disk, Occluders, Opacity, Sphere, SurfaceId};
+use antumbra_geometry::{Cone, DVec3, Disk, Opacity, Sphere};
 
 use super::*;
 use crate::grid::any_hit_by_reference;
@@ -131,7 +131,7 @@ fn many_targets_are_answered_as_each() {
             continue;
         }
         let bvh = Bvh::build(&occluders);
-        let mut last = Last::NONE;
+        let mut memory = Memory::new(1);
         for _ in 0..12 {
             let start = start(&occluders, random);
             let targets = targets(&occluders, &start, random);
@@ -141,9 +141,10 @@ fn many_targets_are_answered_as_each() {
                 start: &start,
                 targets: &targets,
                 mask: random.pick(&[u64::MAX, u64::MAX, 0x5555_5555_5555_5555]),
+                number: 0,
             };
             let (mut together, mut each) = (Counters::default(), Counters::default());
-            let found = bvh.any_hit_targets(&asked, &block, &mut last, &mut together);
+            let found = bvh.any_hit_targets(&asked, &block, &mut memory, &mut together);
             assert_eq!(found & !(asked.mask & block.asked()), 0);
             for (number, target) in targets.iter().enumerate() {
                 if asked.mask & block.asked() & 1 << number == 0 {
@@ -202,9 +203,10 @@ fn targets_whose_walks_cost_too_much_are_answered_as_each() {
                 start: &start,
                 targets: &targets,
                 mask: u64::MAX,
+                number: 0,
             };
             let (block, counters) = (Block::new(&targets), &mut Counters::default());
-            let found = bvh.any_hit_targets(&asked, &block, &mut Last(Child::NONE), counters);
+            let found = bvh.any_hit_targets(&asked, &block, &mut Memory::new(1), counters);
             for (number, target) in targets.iter().enumerate() {
                 let segment = occluders.segment(&start, target);
                 let expected = any_hit_by_reference(&occluders, &segment);
@@ -233,7 +235,7 @@ fn parts_are_smaller_and_hold_all() {
             let targets: Vec<_> = (0..64)
                 .map(|_| LightShape::Point(3.0 * DVec3::Z + spread * random.in_cube()))
                 .collect();
-            let segments = Segments::new(&bvh, DVec3::ZERO, 0.0, &Block::new(&targets));
+            let segments = Segments::new(simd, &bvh, DVec3::ZERO, 0.0, &Block::new(&targets));
             assert_eq!(segments.fit, u64::MAX);
             let (face, all) = Faces::of(simd, &segments).shared_by_most(u64::MAX);
             assert_eq!(all, u64::MAX);
