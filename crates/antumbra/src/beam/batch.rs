@@ -68,13 +68,6 @@ impl<'a> Targets<'a> {
     /// Returns the first that has no answer.
     pub(super) fn first_bad(&self) -> Option<(usize, DVec3)> {
         let (Self::Shared(targets) | Self::Each { targets, .. }) = *self;
-        // Together first, without a branch a target.
-        let are_fine = targets
-            .iter()
-            .fold(true, |are_fine, target| are_fine & is_fine_target(target));
-        if are_fine {
-            return None;
-        }
         let index = targets.iter().position(|target| !is_fine_target(target))?;
         Some((index, targets[index].homogeneous().0))
     }
@@ -127,7 +120,8 @@ impl ShadowIndex {
             }
             let mut counted = BatchCounters::default();
             let targets = targets.part(first, starts.len());
-            self.answer_targets(starts, targets, words, &mut counted.counters);
+            self.answer_targets(starts, targets, words, &mut counted.counters)
+                .expect("targets were checked");
             if let BatchKind::Facing { normals } = batch.kind {
                 for (number, start) in starts.iter().enumerate() {
                     let normal = normals[first + number].as_f64();

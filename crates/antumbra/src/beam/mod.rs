@@ -79,8 +79,8 @@ impl ShadowIndex {
     /// where consecutive starts are near each other. Uses the calling thread only.
     ///
     /// # Errors
-    /// As [`ShadowIndex::occluded_targets`], for the first start or target at fault; targets are checked
-    /// first. Nothing is written then.
+    /// As [`ShadowIndex::occluded_targets`], for a start at fault, else the first target; answers to starts before it
+    /// may be written.
     ///
     /// # Panics
     /// `occluded` does not have as many words, or the targets are not as many for each start as they say.
@@ -91,17 +91,17 @@ impl ShadowIndex {
         occluded: &mut [u64],
         counters: &mut Counters,
     ) -> Result<(), QueryError> {
-        if let Some((index, target)) = targets.first_bad() {
-            return Err(QueryError::BadTarget { index, target });
-        }
         for start in starts {
             self.check_start(start)?;
         }
         let stride = word_count(targets.per_start());
         assert_eq!(occluded.len(), stride * starts.len(), "a bit a target");
         assert!(targets.fit(starts.len()), "targets for each start");
-        self.answer_targets(starts, targets, occluded, counters);
-        Ok(())
+        let answered = self.answer_targets(starts, targets, occluded, counters);
+        answered.map_err(|BadTargets| match targets.first_bad() {
+            Some((index, target)) => QueryError::BadTarget { index, target },
+            None => unreachable!("a target is bad"),
+        })
     }
 
     /// Answers as [`ShadowIndex::occluded_targets`] does, by a ray a target: for measurements, and for tests that
@@ -133,23 +133,26 @@ impl ShadowIndex {
         Ok(())
     }
 
-    /// Answers starts and targets that were checked.
+    /// Answers starts that were checked, up to targets that have no answer. Shared ones are looked at first.
     fn answer_targets(
         &self,
         starts: &[Start],
         targets: Targets,
         occluded: &mut [u64],
         counters: &mut Counters,
-    ) {
+    ) -> Result<(), BadTargets> {
         let per_start = targets.per_start();
         if per_start == 0 {
-            return;
+            return Ok(());
         }
         // Blocks of targets that starts share are made once.
         let shared: Vec<Block> = match targets {
             Targets::Shared(targets) => targets.chunks(TARGETS).map(Block::new).collect(),
             Targets::Each { .. } => Vec::new(),
         };
+        if !shared.iter().all(Block::is_fine) {
+            return Err(BadTargets);
+        }
         let stride = word_count(per_start);
         let mut memory = Memory::new(stride);
         let mut own = Block::NONE;
@@ -161,6 +164,9 @@ impl ShadowIndex {
                     Some(block) => block,
                     None => {
                         own.take(targets);
+                        if !own.is_fine() {
+                            return Err(BadTargets);
+                        }
                         &own
                     }
                 };
@@ -170,6 +176,7 @@ impl ShadowIndex {
             }
             counters.shadow.rays += per_start as u64;
         }
+        Ok(())
     }
 
     /// Answers up to 64 targets of a start.
@@ -244,6 +251,10 @@ impl ShadowIndex {
         occluded
     }
 }
+
+/// Some target has no answer.
+#[derive(Clone, Copy, Debug)]
+struct BadTargets;
 
 /// Returns whether a target has an answer.
 fn is_fine_target(target: &LightShape) -> bool {

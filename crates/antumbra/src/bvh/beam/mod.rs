@@ -42,7 +42,12 @@ pub(crate) struct Memory {
     exact: Vec<Option<Segment>>,
     /// Which of them are the start's.
     made: u64,
+    /// Pairs of a start's triangle and another one, and whether they lie in one plane, by a few of their bits.
+    planes: [([u32; 2], bool); PLANES],
 }
+
+/// As many pairs of triangles are remembered.
+const PLANES: usize = 16;
 
 impl Memory {
     /// Makes one for so many blocks of targets.
@@ -51,7 +56,24 @@ impl Memory {
             last: vec![Child::NONE; block_count],
             exact: Vec::new(),
             made: 0,
+            planes: [([u32::MAX; 2], false); PLANES],
         }
+    }
+
+    /// Returns whether a start's triangle and another one lie exactly in one plane.
+    #[inline]
+    fn are_in_one_plane(
+        &mut self,
+        occluders: &Occluders,
+        own: SurfaceId,
+        other: SurfaceId,
+    ) -> bool {
+        let pair = [own.0, other.0];
+        let entry = &mut self.planes[(own.0 ^ other.0.rotate_left(2)) as usize % PLANES];
+        if entry.0 != pair {
+            *entry = (pair, occluders.are_in_one_plane(own, other));
+        }
+        entry.1
     }
 }
 
@@ -201,7 +223,7 @@ impl Beam<'_> {
         mut height: usize,
     ) -> u64 {
         let bvh = self.bvh;
-        let most_cost = COST_EACH * asked.count_ones();
+        let most_cost = tune().0 * asked.count_ones();
         let mut cost = 0;
         let mut active = asked;
         // What lies lower was met by more segments than are left.
@@ -258,7 +280,7 @@ impl Beam<'_> {
                 if child.kind() != ChildKind::Other {
                     self.last = child;
                 }
-                if 2 * active.count_ones() > pyramid.targets.count_ones() {
+                if tune().1 * active.count_ones() > 4 * pyramid.targets.count_ones() {
                     continue;
                 }
                 if active.count_ones() <= FEW {
@@ -426,6 +448,9 @@ impl Beam<'_> {
                 let edges = Edges::new(simd, group, segments.origin, pyramid, bounds);
                 for lane in lanes(edges.possible & opaque) {
                     self.tests += 1;
+                    if edges.may_hold_start(lane) && self.is_flat_with_own(members.surfaces[lane]) {
+                        continue;
+                    }
                     let verdicts = edges.verdicts(simd, lane, segments, rest, bounds);
                     rest &= !self.decided(members, lane, verdicts);
                     if rest == 0 {
@@ -436,7 +461,8 @@ impl Beam<'_> {
             ChildKind::Spheres => {
                 let group = &bvh.spheres[child.index()];
                 let members = &group.members;
-                for lane in lanes(u32::from(members.opaque)) {
+                let possible = pyramid.may_meet_spheres(simd, group, segments.origin, bounds);
+                for lane in lanes(possible & u32::from(members.opaque)) {
                     if self.is_own(members.surfaces[lane % LANES]) {
                         continue;
                     }
@@ -528,6 +554,17 @@ impl Beam<'_> {
         segment.get_or_insert_with(|| occluders.segment(start, &targets[target]))
     }
 
+    /// Returns whether a triangle lies in the plane of the start's, and so blocks nothing.
+    #[inline]
+    fn is_flat_with_own(&mut self, surface: SurfaceId) -> bool {
+        let Asked {
+            occluders, start, ..
+        } = *self.asked;
+        start
+            .surface
+            .is_some_and(|own| self.memory.are_in_one_plane(occluders, own, surface))
+    }
+
     /// Returns whether a shape is the start's own, or one with the same own rule: these block nothing here.
     #[inline(always)]
     fn is_own(&self, surface: SurfaceId) -> bool {
@@ -544,6 +581,19 @@ impl Beam<'_> {
             light: &self.asked.targets[target],
         }
     }
+}
+
+fn tune() -> (u32, u32) {
+    static T: std::sync::OnceLock<(u32, u32)> = std::sync::OnceLock::new();
+    *T.get_or_init(|| {
+        let get = |name: &str, or: u32| {
+            std::env::var(name)
+                .ok()
+                .and_then(|x| x.parse().ok())
+                .unwrap_or(or)
+        };
+        (get("COST", COST_EACH), get("SHRINK", 8))
+    })
 }
 
 /// All children of the root.

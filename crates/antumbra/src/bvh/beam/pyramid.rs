@@ -4,10 +4,10 @@
 //! that any of them may meet; the range of each direction's slopes. `README.md` of `crate::beam` proves it.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f32x16};
+use fearless_simd::{Simd, f32x4, f32x8, f32x16};
 
-use super::super::data::Node;
-use super::super::ray::{SMALLEST_COMPONENT, U};
+use super::super::data::{LANES, Node, SphereGroup};
+use super::super::ray::{FilterBounds, SMALLEST_COMPONENT, U};
 use super::targets::{CHUNK, Segments, TARGETS, bits_of, lanes};
 
 /// An axis, and whether segments go down along it.
@@ -220,6 +220,41 @@ impl Pyramid {
             }
         }
         near.simd_le(far).to_bitmask() as u32
+    }
+
+    /// Returns a bit for each sphere of a group that a segment may meet.
+    #[inline(always)]
+    pub(super) fn may_meet_spheres<S: Simd>(
+        &self,
+        simd: S,
+        group: &SphereGroup,
+        origin: [f32; 3],
+        bounds: &FilterBounds,
+    ) -> u32 {
+        let seen = |axis: usize| {
+            let center = f32x4::from_slice(simd, &group.center[axis % 3]);
+            center - f32x4::splat(simd, origin[axis % 3])
+        };
+        let radius = f32x4::from_slice(simd, &group.radius);
+        let room = f32x4::splat(simd, bounds.line);
+        let [u, v] = self.face.across();
+        let along = if self.face.is_down {
+            -seen(self.face.axis)
+        } else {
+            seen(self.face.axis)
+        };
+        // Behind the start, beyond the end.
+        let mut height = (-along).max(along - f32x4::splat(simd, self.end)) - radius;
+        for (place, axis) in [u, v].into_iter().enumerate() {
+            let across = seen(axis);
+            let [low, high] = self.slopes[place];
+            for (slope, side) in [(low, -1.0), (high, 1.0)] {
+                let length = (1.0 + slope * slope).sqrt();
+                let above = (across - along * slope) * side - radius * length;
+                height = height.max(above);
+            }
+        }
+        !height.simd_gt(room).to_bitmask() as u32 & ((1 << LANES) - 1)
     }
 
     /// Parts some of the targets in up to four, each smaller than all: by the middle of both slopes, else in halves.

@@ -147,6 +147,13 @@ impl Edges {
         }
     }
 
+    /// Returns whether the start may lie in a triangle's plane.
+    #[inline(always)]
+    pub(super) fn may_hold_start(&self, lane: usize) -> bool {
+        // Also for NaN.
+        !(self.height[lane % LANES].abs() > self.height_bound[lane % LANES])
+    }
+
     /// One of the triangles against some targets.
     #[inline(always)]
     pub(super) fn verdicts<S: Simd>(
@@ -158,11 +165,10 @@ impl Edges {
         bounds: &FilterBounds,
     ) -> Verdicts {
         let lane = lane % LANES;
-        let (height, height_bound) = (self.height[lane], self.height_bound[lane]);
-        if height.abs() > height_bound {
-            self.of_sure_side(simd, lane, segments, targets, bounds)
-        } else {
+        if self.may_hold_start(lane) {
             self.by_edges_alone(simd, lane, segments, targets, bounds)
+        } else {
+            self.of_sure_side(simd, lane, segments, targets, bounds)
         }
     }
 

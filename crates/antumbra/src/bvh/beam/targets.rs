@@ -8,6 +8,7 @@ use super::super::data::Bvh;
 use super::super::ray::{
     FARTHEST, FilterBounds, FrameRay, INSIDE, SMALLEST_COMPONENT, U, USUAL_ORIGIN_ERROR,
 };
+use crate::index::LARGEST;
 
 /// Targets that are asked about together.
 pub(crate) const TARGETS: usize = 64;
@@ -23,6 +24,8 @@ pub(crate) struct Block {
     /// 1 for points, 0 for directions: what the start is taken off with.
     weight: [f64; TARGETS],
     asked: u64,
+    /// Whether all numbers are finite and at most 2^100.
+    is_fine: bool,
 }
 
 impl Block {
@@ -31,6 +34,7 @@ impl Block {
         at: [[0.0; TARGETS]; 3],
         weight: [0.0; TARGETS],
         asked: 0,
+        is_fine: true,
     };
 
     /// Takes up to 64 targets.
@@ -52,6 +56,18 @@ impl Block {
             self.at[2][number] = at.z;
             self.weight[number] = weight;
         }
+        // Those that are left over from before are as fine as they were.
+        let are_fine = |numbers: &[f64; TARGETS]| {
+            let numbers = numbers.iter();
+            numbers.fold(true, |are_fine, x| are_fine & (x.abs() <= LARGEST))
+        };
+        self.is_fine = self.at.iter().all(are_fine);
+        if !self.is_fine && count < TARGETS {
+            self.is_fine = self
+                .at
+                .iter()
+                .all(|at| at[..count].iter().all(|x| x.abs() <= LARGEST));
+        }
         self.asked = u64::MAX.checked_shr((TARGETS - count) as u32).unwrap_or(0);
         if self.weight[..count].contains(&0.0) {
             for number in 0..count {
@@ -60,6 +76,12 @@ impl Block {
                 self.asked &= !(u64::from(is_nowhere) << number);
             }
         }
+    }
+
+    /// Returns whether all targets have an answer.
+    #[inline(always)]
+    pub(crate) fn is_fine(&self) -> bool {
+        self.is_fine
     }
 
     /// Returns a bit for each target that is there; not for zero directions, which are nowhere.
