@@ -29,9 +29,16 @@ pub(crate) use targets::{Block, TARGETS};
 /// So few targets walk by themselves.
 const FEW: u32 = 2;
 
-/// What a walk of several may cost for each of its targets, in nodes visited and groups tested, before they are
-/// parted. A ray of its own visits some ten.
-const COST_EACH: u32 = 3;
+/// What a walk of several may cost for each of its targets, in nodes, groups and triangles, before they are parted. A
+/// ray of its own visits some ten. Twice as much is a tenth faster on loose leaves and slower on balls, three times
+/// as slow on balls under wide lights without a limit (`antumbra bench soft`).
+const COST_EACH: u32 = 4;
+
+/// A sphere against all targets costs as much as so many triangles.
+const COST_OF_SPHERE: u32 = 2;
+
+/// As long as one in so many targets is left the pyramid stays.
+const MANY_LEFT: u32 = 4;
 
 /// What starts leave to those that come after them.
 #[derive(Debug)]
@@ -223,7 +230,7 @@ impl Beam<'_> {
         mut height: usize,
     ) -> u64 {
         let bvh = self.bvh;
-        let most_cost = tune().0 * asked.count_ones();
+        let most_cost = COST_EACH * asked.count_ones();
         let mut cost = 0;
         let mut active = asked;
         // What lies lower was met by more segments than are left.
@@ -265,11 +272,15 @@ impl Beam<'_> {
                     continue;
                 }
                 let before = self.tests;
+                let each = match child.kind() {
+                    ChildKind::Spheres => COST_OF_SPHERE,
+                    _ => 1,
+                };
                 let blocked = match child.kind() {
                     ChildKind::Other => self.blocked_by_other(simd, child, slot, node, active),
                     _ => self.blocked_in(simd, child, &pyramid, active),
                 };
-                cost += 1 + (self.tests - before) as u32;
+                cost += 1 + each * (self.tests - before) as u32;
                 if blocked == 0 {
                     continue;
                 }
@@ -280,7 +291,7 @@ impl Beam<'_> {
                 if child.kind() != ChildKind::Other {
                     self.last = child;
                 }
-                if tune().1 * active.count_ones() > 4 * pyramid.targets.count_ones() {
+                if MANY_LEFT * active.count_ones() > pyramid.targets.count_ones() {
                     continue;
                 }
                 if active.count_ones() <= FEW {
@@ -581,19 +592,6 @@ impl Beam<'_> {
             light: &self.asked.targets[target],
         }
     }
-}
-
-fn tune() -> (u32, u32) {
-    static T: std::sync::OnceLock<(u32, u32)> = std::sync::OnceLock::new();
-    *T.get_or_init(|| {
-        let get = |name: &str, or: u32| {
-            std::env::var(name)
-                .ok()
-                .and_then(|x| x.parse().ok())
-                .unwrap_or(or)
-        };
-        (get("COST", COST_EACH), get("SHRINK", 8))
-    })
 }
 
 /// All children of the root.
