@@ -51,6 +51,10 @@ const COMMANDS: [(&[&str], &[&str]); 13] = [
         &["bench", "frames"],
         &["Scenes and lights:", "Frames:", "Rounds:", "Output:"],
     ),
+    (
+        &["bench", "soft"],
+        &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
+    ),
     (&["bench", "paper"], &["Scenes:", "Rounds:", "Output:"]),
     (&["bench", "watertight"], &["Scenes and lights:", "Output:"]),
 ];
@@ -95,6 +99,7 @@ fn north_is_stated_wherever_a_sun_can_be_typed() {
         &["export"],
         &["bench", "shadows"],
         &["bench", "frames"],
+        &["bench", "soft"],
         &["bench", "watertight"],
         &["bench", "kept"],
     ] {
