@@ -18,7 +18,6 @@ use antumbra_geometry::{LightShape, Occluders, Segment, Start, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, WIDTH};
-use super::filter;
 use super::walk::{Question, USUAL_DEPTH, Waiting, enters, lanes};
 use crate::Counters;
 use pyramid::{Faces, Pyramid};
