@@ -150,8 +150,8 @@ impl Edges {
     /// Returns whether the start may lie in a triangle's plane.
     #[inline(always)]
     pub(super) fn may_hold_start(&self, lane: usize) -> bool {
-        // Also for NaN.
-        !(self.height[lane % LANES].abs() > self.height_bound[lane % LANES])
+        let is_off_plane = self.height[lane % LANES].abs() > self.height_bound[lane % LANES];
+        !is_off_plane
     }
 
     /// One of the triangles against some targets.
