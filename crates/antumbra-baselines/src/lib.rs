@@ -12,7 +12,9 @@ pub mod embree;
 mod method;
 mod own;
 pub mod rival;
+mod targets;
 
-pub use method::{Batch, LoadedBatch, ShadowMethod};
+pub use method::{Batch, LoadedBatch, ShadowMethod, TargetBatch};
 pub use own::{CountedBatch, IndexMethod};
 pub use rival::{Rival, RivalError, RivalKind, RivalOptions, Work};
+pub use targets::{LoadedTargets, TargetWay};

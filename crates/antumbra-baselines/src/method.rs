@@ -18,6 +18,19 @@ pub struct Batch {
     pub is_coherent: bool,
 }
 
+/// Shadow queries of starts that have targets of their own, in the order in which they are asked.
+#[derive(Clone, Debug, Default)]
+pub struct TargetBatch {
+    /// Where the queries start.
+    pub starts: Vec<Start>,
+    /// As [`Batch::normals`].
+    pub normals: Vec<DVec3>,
+    /// Those of a start lie together, start after start.
+    pub targets: Vec<LightShape>,
+    /// How many targets each start has.
+    pub per_start: usize,
+}
+
 /// A way to answer shadow queries.
 pub trait ShadowMethod {
     /// Returns the name for tables.

@@ -245,6 +245,36 @@ fn nothing_of_ours_leaks() {
 }
 
 #[test]
+fn samples_of_lights_with_a_size_have_the_bits_of_single_rays() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["scene", "sphereflake", "--size", "2", "-o", "flake.nff"];
+    assert_success(&antumbra(folder.path(), &scene, None));
+    let mut arguments = vec!["bench", "soft", "flake.nff", "--size", "32x32"];
+    arguments.extend(["--rounds", "1", "--degrees", "0,6", "--json", "soft.json"]);
+    let output = antumbra(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
+    assert_success(&output);
+    let figures = json(&folder.path().join("soft.json"));
+    let scenes = figures["scenes"].as_array().unwrap();
+    assert_eq!(scenes.len(), 2);
+    for (scene, degrees) in scenes.iter().zip([0.0, 6.0]) {
+        assert_eq!(scene["name"], "flake");
+        assert_eq!(scene["degrees"], degrees);
+        assert_eq!(scene["mismatches"], 0);
+        assert_eq!(scene["by_value_share"], 0.0);
+        assert!(scene["embree_ns"].is_null() && scene["embree_best_ns"].is_null());
+        for time in ["ours_ns", "cold_ns", "rays_ns"] {
+            assert!(scene[time].as_f64().unwrap() > 0.0, "{time}");
+        }
+    }
+    // A point is all lit or all dark.
+    assert_eq!(scenes[0]["uniform_share"], 1.0);
+    assert!(scenes[1]["uniform_share"].as_f64().unwrap() < 1.0);
+    let angle = ["bench", "soft", "flake.nff", "--degrees", "100"];
+    let output = antumbra(folder.path(), &angle, None);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn rivals_are_rows_where_they_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let scene = ["scene", "tetra", "--size", "2", "-o", "tetra.nff"];

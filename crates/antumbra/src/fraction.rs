@@ -5,10 +5,10 @@
 //! place (EXACTNESS.md, "Lights with size"), for any method and any number of threads. Absent here: where
 //! samples lie, which is geometry, and how they are answered, which [`ShadowIndex::occluded_targets`] knows.
 
+use crate::threads::prelude::*;
 use antumbra_geometry::{
     AreaSample, AreaShape, DVec3, LightShape, MAX_LIGHT_SAMPLES, SamplePattern, Start,
 };
-use rayon::prelude::*;
 
 use crate::batch::{Run, check_length};
 use crate::{

@@ -3,98 +3,17 @@
 //! The oracle (`antumbra-testkit`) implements the same page in rational arithmetic and shares no
 //! code with the library. A failure names the scene, so that one line repeats it.
 
-use std::sync::Arc;
+mod common;
 
 use antumbra::{
     Batch, BatchKind, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow,
     ShadowIndex, Towards,
 };
-use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
-};
+use antumbra_geometry::{LightShape, Start, SurfaceId};
 use antumbra_testkit::fixtures::{self, Fixture};
 use antumbra_testkit::nasty;
-use antumbra_testkit::oracle::{Oracle, OracleLight, OracleShape, OracleSurface};
-
-/// Builds the library's surfaces with the same numbers as the oracle's.
-fn occluders(surfaces: &[OracleSurface]) -> Arc<Occluders> {
-    let v = DVec3::from_array;
-    let mut builder = Occluders::builder();
-    for (i, surface) in surfaces.iter().enumerate() {
-        let opacity = if surface.opaque {
-            Opacity::Opaque
-        } else {
-            Opacity::Transparent
-        };
-        let added = match surface.shape {
-            OracleShape::Triangle(corners) => builder.add_face(&corners.map(v), opacity),
-            OracleShape::Sphere { center, radius } => builder.add_sphere(
-                Sphere {
-                    center: v(center),
-                    radius,
-                },
-                opacity,
-            ),
-            OracleShape::Tube {
-                base,
-                base_radius,
-                apex,
-                apex_radius,
-            } => {
-                let is_closed = matches!(
-                    surfaces.get(i + 1).map(|next| next.shape),
-                    Some(OracleShape::Cap { .. })
-                );
-                let (base, apex) = (v(base), v(apex));
-                let cone = Cone {
-                    base,
-                    base_radius,
-                    apex,
-                    apex_radius,
-                    is_closed,
-                };
-                builder.add_cone(cone, opacity)
-            }
-            OracleShape::Disk {
-                center,
-                normal,
-                radius,
-            } => {
-                let disk = Disk {
-                    center: v(center),
-                    normal: v(normal),
-                    radius,
-                };
-                builder.add_disk(disk, opacity)
-            }
-            // Added with its tube.
-            OracleShape::Cap { .. } => continue,
-        };
-        added.expect("numbers are in range");
-    }
-    let occluders = builder.build();
-    assert_eq!(
-        occluders.surface_count(),
-        surfaces.len(),
-        "surfaces are numbered alike"
-    );
-    Arc::new(occluders)
-}
-
-fn light(light: OracleLight) -> LightShape {
-    match light {
-        OracleLight::Point(position) => LightShape::Point(DVec3::from_array(position)),
-        OracleLight::Direction(direction) => LightShape::Direction(DVec3::from_array(direction)),
-    }
-}
-
-fn start(point: [f64; 3], surface: Option<usize>) -> Start {
-    let surface = surface.map(|surface| SurfaceId(surface as u32));
-    Start {
-        point: DVec3::from_array(point),
-        surface,
-    }
-}
+use antumbra_testkit::oracle::{Oracle, OracleLight, OracleSurface};
+use common::nasty::{light, occluders, start};
 
 /// Values alone, coarse and fine; lists as soon as they are long enough for everything; both; made before
 /// and while they are asked.

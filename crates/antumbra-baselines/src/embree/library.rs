@@ -9,7 +9,7 @@ use std::path::Path;
 use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
-use super::rays::{Packet, RayToLight, Rays8, Valid8};
+use super::rays::{Packet, RayToLight, Rays, Valid};
 use super::{EmbreeError, Geometry};
 
 /// Handles of devices, scenes and geometries.
@@ -94,7 +94,8 @@ functions! {
     commit_geometry: b"rtcCommitGeometry\0", fn(Handle);
     attach_geometry: b"rtcAttachGeometry\0", fn(Handle, Handle) -> c_uint;
     occluded1: b"rtcOccluded1\0", fn(Handle, *mut RayToLight, *mut Arguments);
-    occluded8: b"rtcOccluded8\0", fn(*const Valid8, Handle, *mut Rays8, *mut Arguments);
+    occluded8: b"rtcOccluded8\0", fn(*const Valid<8>, Handle, *mut Rays<8>, *mut Arguments);
+    occluded16: b"rtcOccluded16\0", fn(*const Valid<16>, Handle, *mut Rays<16>, *mut Arguments);
 }
 
 /// A device: Embree's threads and its last error.
@@ -275,7 +276,26 @@ impl BuiltScene {
     /// Returns for each of a packet's rays whether something is on it; lanes without a ray mean
     /// nothing.
     #[inline]
-    pub(super) fn are_occluded(&self, packet: &Packet, is_coherent: bool) -> [bool; 8] {
+    pub(super) fn are_occluded8(&self, packet: &Packet<8>, is_coherent: bool) -> [bool; 8] {
+        let occluded = self.device.library.occluded8;
+        self.are_occluded_by(occluded, packet, is_coherent)
+    }
+
+    /// As [`BuiltScene::are_occluded8`].
+    #[inline]
+    pub(super) fn are_occluded16(&self, packet: &Packet<16>, is_coherent: bool) -> [bool; 16] {
+        let occluded = self.device.library.occluded16;
+        self.are_occluded_by(occluded, packet, is_coherent)
+    }
+
+    /// Calls one of the library's functions for packets.
+    #[inline]
+    fn are_occluded_by<const N: usize>(
+        &self,
+        occluded: unsafe extern "C" fn(*const Valid<N>, Handle, *mut Rays<N>, *mut Arguments),
+        packet: &Packet<N>,
+        is_coherent: bool,
+    ) -> [bool; N] {
         let mut rays = packet.rays;
         let mut arguments = Arguments::coherent();
         let arguments = if is_coherent {
@@ -283,9 +303,9 @@ impl BuiltScene {
         } else {
             ptr::null_mut()
         };
-        // SAFETY: as above; `valid` has eight lanes and is aligned to 32 bytes.
+        // SAFETY: as above; `valid` has as many lanes as the rays and is aligned to 64 bytes.
         unsafe {
-            (self.device.library.occluded8)(
+            occluded(
                 &raw const packet.valid,
                 self.handle.as_ptr(),
                 &raw mut rays,

@@ -10,7 +10,7 @@
 //! Fairness: medium build quality; no robust flag unless asked; rays are converted before, and
 //! copied one by one only because Embree writes into them. A start on a surface is lifted off it by
 //! 2^-18 of the scene's largest coordinate, 64 roundings of it in `f32`; a point light ends the ray
-//! at its full length. Packets of eight carry the coherent flag where the batch is coherent.
+//! at its full length. Packets carry the coherent flag where the batch is coherent.
 
 mod find;
 mod geometry;
@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 pub use geometry::Geometry;
 
-use crate::{Batch, LoadedBatch, ShadowMethod};
+use crate::{Batch, LoadedBatch, ShadowMethod, TargetBatch};
 use library::{BuiltScene, Device, Library};
 use rays::{Packet, RayToLight};
 
@@ -179,7 +179,7 @@ impl ShadowMethod for EmbreePackets<'_> {
 
     fn load<'a>(&'a self, batch: &'a Batch) -> Box<dyn LoadedBatch + 'a> {
         let rays: Vec<_> = rays::rays_of(batch, self.0.lift).collect();
-        Box::new(LoadedPackets {
+        Box::new(LoadedPackets::<8> {
             scene: &self.0.scene,
             packets: rays.chunks(8).map(Packet::of).collect(),
             is_coherent: batch.is_coherent,
@@ -187,20 +187,83 @@ impl ShadowMethod for EmbreePackets<'_> {
     }
 }
 
-struct LoadedPackets<'a> {
+struct LoadedPackets<'a, const N: usize> {
     scene: &'a BuiltScene,
-    packets: Vec<Packet>,
+    packets: Vec<Packet<N>>,
     is_coherent: bool,
 }
 
-impl LoadedBatch for LoadedPackets<'_> {
-    fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
-        assert!(first.is_multiple_of(8), "packets begin at multiples of 8");
-        let packets = &self.packets[first / 8..];
-        assert!(is_shadowed.len().div_ceil(8) <= packets.len());
-        for (packet, is_shadowed) in packets.iter().zip(is_shadowed.chunks_mut(8)) {
-            let found = self.scene.are_occluded(packet, self.is_coherent);
+impl<const N: usize> LoadedPackets<'_, N> {
+    /// Answers by whole packets.
+    fn answer_by(
+        &self,
+        first: usize,
+        is_shadowed: &mut [bool],
+        ask: impl Fn(&Packet<N>) -> [bool; N],
+    ) {
+        assert!(
+            first.is_multiple_of(N),
+            "packets begin at multiples of their size"
+        );
+        let packets = &self.packets[first / N..];
+        assert!(is_shadowed.len().div_ceil(N) <= packets.len());
+        for (packet, is_shadowed) in packets.iter().zip(is_shadowed.chunks_mut(N)) {
+            let found = ask(packet);
             is_shadowed.copy_from_slice(&found[..is_shadowed.len()]);
+        }
+    }
+}
+
+impl LoadedBatch for LoadedPackets<'_, 8> {
+    fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
+        self.answer_by(first, is_shadowed, |packet| {
+            self.scene.are_occluded8(packet, self.is_coherent)
+        });
+    }
+}
+
+impl LoadedBatch for LoadedPackets<'_, 16> {
+    fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
+        self.answer_by(first, is_shadowed, |packet| {
+            self.scene.are_occluded16(packet, self.is_coherent)
+        });
+    }
+}
+
+/// How starts with many targets are asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmbreeWay {
+    /// `rtcOccluded1`, a target after the other.
+    Single,
+    /// `rtcOccluded8`, neighbouring targets together, with the coherent flag.
+    Packets8,
+    /// `rtcOccluded16`, as eight.
+    Packets16,
+}
+
+impl EmbreeScene {
+    /// Brings starts with their targets into the form that a way takes. A query is a pair of a start and a target;
+    /// those of a start lie together.
+    pub fn load_targets<'a>(
+        &'a self,
+        batch: &TargetBatch,
+        way: EmbreeWay,
+    ) -> Box<dyn LoadedBatch + 'a> {
+        let scene = &self.scene;
+        let rays: Vec<_> = rays::rays_to(batch, self.lift).collect();
+        let is_coherent = true;
+        match way {
+            EmbreeWay::Single => Box::new(LoadedSingle { scene, rays }),
+            EmbreeWay::Packets8 => Box::new(LoadedPackets::<8> {
+                scene,
+                packets: rays.chunks(8).map(Packet::of).collect(),
+                is_coherent,
+            }),
+            EmbreeWay::Packets16 => Box::new(LoadedPackets::<16> {
+                scene,
+                packets: rays.chunks(16).map(Packet::of).collect(),
+                is_coherent,
+            }),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::support::{Folder, antumbra, assert_code, stderr, stdout, text};
 
 /// Every command, with the words that its help must have.
-const COMMANDS: [(&[&str], &[&str]); 13] = [
+const COMMANDS: [(&[&str], &[&str]); 14] = [
     (
         &["render"],
         &[
@@ -51,6 +51,10 @@ const COMMANDS: [(&[&str], &[&str]); 13] = [
         &["bench", "frames"],
         &["Scenes and lights:", "Frames:", "Rounds:", "Output:"],
     ),
+    (
+        &["bench", "soft"],
+        &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
+    ),
     (&["bench", "paper"], &["Scenes:", "Rounds:", "Output:"]),
     (&["bench", "watertight"], &["Scenes and lights:", "Output:"]),
 ];
@@ -95,6 +99,7 @@ fn north_is_stated_wherever_a_sun_can_be_typed() {
         &["export"],
         &["bench", "shadows"],
         &["bench", "frames"],
+        &["bench", "soft"],
         &["bench", "watertight"],
         &["bench", "kept"],
     ] {

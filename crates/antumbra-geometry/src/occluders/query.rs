@@ -136,6 +136,32 @@ impl Occluders {
         }
     }
 
+    /// Returns whether two surfaces are triangles with an area that lie exactly in one plane. Neither blocks a start
+    /// on the other then.
+    pub fn are_in_one_plane(&self, one: SurfaceId, other: SurfaceId) -> bool {
+        let corners = |surface| match self.surface(surface) {
+            Surface::Triangle(triangle) if triangle.axis != NO_AXIS => {
+                Some(self.positions_of(triangle))
+            }
+            _ => None,
+        };
+        match (corners(one), corners(other)) {
+            (Some(one), Some(other)) => is_flat(&[one, other]),
+            _ => false,
+        }
+    }
+
+    /// Returns whether a surface that a segment is known to cross ([`Occluders::crosses`], holes apart) is there where
+    /// it is crossed: always, unless it is alpha-tested. Costs less than asking whether it is crossed.
+    pub fn is_solid_at_crossing(&self, surface: SurfaceId, segment: &Segment) -> bool {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                self.is_solid_where_crossed(triangle, self.positions_of(triangle), segment)
+            }
+            Surface::Curved(_) => true,
+        }
+    }
+
     /// Returns whether a triangle is there where a segment crosses it: always, unless it is
     /// alpha-tested.
     fn is_solid_where_crossed(

@@ -1,7 +1,7 @@
 //! Targets of many starts, and a batch of points with targets, on all threads.
 
+use crate::threads::prelude::*;
 use antumbra_geometry::{DVec3, LightShape, Start};
-use rayon::prelude::*;
 
 use super::{WORD, is_fine_target, word_count};
 use crate::batch::{Run, check_length};
@@ -109,7 +109,7 @@ impl ShadowIndex {
             let what = "target";
             return Err(BatchError::BadTarget { what, index, found });
         }
-        let share = count / (CHUNKS_A_THREAD * rayon::current_num_threads());
+        let share = count / (CHUNKS_A_THREAD * crate::threads::count());
         let length = share.clamp(CHUNK[0], CHUNK[1]);
         let task = antumbra_task::current();
         let answer = |first: usize, starts: &mut Vec<Start>, words: &mut [u64]| {
@@ -120,7 +120,8 @@ impl ShadowIndex {
             }
             let mut counted = BatchCounters::default();
             let targets = targets.part(first, starts.len());
-            self.answer_targets(starts, targets, words, &mut counted.counters);
+            self.answer_targets(starts, targets, words, &mut counted.counters)
+                .expect("targets were checked");
             if let BatchKind::Facing { normals } = batch.kind {
                 for (number, start) in starts.iter().enumerate() {
                     let normal = normals[first + number].as_f64();

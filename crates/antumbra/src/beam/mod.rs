@@ -12,10 +12,11 @@ pub use batch::Targets;
 use antumbra_geometry::{DVec3, LightShape, Start};
 
 use crate::batch::is_fine;
-use crate::{Counters, QueryError, Shadow, ShadowIndex};
+use crate::bvh::{Asked, Block, Memory, TARGETS};
+use crate::{Counters, Method, QueryError, Shadow, ShadowIndex};
 
-/// Bits of a word.
-const WORD: usize = 64;
+/// Bits of a word: as many targets as walk together.
+const WORD: usize = TARGETS;
 
 /// Returns how many words the bits of so many targets take.
 const fn word_count(target_count: usize) -> usize {
@@ -78,8 +79,8 @@ impl ShadowIndex {
     /// where consecutive starts are near each other. Uses the calling thread only.
     ///
     /// # Errors
-    /// As [`ShadowIndex::occluded_targets`], for the first start or target at fault; targets are checked
-    /// first. Nothing is written then.
+    /// As [`ShadowIndex::occluded_targets`], for a start at fault, else the first target; answers to starts before it
+    /// may be written.
     ///
     /// # Panics
     /// `occluded` does not have as many words, or the targets are not as many for each start as they say.
@@ -90,43 +91,170 @@ impl ShadowIndex {
         occluded: &mut [u64],
         counters: &mut Counters,
     ) -> Result<(), QueryError> {
-        if let Some((index, target)) = targets.first_bad() {
-            return Err(QueryError::BadTarget { index, target });
-        }
         for start in starts {
             self.check_start(start)?;
         }
         let stride = word_count(targets.per_start());
         assert_eq!(occluded.len(), stride * starts.len(), "a bit a target");
         assert!(targets.fit(starts.len()), "targets for each start");
-        self.answer_targets(starts, targets, occluded, counters);
+        let answered = self.answer_targets(starts, targets, occluded, counters);
+        answered.map_err(|BadTargets| match targets.first_bad() {
+            Some((index, target)) => QueryError::BadTarget { index, target },
+            None => unreachable!("a target is bad"),
+        })
+    }
+
+    /// Answers as [`ShadowIndex::occluded_targets`] does, by a ray a target: for measurements, and for tests that
+    /// compare.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::occluded_targets`].
+    ///
+    /// # Panics
+    /// As [`ShadowIndex::occluded_targets`].
+    #[doc(hidden)]
+    pub fn occluded_targets_by_rays(
+        &self,
+        start: &Start,
+        targets: &[LightShape],
+        occluded: &mut [u64],
+        counters: &mut Counters,
+    ) -> Result<(), QueryError> {
+        if let Some((index, target)) = Targets::Shared(targets).first_bad() {
+            return Err(QueryError::BadTarget { index, target });
+        }
+        self.check_start(start)?;
+        assert_eq!(occluded.len(), word_count(targets.len()), "a bit a target");
+        for (targets, word) in targets.chunks(WORD).zip(occluded) {
+            *word = self.occluded_one_by_one(start, targets, u64::MAX, counters);
+            counters.shadow.rays += targets.len() as u64;
+            counters.shadow.shadowed += u64::from(word.count_ones());
+        }
         Ok(())
     }
 
-    /// Answers starts and targets that were checked.
+    /// Answers starts that were checked, up to targets that have no answer. Shared ones are looked at first.
     fn answer_targets(
         &self,
         starts: &[Start],
         targets: Targets,
         occluded: &mut [u64],
         counters: &mut Counters,
-    ) {
-        let stride = word_count(targets.per_start());
-        for (number, start) in starts.iter().enumerate() {
+    ) -> Result<(), BadTargets> {
+        let per_start = targets.per_start();
+        if per_start == 0 {
+            return Ok(());
+        }
+        // Blocks of targets that starts share are made once.
+        let shared: Vec<Block> = match targets {
+            Targets::Shared(targets) => targets.chunks(TARGETS).map(Block::new).collect(),
+            Targets::Each { .. } => Vec::new(),
+        };
+        if !shared.iter().all(Block::is_fine) {
+            return Err(BadTargets);
+        }
+        let stride = word_count(per_start);
+        let mut memory = Memory::new(stride);
+        let mut own = Block::NONE;
+        for (number, (start, words)) in starts.iter().zip(occluded.chunks_mut(stride)).enumerate() {
             antumbra_task::check();
-            let targets = targets.of(number);
-            let words = &mut occluded[number * stride..][..stride];
-            words.fill(0);
-            for (index, target) in targets.iter().enumerate() {
-                let is_nowhere = *target == LightShape::Direction(DVec3::ZERO);
-                if !is_nowhere && self.answer_to(start, target, counters).shadow == Shadow::Shadowed
+            let blocks = targets.of(number).chunks(TARGETS).enumerate();
+            for ((place, targets), word) in blocks.zip(words) {
+                let block = match shared.get(place) {
+                    Some(block) => block,
+                    None => {
+                        own.take(targets);
+                        if !own.is_fine() {
+                            return Err(BadTargets);
+                        }
+                        &own
+                    }
+                };
+                let (memory, counters) = (&mut memory, &mut *counters);
+                *word = self.occluded_block(start, (targets, place), block, memory, counters);
+                counters.shadow.shadowed += u64::from(word.count_ones());
+            }
+            counters.shadow.rays += per_start as u64;
+        }
+        Ok(())
+    }
+
+    /// Answers up to 64 targets of a start.
+    #[inline]
+    fn occluded_block(
+        &self,
+        start: &Start,
+        (targets, number): (&[LightShape], usize),
+        block: &Block,
+        memory: &mut Memory,
+        counters: &mut Counters,
+    ) -> u64 {
+        let all = block.asked();
+        let is_walked = match self.method() {
+            Method::Auto | Method::Voxel | Method::Bvh => true,
+            Method::Voxel1990 | Method::Grid | Method::Naive => false,
+        };
+        let bvh = match self.bvh() {
+            Some(bvh) if is_walked => bvh,
+            _ => return self.occluded_one_by_one(start, targets, all, counters),
+        };
+        let near = &*self.parts.near;
+        let mut occluded = 0;
+        if start.surface.is_some_and(|own| near.has_own_rule(own)) {
+            for (place, target) in targets.iter().enumerate() {
+                let is_blocked = near.own_rule_blocks(&near.segment(start, target));
+                occluded |= u64::from(is_blocked) << place;
+            }
+            occluded &= all;
+        }
+        let asked = Asked {
+            occluders: near,
+            start,
+            targets,
+            mask: all & !occluded,
+            number,
+        };
+        occluded |= bvh.any_hit_targets(&asked, block, memory, counters);
+        if !self.parts.is_whole() {
+            let far = &self.parts;
+            for (place, target) in targets.iter().enumerate() {
+                if all & !occluded & 1 << place != 0
+                    && far.far_blocks(self.occluders(), start, target, counters)
                 {
-                    words[index / WORD] |= 1 << (index % WORD);
+                    occluded |= 1 << place;
                 }
             }
         }
+        occluded
+    }
+
+    /// Answers the targets of a mask by a ray each, without a tree.
+    fn occluded_one_by_one(
+        &self,
+        start: &Start,
+        targets: &[LightShape],
+        asked: u64,
+        counters: &mut Counters,
+    ) -> u64 {
+        // These are counted with those of other methods.
+        let mut counted = Counters::default();
+        let mut occluded = 0;
+        for (place, target) in targets.iter().enumerate() {
+            let is_nowhere = *target == LightShape::Direction(DVec3::ZERO);
+            if asked >> place & 1 != 0 && !is_nowhere {
+                let answer = self.answer_to(start, target, &mut counted);
+                occluded |= u64::from(answer.shadow == Shadow::Shadowed) << place;
+            }
+        }
+        counters.steps += counted.steps;
+        counters.intersections += counted.intersections;
+        occluded
     }
 }
+
+/// Some target has no answer.
+#[derive(Clone, Copy, Debug)]
+struct BadTargets;
 
 /// Returns whether a target has an answer.
 fn is_fine_target(target: &LightShape) -> bool {

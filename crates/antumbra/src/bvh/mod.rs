@@ -13,6 +13,7 @@
 //! answers. Absent here: lights, occlusion values, threads.
 
 mod all;
+mod beam;
 mod binary;
 mod build;
 mod cull;
@@ -29,6 +30,7 @@ mod reinsert;
 mod topology;
 mod walk;
 
+pub(crate) use beam::{Asked, Block, Memory, TARGETS};
 pub(crate) use cull::Region;
 pub(crate) use data::Bvh;
 pub(crate) use topology::{Topology, Tree};

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each file of tests uses some of it")]
 
+pub(crate) mod nasty;
+
 use std::sync::Arc;
 
 use antumbra::{Builder, Counters, Method, Refine, Refinement, Shadow, ShadowIndex};

@@ -11,6 +11,7 @@
 //! | how much values could know at best | [`oracle`] |
 //! | values that are made while they are measured | [`cold`] |
 //! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
+//! | lights with a size, by samples | [`soft`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
 //! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
@@ -30,6 +31,7 @@ mod paper;
 mod record;
 mod report;
 mod shadows;
+mod soft;
 mod subject;
 pub(crate) mod typed;
 mod watertight;
@@ -46,6 +48,7 @@ pub(crate) fn run(
 ) -> Result<Outcome, Failure> {
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
+        typed::What::Soft(typed) => soft::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
         typed::What::Paper(typed) => paper::run(typed, screen, interrupt),
         typed::What::Kept(typed) => kept::run(typed, screen),

@@ -28,6 +28,8 @@ pub(crate) enum What {
     Paper(Paper),
     /// Time a new process until its first million answers, with saved values and without
     Kept(super::kept::Kept),
+    /// Time shadow rays to many samples of a light with a size
+    Soft(Soft),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
 }
@@ -161,6 +163,34 @@ pub(crate) struct Shadows {
     /// have the same answer
     #[arg(help_heading = "Queries", long)]
     pub(crate) oracle: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Soft {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of the frame whose eye rays find the points that are asked about
+    #[arg(help_heading = "Queries", long, value_name = "WxH", value_parser = values::size, default_value = "128x128")]
+    pub(crate) size: [u32; 2],
+
+    /// Angles that the light spans seen from the middle of the scene, in degrees
+    #[arg(
+        help_heading = "Queries",
+        long,
+        value_name = "DEGREES",
+        value_delimiter = ',',
+        default_value = "0.5,2,6,15"
+    )]
+    pub(crate) degrees: Vec<f64>,
+
+    /// Way to time; repeatable: ours, rays, embree, embree8, embree16 [default: all]
+    #[arg(help_heading = "Method", long = "way", value_name = "WAY", value_parser = super::soft::WAYS)]
+    pub(crate) ways: Vec<String>,
+
+    /// Number of rounds, in each of which all methods take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
 }
 
 #[derive(Args, Debug)]
