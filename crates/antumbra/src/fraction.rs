@@ -11,6 +11,7 @@ use antumbra_geometry::{
 };
 
 use crate::batch::{Run, check_length};
+use crate::threads::prelude::*;
 use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, QueryError, ShadowIndex,
     Targets,

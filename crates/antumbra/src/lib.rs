@@ -169,6 +169,10 @@ mod sweep;
 mod threads;
 
 pub use antumbra_geometry::{
+    AreaError, AreaSample, AreaShape, DiskLight, MAX_LIGHT_SAMPLES, MeshLight, PolygonLight,
+    RectangleLight, SegmentLight, Sky, SphereLight, SunDisc, TriangleLight,
+};
+pub use antumbra_geometry::{
     Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind, Hit,
     LightShape, Occluders, OccludersBuilder, OccludersError, Opacity, Precision, Ray, Sphere,
     Start, SurfaceId, UnidentifiedCoverage,

@@ -5,6 +5,7 @@ use antumbra_geometry::{DVec3, LightShape, Start};
 
 use super::{WORD, is_fine_target, word_count};
 use crate::batch::{Run, check_length};
+use crate::threads::{self, prelude::*};
 use crate::{Batch, BatchCounters, BatchError, BatchKind, Coordinates, ShadowIndex};
 
 /// Fewest and most starts that a thread takes at a time: each may have many targets.
@@ -109,7 +110,7 @@ impl ShadowIndex {
             let what = "target";
             return Err(BatchError::BadTarget { what, index, found });
         }
-        let share = count / (CHUNKS_A_THREAD * crate::threads::count());
+        let share = count / (CHUNKS_A_THREAD * threads::count());
         let length = share.clamp(CHUNK[0], CHUNK[1]);
         let task = antumbra_task::current();
         let answer = |first: usize, starts: &mut Vec<Start>, words: &mut [u64]| {
