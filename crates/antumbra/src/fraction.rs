@@ -11,7 +11,6 @@ use antumbra_geometry::{
 };
 
 use crate::batch::{Run, check_length};
-use crate::threads::prelude::*;
 use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, QueryError, ShadowIndex,
     Targets,

@@ -1,6 +1,5 @@
 //! Targets of many starts, and a batch of points with targets, on all threads.
 
-use crate::threads::prelude::*;
 use antumbra_geometry::{DVec3, LightShape, Start};
 
 use super::{WORD, is_fine_target, word_count};
