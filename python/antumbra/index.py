@@ -93,7 +93,7 @@ class Settings(TypedDict):
 
 def settings(
     *,
-    method: str = "voxel",
+    method: str = "auto",
     refine: str = "lazy",
     resolution: int = 2048,
     memory: int = 512 << 20,
@@ -131,12 +131,13 @@ class ShadowIndex(Questions):
         scene: The surfaces: a `Scene`, a pair of vertices (n, 3) and faces (m, 3), a `trimesh.Trimesh` or a
             `trimesh.Scene`.
         lights: One light or many; queries name them by their place here. By default the scene's.
-        method: How queries are answered. `"voxel"`, the default, keeps values in voxels, and lists of the few
-            surfaces that may block. `"auto"` makes an exact shadow map of each light where that pays. Both can be saved,
-            and are pickled with what they know. `"bvh"` traces a ray for each query; `"grid"` walks a grid; `"voxel-1990"` is
-            the method of the paper; `"naive"` tests every surface: the reference. All give the same answers.
-        refine: When `"voxel"` computes its values, and `"auto"` its maps: `"lazy"`, while queries are answered, where it is predicted to
-            save time; `"eager"`, all of them now; `"asked"`, at the first query of each voxel.
+        method: How queries are answered. `"auto"`, the default, traces shadow rays, and makes an exact shadow map of each
+            light where that pays. `"voxel"` keeps values in voxels, and lists of the few surfaces that may block; it alone
+            has a `volume`. Both can be saved, and are pickled with what they know. `"bvh"` traces a ray for each query;
+            `"grid"` walks a grid; `"voxel-1990"` is the method of the paper; `"naive"` tests every surface: the reference.
+            All give the same answers.
+        refine: When `"auto"` computes its maps, and `"voxel"` its values: `"lazy"`, while queries are answered, where it is
+            predicted to save time; `"eager"`, all of them now; `"asked"`, at the first query of each place.
         resolution: Finest voxels of `"voxel"` along the longest axis, 4 to 4096, a power of two or rounded up
             to one; half of it for points of space.
         memory: Bytes at most for all that lights know of `"voxel"` or `"auto"`, with what is needed to make it, up to 4 GiB.
@@ -176,7 +177,7 @@ class ShadowIndex(Questions):
         scene: SceneLike,
         lights: Light | Sequence[Light] | None = None,
         *,
-        method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
+        method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
         refine: Literal["lazy", "eager", "asked"] = "lazy",
         resolution: int = 2048,
         memory: int = 512 << 20,
@@ -209,7 +210,7 @@ class ShadowIndex(Questions):
         scene: SceneLike,
         lights: Light | Sequence[Light] | None = None,
         *,
-        method: Literal["auto", "voxel"] = "voxel",
+        method: Literal["auto", "voxel"] = "auto",
         refine: Literal["lazy", "eager", "asked"] = "lazy",
         resolution: int = 2048,
         memory: int = 512 << 20,

@@ -144,7 +144,7 @@ def render(
     seed: int = 0,
     show: Literal["scene", "occlusion"] = "scene",
     background: Any = None,
-    method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "voxel",
+    method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
     refine: Literal["lazy", "eager", "asked"] = "lazy",
     resolution: int = 2048,
     memory: int = 512 << 20,

@@ -204,7 +204,7 @@ def test_a_segment_is_a_query_with_a_light_of_its_own(
 
 
 def test_counts_add_up(scene: antumbra.Scene, bumps: Any) -> None:
-    index = antumbra.ShadowIndex(scene, LIGHTS, refine="eager", resolution=64)
+    index = antumbra.ShadowIndex(scene, LIGHTS, method="voxel", refine="eager", resolution=64)
     points, ids, normals = points_on(*bumps, 1000, seed=7)
     blocked = index.occluded(points, [0, 1], normals).sum() + index.occluded(points, face_ids=ids).sum()
     stats = index.stats()

@@ -82,7 +82,7 @@ def test_an_index_answers_as_before(scene: antumbra.Scene, bumps: Any, method: A
 
 
 def test_an_index_comes_back_with_what_it_knows(scene: antumbra.Scene, bumps: Any) -> None:
-    index = antumbra.ShadowIndex(scene, LIGHTS, refine="eager", resolution=64)
+    index = antumbra.ShadowIndex(scene, LIGHTS, method="voxel", refine="eager", resolution=64)
     again = pickle.loads(pickle.dumps(index))
     assert again.kept_lights == ["taken"] * 3
     points, ids, _ = points_on(*bumps, 300, seed=22)
@@ -100,7 +100,7 @@ def test_copies_are_the_object_itself(scene: antumbra.Scene, index: antumbra.Sha
 def test_everything_else_is_copied_and_pickled_too(scene: antumbra.Scene) -> None:
     picture = antumbra.render(scene, size=(8, 6), lights=LIGHTS)
     camera = antumbra.Camera(eye=(1, 2, 3), at=(0, 0, 0))
-    volume = antumbra.ShadowIndex(scene, LIGHTS).volume(4)
+    volume = antumbra.ShadowIndex(scene, LIGHTS, method="voxel").volume(4)
     for make in (copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))):
         assert make(LIGHTS) == LIGHTS and make(camera) == camera
         assert np.array_equal(make(picture).colour, picture.colour)

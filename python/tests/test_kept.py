@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::antumbra.AntumbraWarning")
 def file(scene: antumbra.Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Values of the first two lights."""
     path = tmp_path_factory.mktemp("kept") / "bumps.antumbra"
-    index = antumbra.ShadowIndex(scene, LIGHTS[:2], refine="eager", resolution=64)
+    index = antumbra.ShadowIndex(scene, LIGHTS[:2], method="voxel", refine="eager", resolution=64)
     assert index.save(path) == path.stat().st_size > 0
     return path
 
@@ -97,7 +97,7 @@ def test_a_picture_takes_values_from_a_file(scene: antumbra.Scene, file: Path) -
 
 
 def test_a_volume_says_what_is_known(scene: antumbra.Scene, reference: antumbra.ShadowIndex) -> None:
-    index = antumbra.ShadowIndex(scene, LIGHTS[:2], refine="eager", resolution=64)
+    index = antumbra.ShadowIndex(scene, LIGHTS[:2], method="voxel", refine="eager", resolution=64)
     volume = index.volume(16)
     assert volume is not None and volume.values.dtype == np.uint8
     assert volume.values.ndim == 4 and volume.values.shape[3] == 2

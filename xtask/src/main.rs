@@ -107,7 +107,7 @@ fn lint() -> Result<()> {
 
 /// Licenses and sources of dependencies, where the tool is there.
 fn licenses() -> Result<()> {
-    if run::cargo(&["deny", "--version"], &[]).is_err() {
+    if !run::has_cargo_command("deny") {
         run::say("xtask: cargo-deny is not installed: licenses of dependencies are not checked");
         return Ok(());
     }

@@ -29,6 +29,14 @@ pub(crate) fn cargo(arguments: &[&str], variables: &[(&str, &str)]) -> Result<()
     Ok(())
 }
 
+/// Returns whether cargo has a command that is installed apart.
+pub(crate) fn has_cargo_command(name: &str) -> bool {
+    let asked = Command::new(format!("cargo-{name}"))
+        .arg("--version")
+        .output();
+    asked.is_ok_and(|answer| answer.status.success())
+}
+
 /// Tells the person at the terminal.
 #[allow(clippy::print_stderr)] // A program's chore runner speaks here and nowhere else.
 pub(crate) fn say(text: &str) {
