@@ -222,9 +222,13 @@ fn check_what_was_made_on_the_way_is_kept(world: &World) {
         )
         .2;
     // Without a file rays answer until something is known.
-    let by_value = |figures| count(figures, "/shadow/first_pass");
-    assert!(by_value(&figures) >= by_value(&first));
-    assert!(by_value(&figures) > by_value(&first) || world.shadows == "auto");
+    let [queries, rays, by_value] = ["queries", "rays", "first_pass"]
+        .map(|name| [&figures, &first].map(|figures| count(figures, &format!("/shadow/{name}"))));
+    match world.shadows {
+        // All of a map is there at once; threads that meet at one cell may leave a few to rays.
+        "auto" => assert!(rays[0] <= rays[1] + queries[0] / 100, "{rays:?}"),
+        _ => assert!(by_value[0] > by_value[1], "{by_value:?}"),
+    }
     // A query goes on from there.
     let points = world.folder.path("points.npy");
     fs::write(&points, npy_of_points(&[[0.0, 0.1, 0.0], [2.5, 2.5, 0.0]])).unwrap();
