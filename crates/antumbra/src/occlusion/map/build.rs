@@ -181,7 +181,32 @@ pub(super) struct Made<'a> {
     pub(super) free: Word,
 }
 
+/// The same, kept.
+pub(super) struct Owned {
+    words: Box<[u32]>,
+    own: Word,
+    free: Word,
+}
+
+impl Owned {
+    pub(super) fn borrow(&self) -> Made<'_> {
+        Made {
+            words: &self.words,
+            own: self.own,
+            free: self.free,
+        }
+    }
+}
+
 impl Made<'_> {
+    pub(super) fn to_owned(&self) -> Owned {
+        Owned {
+            words: self.words.into(),
+            own: self.own,
+            free: self.free,
+        }
+    }
+
     /// Writes the words where they stand.
     pub(super) fn write(&self, arena: &Arena, place: usize) {
         let mut words = self.words.to_vec();

@@ -22,7 +22,7 @@ use antumbra_task::{check, checked};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 
-use self::build::{AGAIN, Builder, LEVELS, Queries, digit, place_codes};
+use self::build::{AGAIN, Builder, LEVELS, Made, Owned, Queries, digit, place_codes};
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
 pub(super) use self::saved::MapRuns;
@@ -272,22 +272,34 @@ impl Map {
             return;
         }
         let weight = (queries / self.tiles.len() as f32).min(MOST_WEIGHT);
+        let queries = Queries::of_tile(weight, WHOLE_RAY_NS);
         const RUN: usize = 64;
-        (0..self.tiles.len().div_ceil(RUN))
-            .into_par_iter()
-            .for_each(|run| {
-                check();
-                dispatch!(Level::new(), simd => {
-                    let mut builder = Builder::new(simd, *tables);
-                    for tile in RUN * run..self.tiles.len().min(RUN * (run + 1)) {
-                        if is_made(tile) {
-                            continue;
+        const TOGETHER: usize = 16 * RUN;
+        for first in (0..self.tiles.len()).step_by(TOGETHER) {
+            let end = self.tiles.len().min(first + TOGETHER);
+            let runs: Vec<Vec<(usize, Owned)>> = (0..(end - first).div_ceil(RUN))
+                .into_par_iter()
+                .map(|run| {
+                    check();
+                    let tiles = first + RUN * run..end.min(first + RUN * (run + 1));
+                    let mut made = Vec::new();
+                    dispatch!(Level::new(), simd => {
+                        let mut builder = Builder::new(simd, *tables);
+                        for tile in tiles {
+                            if !is_made(tile) && !self.surfaces_of(tile).is_empty() {
+                                self.take_up(&mut builder, tile);
+                                made.push((tile, builder.make((0, 0), queries, true).to_owned()));
+                            }
                         }
-                        let queries = Queries::of_tile(weight, WHOLE_RAY_NS);
-                        self.make_tile(&mut builder, tile, queries, true);
-                    }
-                });
-            });
+                    });
+                    made
+                })
+                .collect();
+            // One after another: where room ends does not depend on threads.
+            for (tile, made) in runs.iter().flatten() {
+                self.put((*tile, None), &made.borrow());
+            }
+        }
     }
 
     /// Notes that so many queries are coming at each of some places.
@@ -480,6 +492,11 @@ impl Map {
         has_free: bool,
     ) -> bool {
         let made = builder.make((level, code), queries, has_free);
+        self.put((tile, slot), &made)
+    }
+
+    /// Writes what was made of a tile, or of a cell of it whose word stands at a place; returns whether there was room.
+    fn put(&self, (tile, slot): (usize, Option<usize>), made: &Made<'_>) -> bool {
         let Some(place) = self.take(made.words.len()) else {
             return false;
         };

@@ -385,6 +385,37 @@ fn a_map_keeps_to_its_share() {
     });
 }
 
+/// Tiles once took room in the order in which threads were done.
+#[test]
+#[cfg(feature = "parallel")]
+fn where_the_room_of_a_whole_map_ends_does_not_depend_on_threads() {
+    let random = &mut Random(5);
+    let mut builder = Occluders::builder();
+    heightfield(&mut builder, random);
+    wound_fan(&mut builder, random);
+    let occluders = builder.build();
+    let light = LightShape::Direction(DVec3::new(0.3, 0.2, 1.0));
+    map_of(&occluders, &light, |tables, map| {
+        let map = map.expect("a map");
+        map.make_all(tables, 1e9);
+        let all = map.runs().0[0].len() as u64;
+        let by = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().expect("threads").install(|| {
+                let map = Map::new(&occluders, tables, 2 * all).expect("a map");
+                map.make_all(tables, 1e9);
+                assert!(map.is_full());
+                map.runs().0[0].to_vec()
+            })
+        };
+        let by_one = by(1);
+        assert!(by_one.len() > 1_000);
+        for threads in [2, 4, 7, 7, 7] {
+            assert!(by(threads) == by_one, "{threads} threads");
+        }
+    });
+}
+
 #[test]
 fn triangles_whose_corners_are_many_tiles_off_are_not_said_to_lie_apart() {
     let v = DVec3::new;
