@@ -120,119 +120,22 @@ fn package() -> Result<()> {
     run::cargo(&publish, &[])
 }
 
-/// The pictures of the README, from the project's own scenes only.
-///
-/// One light shows what a voxel knows more clearly than three, whose colors would be averaged. The first two are
-/// made by the commands of the README.
+/// Runs the commands of the README that render, and puts their pictures where the README shows them.
 fn gallery() -> Result<()> {
-    let images = run::root().join("docs/images");
-    std::fs::create_dir_all(&images)?;
-    let lamp = "point:4,-2,4";
-    // A lamp with a size: a square whose front looks at the spheres.
-    let panel = "area:4,-2,4/0.8,1.6,0/1.07,-0.54,-1.34/0.95,0.9,0.8";
-    let pictures: [(&str, &[&str]); 7] = [
-        (
-            "sphereflake.png",
-            &[
-                "scenes/sphereflake.nff",
-                "--light",
-                lamp,
-                "--camera",
-                "fov:40",
-                "--spp",
-                "16",
-            ],
-        ),
-        (
-            "sphereflake-occlusion.png",
-            &[
-                "scenes/sphereflake.nff",
-                "--light",
-                lamp,
-                "--camera",
-                "fov:40",
-                "--show",
-                "occlusion",
-                "--shadows",
-                "voxel",
-                "--refine",
-                "eager",
-            ],
-        ),
-        ("tetra.png", &["scenes/tetra.nff", "--spp", "16"]),
-        (
-            "tetra-occlusion.png",
-            &[
-                "scenes/tetra.nff",
-                "--show",
-                "occlusion",
-                "--shadows",
-                "voxel-1990",
-                "--spp",
-                "4",
-            ],
-        ),
-        (
-            "tetra-3-occlusion.png",
-            &[
-                "scenes/tetra-3.nff",
-                "--show",
-                "occlusion",
-                "--shadows",
-                "voxel-1990",
-                "--spp",
-                "4",
-            ],
-        ),
-        (
-            "soft.png",
-            &[
-                "scenes/sphereflake.nff",
-                "--light",
-                panel,
-                "--light",
-                "sky:.15,.2,.3",
-                "--camera",
-                "fov:40",
-                "--light-samples",
-                "32",
-                "--spp",
-                "9",
-            ],
-        ),
-        (
-            "soft-occlusion.png",
-            &[
-                "scenes/sphereflake.nff",
-                "--light",
-                panel,
-                "--camera",
-                "fov:40",
-                "--show",
-                "occlusion",
-                "--light-samples",
-                "64",
-                "--spp",
-                "4",
-            ],
-        ),
-    ];
-    for (name, arguments) in pictures {
-        let output = images.join(name);
-        let Some(output) = output.to_str() else {
-            bail!("path {output:?} is not UTF-8")
-        };
-        let mut command = vec![
-            "run",
-            "--release",
-            "--locked",
-            "-p",
-            "antumbra-cli",
-            "--",
-            "render",
-        ];
-        command.extend_from_slice(arguments);
-        command.extend_from_slice(&["--size", "480x480", "-o", output]);
+    const RENDER: &str = "$ cargo run --release -- render ";
+    let readme = std::fs::read_to_string(run::root().join("README.md"))?;
+    let commands: Vec<_> = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix(RENDER)?.split_once(" -o "))
+        .collect();
+    if commands.is_empty() {
+        bail!("README.md has no command that renders");
+    }
+    for (arguments, name) in commands {
+        let output = format!("docs/images/{name}");
+        let mut command = vec!["run", "--release", "--locked", "--", "render"];
+        command.extend(arguments.split(' '));
+        command.extend(["-o", &output]);
         run::cargo(&command, &[])?;
     }
     Ok(())

@@ -13,10 +13,10 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
-/// What pages of reports bear in their heads.
+/// Mark in the head of a report's page, by which antumbra knows its own files.
 pub(crate) const PAGE_MARK: &str = "antumbra bench";
 
-/// What summaries of reports begin with, below their titles.
+/// Mark of a report's summary: the first words below its title.
 pub(crate) const SUMMARY_MARK: &str = "Made by `antumbra bench";
 
 /// Content of a file.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::film::Picture;
 
-/// What pictures bear in their heads as the program that made them: PNG under `Software`, OpenEXR in the attribute
+/// Name of the program in the heads of pictures: PNG has it under `Software`, OpenEXR in the attribute
 /// `software` of each part.
 pub const SOFTWARE: &str = "made by antumbra";
 

@@ -26,9 +26,9 @@ pub struct Scene {
     /// What is there.
     #[serde(with = "crate::instance::shared")]
     pub objects: Vec<Object>,
-    /// What shines from a point or in parallel.
+    /// Point, spot and directional lights.
     pub lights: Vec<Light>,
-    /// What shines and has a size. No format that is read has any: see [`crate::read_lights`].
+    /// Lights with size. No scene format has any: see [`crate::read_lights`].
     #[serde(default)]
     pub area_lights: Vec<AreaLight>,
     /// The view, if the file has one.

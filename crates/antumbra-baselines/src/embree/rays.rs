@@ -33,12 +33,12 @@ pub(super) struct Rays<const N: usize> {
     pub(super) flags: [u32; N],
 }
 
-/// Which of so many rays are there: -1, else 0.
+/// Mask of a packet's rays: -1 for one that is there, else 0.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
 
-/// So many rays, or the fewer at a batch's end.
+/// Packet of `N` rays, some of which may be absent at a batch's end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Packet<const N: usize> {
     pub(super) rays: Rays<N>,

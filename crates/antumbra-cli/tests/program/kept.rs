@@ -15,7 +15,7 @@ const LAMPS: [&str; 2] = ["point:3,-2,5", "point:-1,-4,3"];
 const KEPT: [&str; 2] = ["auto", "voxel"];
 
 struct World {
-    /// What is baked.
+    /// Method that is baked.
     shadows: &'static str,
     folder: Folder,
     scene: PathBuf,

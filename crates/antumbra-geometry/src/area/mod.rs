@@ -54,19 +54,19 @@ pub enum AreaError {
     /// A number is NaN, infinite or too large.
     #[error("{what} is not finite, or beyond 2^100")]
     BadNumber {
-        /// What has the number, such as `a corner`.
+        /// Part that has the number, such as `a corner`.
         what: &'static str,
     },
     /// The light has no length, no area or no direction.
     #[error("{what}: use a point light for a light without size")]
     NoSize {
-        /// What is zero, such as `its radius is zero`.
+        /// Reason, such as `its radius is zero`.
         what: &'static str,
     },
     /// A direction is zero.
     #[error("{what} is zero; expected a direction")]
     BadDirection {
-        /// What is zero, such as `the normal`.
+        /// Vector that is zero, such as `the normal`.
         what: &'static str,
     },
     /// A radius is negative.
@@ -121,7 +121,7 @@ pub enum AreaShape {
 /// One sample of a light, for one receiver point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaSample {
-    /// What shadow queries are asked about.
+    /// Point or direction that the shadow query asks about.
     pub target: LightShape,
     /// Cosine (sine, for segments) of the angle at which the light is left: 0 to 1. It is 1 for spheres, sun discs
     /// and the sky.

@@ -19,7 +19,7 @@ pub struct AreaQuery {
     pub lit: u32,
 }
 
-/// What a point is with regard to a light with size.
+/// Region of a light's shadow that a point lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Region {
     /// No sample was asked: the point or the light faces away.

@@ -96,7 +96,7 @@ pub struct Seen {
     pub is_surface: bool,
     /// What became of its question about each light of the scene, in order; empty without one.
     pub queries: Vec<LightQuery>,
-    /// The same for the lights with size.
+    /// Queries of the lights with size, in the same order as these.
     pub areas: Vec<AreaQuery>,
 }
 

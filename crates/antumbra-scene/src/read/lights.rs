@@ -67,7 +67,7 @@ struct Entry {
     diameter_degrees: Option<f64>,
 }
 
-/// What is wrong with a light: its field, perhaps none, and why.
+/// Fault of a light: the field, if it is one field's, and the reason.
 struct Fault(&'static str, String);
 
 impl From<AreaError> for Fault {

@@ -13,10 +13,10 @@ const CHUNK: [usize; 2] = [32, 4096];
 /// Chunks a thread, so that threads that are done early find more.
 const CHUNKS_A_THREAD: usize = 8;
 
-/// What many starts look at: for each the same number of targets, finite and at most 2^100 in magnitude.
+/// Targets of many starts: the same number for each start, all finite and at most 2^100 in magnitude.
 #[derive(Clone, Copy, Debug)]
 pub enum Targets<'a> {
-    /// The same for all starts.
+    /// Targets that all starts share.
     Shared(&'a [LightShape]),
     /// Others for each start.
     Each {

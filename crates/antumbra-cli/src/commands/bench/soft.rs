@@ -35,7 +35,7 @@ const SAMPLES: usize = 64;
 /// are right.
 const CHECKED_STARTS: usize = 24;
 
-/// What one scene and one angle came to. Times are nanoseconds a ray.
+/// Result of one scene and one angle. Times are in nanoseconds per ray.
 #[derive(Debug, Serialize)]
 struct SceneReport {
     name: String,

@@ -25,10 +25,10 @@ use shapes::{Edges, Verdicts};
 use targets::Segments;
 pub(crate) use targets::{Block, TARGETS};
 
-/// So few targets walk by themselves.
+/// Largest number of targets that are answered by single rays.
 const FEW: u32 = 2;
 
-/// What a walk of several may cost for each of its targets, in nodes, groups and triangles, before they are parted. A
+/// Largest cost of a walk for each of its targets, in nodes, groups and triangles, before the targets are parted. A
 /// ray of its own visits some ten. From a sweep of 2 to 40 by `antumbra bench soft` at 15 degrees: loose leaves want more
 /// (94 ns a ray at 3, 75 from 6 on), balls less (at 40 twice as long as at 3).
 const COST_EACH: u32 = 4;
@@ -36,10 +36,10 @@ const COST_EACH: u32 = 4;
 /// A sphere against all targets costs as much as so many triangles.
 const COST_OF_SPHERE: u32 = 2;
 
-/// As long as one in so many targets is left the pyramid stays.
+/// The pyramid is made again once at most one in this many of its targets is left.
 const MANY_LEFT: u32 = 4;
 
-/// What starts leave to those that come after them.
+/// Knowledge that a start leaves to the next ones: last occluders, and triangles that lie in one plane.
 #[derive(Debug)]
 pub(crate) struct Memory {
     /// The group that blocked the last target that was blocked, for each block.
@@ -52,7 +52,7 @@ pub(crate) struct Memory {
     planes: [([u32; 2], bool); PLANES],
 }
 
-/// As many pairs of triangles are remembered.
+/// Number of pairs of triangles that are remembered.
 const PLANES: usize = 16;
 
 impl Memory {

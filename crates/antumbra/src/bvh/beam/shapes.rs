@@ -11,7 +11,7 @@ use super::super::ray::FilterBounds;
 use super::pyramid::Pyramid;
 use super::targets::{CHUNK, Segments, TARGETS, bits_of, lanes};
 
-/// What is known of a shape: a bit for each target.
+/// Verdicts on a shape, a bit for each target.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Verdicts {
     /// Not surely missed.
@@ -23,7 +23,7 @@ pub(super) struct Verdicts {
 type Four<S> = f32x4<S>;
 type Wide<S> = f32x16<S>;
 
-/// What the edges and the plane of four triangles are to all segments from one start.
+/// Edge functions and planes of four triangles, for all segments from one start.
 ///
 /// Seen from the start, with `C = a - o`, `B = b - a`, `D = c - a`: a direction `d` passes the edges at
 /// `d . ab`, `d . ca`, `d . bc`, and climbs over the plane at `d . normal`.
