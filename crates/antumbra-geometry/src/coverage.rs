@@ -11,6 +11,16 @@ pub trait Coverage: Debug + Send + Sync {
     /// with the face's corners.
     fn is_solid_at(&self, uv: [f64; 2]) -> bool;
 
+    /// Returns whether the face is there at *every* place of a box of texture coordinates (`Some(true)`), or at none
+    /// (`Some(false)`); `None` if neither is known.
+    ///
+    /// `low` and `high` are the box's least and greatest coordinates. A triangle whose corners' box is solid counts
+    /// as opaque, and one whose box is empty as not there: both are answered faster than holes. Asked once a triangle.
+    fn is_solid_throughout(&self, low: [f64; 2], high: [f64; 2]) -> Option<bool> {
+        let _ = (low, high);
+        None
+    }
+
     /// Says what the holes are, piece after piece: two coverages that say the same bytes are solid at the
     /// same places. Returns whether it did; answers about faces with holes that say nothing are not kept in
     /// files.

@@ -621,6 +621,57 @@ mod tests {
         assert_eq!(mesh.edges().len(), 5);
     }
 
+    #[derive(Debug)]
+    struct HalfAndSaysSo;
+
+    impl Coverage for HalfAndSaysSo {
+        fn is_solid_at(&self, uv: [f64; 2]) -> bool {
+            uv[0] < 0.5
+        }
+
+        fn is_solid_throughout(&self, low: [f64; 2], high: [f64; 2]) -> Option<bool> {
+            match (self.is_solid_at(low), self.is_solid_at(high)) {
+                (false, _) => Some(false),
+                (true, true) => Some(true),
+                (true, false) => None,
+            }
+        }
+    }
+
+    #[test]
+    fn an_alpha_tested_triangle_without_holes_is_opaque_and_one_of_holes_only_is_not_there() {
+        let corners = [v(0.0, 0.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0)];
+        let light = LightShape::Direction(v(0.0, 0.0, 1.0));
+        for (least, is_opaque, is_whole) in
+            [(0.0, true, true), (0.4, true, false), (0.6, false, false)]
+        {
+            let mut builder = Occluders::builder();
+            let half = builder.add_coverage(Arc::new(HalfAndSaysSo));
+            let uvs = [[least, 0.0], [least + 0.3, 0.0], [least, 1.0]];
+            builder
+                .add_alpha_tested_face(&corners, &uvs, half)
+                .expect("a face");
+            let occluders = builder.build();
+            let surface = SurfaceId(0);
+            assert_eq!(occluders.is_opaque(surface), is_opaque, "{least}");
+            assert_eq!(occluders.is_opaque_everywhere(surface), is_whole, "{least}");
+            for x in [0.1, 0.3, 0.6] {
+                let start = crate::Start {
+                    point: v(x, 0.3, -1.0),
+                    surface: None,
+                };
+                let segment = occluders.segment(&start, &light);
+                let is_there = least + 0.3 * x < 0.5;
+                assert_eq!(occluders.blocks(surface, &segment), is_there, "{least} {x}");
+                assert_eq!(
+                    occluders.crosses(surface, &segment),
+                    is_there,
+                    "{least} {x}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn flat_groups_hold_what_lies_exactly_in_one_plane() {
         let quad = [

@@ -129,6 +129,73 @@ impl Texture {
         }
     }
 
+    /// Returns the least and greatest alpha, 0 to 255, of all texels that [`sample`](Self::sample) may look at in a
+    /// box of places, given by its least and greatest coordinates; `None` for a box of more than 2^16 texels that is
+    /// not all of the picture, and for coordinates that are not finite.
+    ///
+    /// `all` is [`alphas`](Self::alphas), which is given for every box as large as the picture.
+    pub fn alphas_in(&self, low: [f64; 2], high: [f64; 2], all: [u8; 2]) -> Option<[u8; 2]> {
+        // Places between texels lie between the nearest two; one more bears the rounding of places.
+        let spans: [(f64, f64); 2] = [(0, self.width), (1, self.height)].map(|(axis, size)| {
+            let at = |place: f64| (place * f64::from(size)).floor();
+            (at(low[axis]) - 2.0, at(high[axis]) + 2.0)
+        });
+        let is_near = |place: f64| place.abs() < 1e15;
+        if !spans
+            .iter()
+            .all(|&(first, last)| is_near(first) && is_near(last))
+        {
+            return None;
+        }
+        // What is as long as the picture may be anywhere in it, whatever is beyond its edges.
+        let sides = [self.width, self.height];
+        let runs: [(f64, u32); 2] = std::array::from_fn(|axis| {
+            let (first, last) = spans[axis];
+            let count = last - first + 1.0;
+            if count < f64::from(sides[axis]) {
+                (first, count as u32)
+            } else {
+                (0.0, sides[axis])
+            }
+        });
+        if runs.map(|(_, count)| count) == sides {
+            return Some(all);
+        }
+        if u64::from(runs[0].1) * u64::from(runs[1].1) > 1 << 16 {
+            return None;
+        }
+        let places = |axis: usize| {
+            let (first, count) = runs[axis];
+            (0..count)
+                .map(move |step| wrapped(first + f64::from(step), sides[axis], self.wrap[axis]))
+        };
+        let mut found: Option<[u8; 2]> = None;
+        for row in places(1) {
+            for column in places(0) {
+                let texel = self.texels.get(row * self.width as usize + column);
+                let alpha = texel.map_or(255, |&[.., alpha]| alpha);
+                let [least, greatest] = found.unwrap_or([alpha; 2]);
+                found = Some([least.min(alpha), greatest.max(alpha)]);
+            }
+        }
+        found
+    }
+
+    /// Returns the least and greatest alpha, 0 to 255, of all texels; 255 for a picture without any.
+    pub fn alphas(&self) -> [u8; 2] {
+        let alphas = self.texels.iter().map(|&[.., alpha]| alpha);
+        match (alphas.clone().min(), alphas.max()) {
+            (Some(least), Some(greatest)) if self.is_whole() => [least, greatest],
+            (Some(least), _) => [least, 255],
+            _ => [255; 2],
+        }
+    }
+
+    /// Returns whether there are as many texels as the sides say.
+    fn is_whole(&self) -> bool {
+        self.texels.len() as u64 >= u64::from(self.width) * u64::from(self.height)
+    }
+
     /// Returns the linear mean of all texels: red, green, blue and alpha.
     pub fn mean(&self) -> [f64; 4] {
         if self.texels.is_empty() {
@@ -332,6 +399,60 @@ mod tests {
         assert_eq!(
             alphas(&row(Wrap::Repeat, Filter::Linear), &[0.0, 1.0]),
             [0.5, 0.5]
+        );
+    }
+
+    #[test]
+    fn no_sample_of_a_box_is_beyond_the_alphas_said_of_it() {
+        let texels =
+            (0..21 * 15_u32).map(|n| [0, 0, 0, (n.wrapping_mul(2_654_435_769) >> 24) as u8]);
+        let mut random = 1_u64;
+        let mut next = || {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (random >> 40) as f64 / f64::from(1 << 24)
+        };
+        for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge] {
+            for filter in [Filter::Nearest, Filter::Linear] {
+                let texture = Texture {
+                    name: String::new(),
+                    width: 21,
+                    height: 15,
+                    texels: texels.clone().collect(),
+                    wrap: [wrap, Wrap::Repeat],
+                    filter,
+                };
+                let all = texture.alphas();
+                let mut narrower = 0;
+                for _ in 0..500 {
+                    let low = [next() * 6.0 - 3.0, next() * 6.0 - 3.0];
+                    let size = next() * next() * 1.5;
+                    let high = low.map(|low| low + size * next());
+                    let [least, greatest] = texture.alphas_in(low, high, all).expect("small");
+                    narrower += u32::from([least, greatest] != all);
+                    let [least, greatest] = [least, greatest].map(|byte| f64::from(byte) / 255.0);
+                    for _ in 0..30 {
+                        let place = std::array::from_fn(|i| low[i] + (high[i] - low[i]) * next());
+                        let alpha = texture.sample(place)[3];
+                        let inside = least - 1e-12..=greatest + 1e-12;
+                        assert!(
+                            inside.contains(&alpha),
+                            "{wrap:?} {filter:?} {low:?} {high:?}"
+                        );
+                    }
+                }
+                assert!(narrower > 100, "{narrower} boxes say less than the picture");
+            }
+        }
+        let beyond = row(Wrap::Repeat, Filter::Linear);
+        assert_eq!(
+            beyond.alphas_in([0.0; 2], [f64::NAN, 0.0], beyond.alphas()),
+            None
+        );
+        assert_eq!(
+            beyond.alphas_in([-9.0; 2], [9.0; 2], [0, 255]),
+            Some([0, 255])
         );
     }
 

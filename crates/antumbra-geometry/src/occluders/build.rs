@@ -208,13 +208,13 @@ impl OccludersBuilder {
         for corners in triangles {
             let positions = corners.map(|corner| corner.position);
             let axis = Plane::Points(positions).dominant_axis().unwrap_or(NO_AXIS);
-            let alpha_test = self.alpha_test(opacity, uvs, &corners);
+            let (is_opaque, alpha_test) = self.presence(opacity, uvs, &corners);
             let triangle = Triangle {
                 vertices: positions.map(|position| self.vertex(position)),
                 corners: corners.map(|corner| corner.outline_index.unwrap_or(NO_CORNER)),
                 element,
                 axis,
-                is_opaque: opacity != Opacity::Transparent,
+                is_opaque,
                 alpha_test,
             };
             self.occluders.triangles.push(triangle);
@@ -373,25 +373,34 @@ impl OccludersBuilder {
         Ok(ElementId(element as u32))
     }
 
-    /// Notes the texture coordinates of a triangle of a face with holes.
-    fn alpha_test(
+    /// Returns whether a triangle blocks anywhere, and notes where its holes are looked up, if it has any.
+    fn presence(
         &mut self,
         opacity: Opacity,
         uvs: &[[f64; 2]],
         corners: &[PolygonCorner; 3],
-    ) -> u32 {
+    ) -> (bool, u32) {
         let Opacity::AlphaTested(coverage) = opacity else {
-            return NO_ALPHA_TEST;
+            return (opacity == Opacity::Opaque, NO_ALPHA_TEST);
         };
         let uv_of = |corner: &PolygonCorner| uvs.get(corner.outline_index? as usize).copied();
         let [Some(a), Some(b), Some(c)] = corners.each_ref().map(uv_of) else {
-            return NO_ALPHA_TEST;
+            return (true, NO_ALPHA_TEST);
         };
+        let bound =
+            |choose: fn(f64, f64) -> f64| std::array::from_fn(|i| choose(choose(a[i], b[i]), c[i]));
+        let (low, high) = (bound(f64::min), bound(f64::max));
+        let is_solid = self.occluders.coverages[coverage.0 as usize].is_solid_throughout(low, high);
+        if is_solid == Some(true) {
+            return (true, NO_ALPHA_TEST);
+        }
         self.occluders.alpha_tests.push(AlphaTest {
             coverage,
             uvs: [a, b, c],
         });
-        self.occluders.alpha_tests.len() as u32 - 1
+        // A hole all over blocks nothing, and camera rays go through it as through any hole.
+        let alpha_test = self.occluders.alpha_tests.len() as u32 - 1;
+        (is_solid.is_none(), alpha_test)
     }
 
     pub(super) fn vertex(&mut self, position: DVec3) -> u32 {

@@ -1,8 +1,8 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
 use super::{
-    AlphaTest, Curved, CurvedShape, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders, Surface,
-    SurfaceId, Triangle, is_too_small,
+    AlphaTest, Curved, CurvedShape, Element, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders,
+    Surface, SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
     cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall,
@@ -287,7 +287,7 @@ impl Occluders {
         let light = &light.without_underflow();
         let record = &self.elements[element.0 as usize];
         let is_self_clear = record.kind != ElementKind::OpenCone;
-        let has_holes = matches!(record.opacity, Opacity::AlphaTested(_));
+        let has_holes = self.has_holes(element);
         let nothing = Umbra {
             shape: UmbraShape::Nothing,
             is_self_clear: true,
@@ -365,12 +365,25 @@ impl Occluders {
         // Triangles of one plane never block each other; nor do two that share an edge and turn the
         // same way seen from the light, for they meet only in that edge then.
         let is_self_clear = triangles.len() <= 2 && is_one_sided || is_flat(&corners);
-        let opacity = self.elements[element.0 as usize].opacity;
         Some(Umbra {
             shape,
             is_self_clear,
-            has_holes: matches!(opacity, Opacity::AlphaTested(_)),
+            has_holes: self.has_holes(element),
         })
+    }
+
+    /// Returns whether an element is not there in places.
+    fn has_holes(&self, element: ElementId) -> bool {
+        let Element {
+            opacity, surfaces, ..
+        } = &self.elements[element.0 as usize];
+        matches!(opacity, Opacity::AlphaTested(_))
+            && surfaces
+                .clone()
+                .any(|surface| match self.surface(SurfaceId(surface)) {
+                    Surface::Triangle(triangle) => triangle.alpha_test != NO_ALPHA_TEST,
+                    Surface::Curved(_) => false,
+                })
     }
 
     #[inline]

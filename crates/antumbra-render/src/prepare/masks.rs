@@ -15,12 +15,35 @@ use antumbra_scene::model::{Alpha, Filter, Material, Scene, Texture, Wrap};
 struct MaskedTexture {
     texture: Arc<Texture>,
     material: Material,
+    /// The least and greatest alpha of the whole texture.
+    alphas: [u8; 2],
+}
+
+impl MaskedTexture {
+    /// Returns whether a place is there where the texture's alpha is a byte's, and so for all that mixing bytes no
+    /// less (or no greater) can give, rounding counted.
+    fn is_solid_for(&self, alpha: u8, slack: f64) -> bool {
+        self.material.coverage(f64::from(alpha) / 255.0 + slack) > 0.0
+    }
 }
 
 impl Coverage for MaskedTexture {
     fn is_solid_at(&self, uv: [f64; 2]) -> bool {
         let [.., alpha] = self.texture.sample(uv);
         self.material.coverage(alpha) > 0.0
+    }
+
+    fn is_solid_throughout(&self, low: [f64; 2], high: [f64; 2]) -> Option<bool> {
+        /// Far more than filtering rounds, far less than a step of a byte.
+        const ROUNDING: f64 = 1e-9;
+        let [least, greatest] = self.texture.alphas_in(low, high, self.alphas)?;
+        if self.is_solid_for(least, -ROUNDING) {
+            Some(true)
+        } else if !self.is_solid_for(greatest, ROUNDING) {
+            Some(false)
+        } else {
+            None
+        }
     }
 
     fn identify(&self, write: &mut dyn FnMut(&[u8])) -> bool {
@@ -87,6 +110,7 @@ impl Masks {
         let coverage = builder.add_coverage(Arc::new(MaskedTexture {
             texture: Arc::clone(shared),
             material: look.clone(),
+            alphas: texture.alphas(),
         }));
         self.coverages.insert(material, coverage);
         Some(coverage)

@@ -425,3 +425,41 @@ fn a_picture_that_does_not_fit_is_refused_by_its_header() {
     );
     assert_eq!(read("", limit).unwrap().warnings, []);
 }
+
+#[test]
+fn normals_and_colors_that_cannot_be_used_are_left_out_and_told_of() {
+    let accessors = r#"{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+        {"bufferView": 0, "componentType": 5126, "count": 2, "type": "VEC3"},
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2"}"#;
+    let views = r#", "bufferViews": [{"buffer": 0, "byteLength": 36}], "nodes": [{"mesh": 0}]"#;
+    let bytes = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]);
+    // Too few, of another shape, beyond the buffer, not there.
+    for (attribute, wrong) in [
+        ("NORMAL", 1),
+        ("NORMAL", 2),
+        ("NORMAL", 9),
+        ("COLOR_0", 1),
+        ("COLOR_0", 2),
+    ] {
+        let primitive = format!(r#""attributes": {{"POSITION": 0, "{attribute}": {wrong}}}"#);
+        let loaded = gltf(&document(36, accessors, &primitive, views), &bytes)
+            .unwrap_or_else(|error| panic!("{attribute} {wrong}: {error}"));
+        let Shape::Mesh(mesh) = &loaded.scene.objects[0].shape else {
+            panic!("a mesh");
+        };
+        assert_eq!(mesh.face_ends.len(), 1);
+        let told = |warning: &Warning| {
+            warning
+                .message
+                .starts_with(&format!("`{attribute}` is not used: "))
+        };
+        assert!(
+            loaded.warnings.iter().any(told),
+            "{attribute} {wrong}: {:?}",
+            loaded.warnings
+        );
+    }
+    // Positions are what shadows depend on.
+    let primitive = r#""attributes": {"POSITION": 9}"#;
+    assert!(gltf(&document(36, accessors, primitive, views), &bytes).is_err());
+}

@@ -188,16 +188,32 @@ impl<'a> PartReader<'a, '_, '_> {
             .map(position)
             .collect();
         let count = Some(vertex_count);
-        if let Some(normals) = self.attribute(source, "NORMAL", count, &part.path)? {
+        if let Some(normals) = self.look(source, "NORMAL", count, &part.path) {
             part.normals = self.normals(&normals, &part.vertices);
         }
-        if let Some(colors) = self.attribute(source, "COLOR_0", count, &part.path)? {
+        if let Some(colors) = self.look(source, "COLOR_0", count, &part.path) {
             part.colors = self.colors(&colors, &part.vertices);
         }
         part.uvs = self.uvs(source, &part, vertex_count)?;
         part.joints = self.joints(source, &part.path, vertex_count)?;
         part.targets = self.targets(primitive, &part.path, vertex_count)?;
         Ok(Some(part))
+    }
+
+    /// Returns an attribute that no shadow depends on, if the primitive has it and it can be read; else says so.
+    fn look(
+        &mut self,
+        source: Source<'a>,
+        name: &str,
+        count: Option<usize>,
+        path: &str,
+    ) -> Option<Accessor<'a>> {
+        self.attribute(source, name, count, path)
+            .unwrap_or_else(|Fault { kind, .. }| {
+                let message = format!("`{name}` is not used: {kind}");
+                self.warnings.add(Place::Whole, message);
+                None
+            })
     }
 
     /// Returns an attribute of vertices, if the primitive has it.
@@ -342,7 +358,7 @@ impl<'a> PartReader<'a, '_, '_> {
     }
 
     fn targets(
-        &self,
+        &mut self,
         primitive: &Primitive,
         path: &str,
         vertex_count: usize,
@@ -358,10 +374,13 @@ impl<'a> PartReader<'a, '_, '_> {
                 self.same_count(&accessor, Some(vertex_count), here)?;
                 Ok(Some(accessor))
             };
-            targets.push(Target {
-                positions: attribute("POSITION")?,
-                normals: attribute("NORMAL")?,
+            let (positions, normals) = (attribute("POSITION")?, attribute("NORMAL"));
+            let normals = normals.unwrap_or_else(|Fault { kind, .. }| {
+                let message = format!("`NORMAL` of a morph target is not used: {kind}");
+                self.warnings.add(Place::Whole, message);
+                None
             });
+            targets.push(Target { positions, normals });
         }
         Ok(targets)
     }
