@@ -142,7 +142,8 @@ class ShadowIndex(Questions):
             to one; half of it for points of space.
         memory: Bytes at most for all that lights know of `"voxel"` or `"auto"`, with what is needed to make it, up to 4 GiB.
             Where that is too little, values are dropped and made again, or rays answer (`evictions` and
-            `lights_without_room` in `stats`). Surfaces, tree, grid and about 250 bytes a light come beside.
+            `lights_without_room` in `stats`). Each light takes 400 bytes of it. Surfaces, tree and grid come
+            beside.
         memory_limit: Bytes at most for grid, tree and values, by prediction; what lights know takes what they
             leave. `None` for no limit.
         grid: Voxels of the uniform grid along each axis, one number or three, 1 to 2048; by default by a rule.

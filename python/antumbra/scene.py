@@ -78,8 +78,8 @@ class Scene:
         """Makes a scene of one triangle mesh, opaque and grey.
 
         Args:
-            vertices: Shape (n, 3), float32 or float64, world space, finite. What is given is the exact shape:
-                float32 is not rounded further.
+            vertices: Shape (n, 3), float32 or float64, world space, finite where a face uses them. What is given is
+                the exact shape: float32 is not rounded further.
             faces: Shape (m, 3), integers: numbers of vertices. Winding does not matter for shadows. A face
                 without area blocks nothing.
             up: Which way is up, for cameras and suns of pictures.
@@ -87,7 +87,7 @@ class Scene:
         The faces' numbers are what `face_ids` of `ShadowIndex.occluded` means. The arrays are copied.
 
         Raises:
-            ValueError: A shape does not fit, or a vertex is not finite.
+            ValueError: A shape does not fit, or a vertex of a face is not finite.
             TypeError: A dtype does not fit.
             IndexError: A face names a vertex that is not there.
         """

@@ -160,3 +160,12 @@ def test_a_tensor_that_numpy_cannot_take_is_refused(plain: antumbra.ShadowIndex)
 
     with pytest.raises(TypeError, match="points: NumPy cannot take this Elsewhere by DLPack"):
         plain.occluded(Elsewhere())
+
+
+def test_vertices_that_no_face_uses_may_be_anything():
+    vertices = np.array([[np.nan] * 3, [0, 0, 0], [1, 0, 0], [0, 1, 0], [np.inf, 0, 1e300]])
+    scene = antumbra.Scene.from_arrays(vertices, [[1, 2, 3]])
+    index = antumbra.ShadowIndex(scene, [antumbra.PointLight((0, 0, 1))])
+    assert index.occluded_at([[0.1, 0.1, -1], [2, 2, -1]], 0).tolist() == [True, False]
+    with pytest.raises(ValueError, match=r"vertices\[4\] is .*: coordinates must be finite"):
+        antumbra.Scene.from_arrays(vertices, [[1, 2, 4]])

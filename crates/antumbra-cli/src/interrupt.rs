@@ -10,6 +10,7 @@ use std::time::Duration;
 use antumbra_task::Task;
 
 use crate::failure::Failure;
+use crate::screen::Shown;
 
 /// The number of Ctrl-C among signals, on all systems alike.
 const SIGINT: u8 = 2;
@@ -25,15 +26,18 @@ pub(crate) struct Interrupt {
     is_worth_keeping: Arc<AtomicBool>,
     /// The first signal that came; 0 before.
     signal: Arc<AtomicU8>,
+    /// What is to be taken off the screen.
+    shown: Shown,
 }
 
 impl Interrupt {
     /// Takes over the signals for the whole process.
-    pub(crate) fn install(task: Task) -> Result<Self, Failure> {
+    pub(crate) fn install(task: Task, shown: Shown) -> Result<Self, Failure> {
         let interrupt = Self {
             task,
             is_worth_keeping: Arc::default(),
             signal: Arc::default(),
+            shown,
         };
         let at_ctrl_c = interrupt.clone();
         ctrlc::set_handler(move || at_ctrl_c.come(SIGINT))
@@ -56,16 +60,16 @@ impl Interrupt {
             .compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst);
         self.task.stop();
         if first.is_err() {
-            end(self.exit_code());
+            self.end();
         }
         if self.is_worth_keeping.load(Ordering::SeqCst) {
             return;
         }
         // Beside the thread that waits for the next signal.
-        let code = self.exit_code();
+        let interrupt = self.clone();
         std::thread::spawn(move || {
             std::thread::sleep(PATIENCE);
-            end(code);
+            interrupt.end();
         });
     }
 
@@ -74,16 +78,17 @@ impl Interrupt {
         self.is_worth_keeping.store(true, Ordering::SeqCst);
     }
 
+    /// Ends the process; what it was writing is gone.
+    fn end(&self) -> ! {
+        self.shown.clear();
+        antumbra_files::abandon();
+        std::process::exit(i32::from(self.exit_code()))
+    }
+
     /// Returns the work that is stopped.
     pub(crate) fn task(&self) -> &Task {
         &self.task
     }
-}
-
-/// Ends the process; what it was writing is gone.
-fn end(code: u8) -> ! {
-    antumbra_files::abandon();
-    std::process::exit(i32::from(code))
 }
 
 /// Signals that only Unix has.

@@ -61,8 +61,9 @@ where
     let screen = Screen::new(typed.quiet, typed.verbose);
     let bars = screen.bars();
     let task = Task::with_progress(move |stage, done, count| bars.tell(stage, done, count));
-    let done = interrupt::Interrupt::install(task.clone()).and_then(|interrupt| {
+    let done = interrupt::Interrupt::install(task.clone(), screen.shown()).and_then(|interrupt| {
         let done = task.run(|| do_command(&typed.command, &screen, &interrupt));
+        screen.shown().clear();
         let code = match done.unwrap_or(Ok(Outcome::Interrupted))? {
             Outcome::Done => 0,
             Outcome::Differences => 1,

@@ -9,7 +9,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use crate::failure::Failure;
@@ -21,6 +21,7 @@ pub(crate) struct Screen {
     is_verbose: bool,
     /// Why the first result that was not printed was not.
     unprinted: OnceLock<Failure>,
+    shown: Shown,
 }
 
 impl Screen {
@@ -29,6 +30,7 @@ impl Screen {
             is_quiet,
             is_verbose,
             unprinted: OnceLock::new(),
+            shown: Shown::default(),
         }
     }
 
@@ -96,43 +98,64 @@ impl Screen {
 
     /// Starts a bar with the time left; invisible unless standard error is a terminal.
     pub(crate) fn progress(&self, length: u64, what: &str) -> ProgressBar {
-        bar(self.is_quiet, length, what)
+        self.shown.bar(self.is_quiet, length, what)
+    }
+
+    /// Returns the bars that are shown, for whoever ends the process.
+    pub(crate) fn shown(&self) -> Shown {
+        self.shown.clone()
     }
 
     /// Returns bars for the stages that the work itself tells of.
     pub(crate) fn bars(&self) -> Bars {
         Bars {
             is_quiet: self.is_quiet,
-            shown: Mutex::default(),
+            all: self.shown(),
+            one: Mutex::default(),
         }
     }
 }
 
-fn bar(is_quiet: bool, length: u64, what: &str) -> ProgressBar {
-    if is_quiet || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
+/// All bars that are shown.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shown(MultiProgress);
+
+impl Shown {
+    /// Takes away all bars, for good.
+    pub(crate) fn clear(&self) {
+        let _ = self.0.clear();
+        self.0.set_draw_target(ProgressDrawTarget::hidden());
     }
-    let bar = ProgressBar::new(length).with_message(what.to_owned());
-    let template = "{msg} [{bar:40}] {percent:>3} %, {eta} left";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("=> "));
+
+    fn bar(&self, is_quiet: bool, length: u64, what: &str) -> ProgressBar {
+        if is_quiet || !io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let bar = self
+            .0
+            .add(ProgressBar::new(length).with_message(what.to_owned()));
+        let template = "{msg} [{bar:40}] {percent:>3} %, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
     }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }
 
 /// A bar for each stage of work, one at a time: of stages within another the outer one is shown.
 pub(crate) struct Bars {
     is_quiet: bool,
-    shown: Mutex<Option<(&'static str, ProgressBar)>>,
+    all: Shown,
+    one: Mutex<Option<(&'static str, ProgressBar)>>,
 }
 
 impl Bars {
     /// Shows how many steps of a stage are done.
     pub(crate) fn tell(&self, stage: &'static str, done: u64, count: u64) {
-        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = self.one.lock().unwrap_or_else(PoisonError::into_inner);
         let (name, shown_bar) =
-            shown.get_or_insert_with(|| (stage, bar(self.is_quiet, count, stage)));
+            shown.get_or_insert_with(|| (stage, self.all.bar(self.is_quiet, count, stage)));
         if *name != stage {
             return;
         }

@@ -199,24 +199,39 @@ impl Scene {
         })
     }
 
-    fn of_mesh(positions: Vec<DVec3>, faces: &[[u32; 3]], up: [f64; 3]) -> PyResult<Self> {
+    fn of_mesh(mut positions: Vec<DVec3>, faces: &[[u32; 3]], up: [f64; 3]) -> PyResult<Self> {
         // What the scene model promises: a message in the caller's terms.
         const LARGEST: f64 = 1.2676506002282294e30; // 2^100
-        for (number, x) in positions.iter().enumerate() {
-            if !x.abs().cmple(DVec3::splat(LARGEST)).all() {
-                let message = format!(
-                    "vertices[{number}] is {}: coordinates must be finite and at most 2^100 in magnitude",
-                    Short(*x)
-                );
-                return Err(PyValueError::new_err(message));
-            }
-        }
         let count = positions.len();
         let is_bad = |face: &[u32; 3]| face.iter().any(|&vertex| vertex as usize >= count);
         if let Some(number) = faces.iter().position(is_bad) {
             let [a, b, c] = faces[number];
             let message = format!("faces[{number}] is ({a}, {b}, {c}): there are {count} vertices");
             return Err(PyIndexError::new_err(message));
+        }
+        let is_good = |x: &DVec3| x.abs().cmple(DVec3::splat(LARGEST)).all();
+        if !positions.iter().all(is_good) {
+            let mut is_used = vec![false; count];
+            for &vertex in faces.as_flattened() {
+                is_used[vertex as usize] = true;
+            }
+            // What no face uses may be anything; it stands where something is.
+            let stand_in = faces
+                .first()
+                .map_or(DVec3::ZERO, |face| positions[face[0] as usize]);
+            for (number, x) in positions.iter_mut().enumerate() {
+                if is_good(x) {
+                    continue;
+                }
+                if is_used[number] {
+                    let message = format!(
+                        "vertices[{number}] is {}: coordinates must be finite and at most 2^100 in magnitude",
+                        Short(*x)
+                    );
+                    return Err(PyValueError::new_err(message));
+                }
+                *x = stand_in;
+            }
         }
         if u32::try_from(3 * faces.len()).is_err() {
             let message = format!("{} faces: expected fewer than 2^32 / 3", faces.len());

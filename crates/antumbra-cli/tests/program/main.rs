@@ -12,6 +12,7 @@ mod outputs;
 mod query;
 mod rivals;
 mod support;
+mod terminal;
 
 use std::fs;
 

@@ -138,9 +138,12 @@ pub(crate) struct Making {
     /// When values are made.
     pub(crate) refine: Refine,
     pub(crate) knowledge: Knowledge,
-    /// Bytes at most of all that lights know, and of what is needed to make it.
+    /// Bytes at most of lights, of all that they know, and of what is needed to make it.
     pub(crate) most_bytes: u64,
 }
+
+/// Bytes that a light takes before anything is known of it, here and in the index.
+const LIGHT_BYTES: u64 = 400;
 
 /// In place of a light.
 const NO_LIGHT: usize = usize::MAX;
@@ -152,12 +155,13 @@ impl AdaptiveValues {
         let frame = Frame::new(bounds);
         let depth = making.depth;
         let lattices = lattices(&bounds, &frame, depth);
+        let unasked = LIGHT_BYTES * lights.len() as u64;
         let mut values = Self {
             frame,
             start_room: START_ROOM / frame.scale,
             lattices,
             depth,
-            room: Room::new(making.most_bytes),
+            room: Room::new(making.most_bytes.saturating_sub(unasked)),
             tables: OnceLock::new(),
             lights: Vec::with_capacity(lights.len()),
             holders: Mutex::new(Vec::new()),
