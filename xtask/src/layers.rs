@@ -17,6 +17,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("antumbra-baselines", 3),
     ("antumbra-render", 4),
     ("antumbra-cli", 5),
+    ("antumbra-bench", 6),
     ("antumbra-python", 6),
     // Test and chore crates stand beside the house: nothing ships that uses them.
     ("antumbra-testkit", 9),

@@ -25,33 +25,33 @@ use crate::typed::{IndexCost, RefineWhen, SceneFile, Threads};
 use crate::values::format_bytes;
 
 #[derive(Args, Debug)]
-pub(crate) struct Bake {
+pub struct Bake {
     #[command(flatten)]
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
 
     /// File to write. What it already has is kept, for all lights that have not changed
     #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 
     /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
     /// computes exact shadow maps, in about a second a light, which take about as long to load
     #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
-    pub(crate) shadows: Shadows,
+    pub shadows: Shadows,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 
     #[command(flatten)]
-    pub(crate) threads: Threads,
+    pub threads: Threads,
 }
 
 /// Returns what reads the name of a method that keeps what it knows.
-pub(super) fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
+pub fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
     PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
 }
 
 /// Reads, makes what is missing, writes.
-pub(crate) fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
     if matches!(
         typed.cost.refine,
         Some(RefineWhen::Lazy | RefineWhen::Asked)

@@ -14,7 +14,7 @@ use crate::values::format_bytes;
 use crate::{load, memory};
 
 /// Reads, counts, predicts; builds nothing.
-pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
     let limit = memory::limit(typed.cost.memory_limit);
     let [scene_bytes, surface_bytes] = [scene_bytes(&scene), surface_bytes(&scene)];
@@ -37,7 +37,7 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     // Predicted before any of it is taken.
     row(screen, "memory, scene", format_bytes(scene_bytes));
     row(screen, "memory, surfaces", format_bytes(surface_bytes));
-    for shadows in Shadows::OURS {
+    for shadows in Shadows::ALL {
         let options = options(shadows.method());
         let predicted = gathered.predict(scene.lights.len(), &options, None)?;
         let bytes = predicted.total();

@@ -22,7 +22,7 @@ use crate::values::{LightChoice, PointLight};
 use arrays::PointFile;
 
 /// Reads, asks, writes, counts.
-pub(crate) fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     outputs.add("--output", &typed.output, Content::Array)?;
     typed.kept.add_to(&mut outputs)?;

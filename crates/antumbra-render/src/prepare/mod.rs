@@ -13,11 +13,13 @@
 //! | `emissive` | surfaces that emit become lights with size |
 //! | `surface` | what a hit looks like: normals, texture, coverage |
 //! | `memory` | what all this takes |
+//! | `stand_in` | another method in the place of the index, for comparisons |
 
 mod emissive;
 mod gathered;
 mod masks;
 mod memory;
+mod stand_in;
 mod surface;
 
 use std::path::Path;
@@ -26,13 +28,13 @@ use antumbra::{
     Answer, BuildError, Counters, GridResolution, Method, QueryError, QuickCheck, RayMethod,
     Refinement, ShadowIndex,
 };
-use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
-use antumbra_geometry::{DVec3, OccludersError, Start};
+use antumbra_geometry::{OccludersError, Start};
 use antumbra_scene::model::Scene;
 
 pub use emissive::emissive_lights;
 pub use gathered::{Gathered, Place};
 pub use memory::{scene_bytes, surface_bytes};
+pub use stand_in::StandIn;
 pub use surface::Look;
 
 /// Why a scene cannot be prepared.
@@ -61,9 +63,6 @@ pub enum PrepareError {
     /// The index refuses the lights or a setting, or needs too much memory.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The rival needs too much memory.
-    #[error(transparent)]
-    Rival(#[from] RivalError),
 }
 
 fn named(name: &str) -> String {
@@ -77,12 +76,8 @@ fn named(name: &str) -> String {
 /// How a scene is accelerated.
 #[derive(Clone, Copy, Debug)]
 pub struct PrepareOptions {
-    /// How shadow queries are answered; by a rival's own shadow rays where there is a rival.
+    /// How shadow queries are answered.
     pub method: Method,
-    /// Who answers them instead.
-    pub rival: Option<RivalKind>,
-    /// Where the scene is seen from, world space, which one rival asks for.
-    pub viewpoint: Option<DVec3>,
     /// What finds nearest hits.
     pub rays: RayMethod,
     /// How fine the grid is.
@@ -91,7 +86,7 @@ pub struct PrepareOptions {
     pub quick_check: QuickCheck,
     /// How far the values of [`Method::Voxel`] are refined.
     pub refinement: Refinement,
-    /// Most bytes that grid, tree and values may take, and again most that a rival may.
+    /// Most bytes that grid, tree and values may take.
     pub memory_limit: u64,
 }
 
@@ -99,8 +94,6 @@ impl Default for PrepareOptions {
     fn default() -> Self {
         Self {
             method: Method::default(),
-            rival: None,
-            viewpoint: None,
             rays: RayMethod::default(),
             grid: GridResolution::default(),
             quick_check: QuickCheck::default(),
@@ -116,24 +109,7 @@ pub struct Prepared {
     scene: Scene,
     gathered: Gathered,
     index: ShadowIndex,
-    rival: Option<Box<dyn Rival>>,
-}
-
-impl PrepareOptions {
-    /// Prepares the rival that is asked for, if one is, over an index that was built with these options.
-    ///
-    /// # Errors
-    /// It needs more memory than the limit.
-    pub fn rival(&self, index: &ShadowIndex) -> Result<Option<Box<dyn Rival>>, RivalError> {
-        let options = RivalOptions {
-            viewpoint: self.viewpoint,
-            memory_limit: self.memory_limit,
-            ..RivalOptions::default()
-        };
-        self.rival
-            .map(|kind| kind.build(index, &options))
-            .transpose()
-    }
+    stand_in: Option<Box<dyn StandIn>>,
 }
 
 impl Prepared {
@@ -173,12 +149,11 @@ impl Prepared {
         occlusion: Option<&Path>,
     ) -> Result<Self, PrepareError> {
         let index = gathered.index_from(&scene.lights, options, occlusion)?;
-        let rival = options.rival(&index)?;
         Ok(Self {
             scene,
             gathered,
             index,
-            rival,
+            stand_in: None,
         })
     }
 
@@ -197,13 +172,15 @@ impl Prepared {
         &self.index
     }
 
-    /// Returns the rival that answers shadow queries in place of the index, if one does.
-    pub fn rival(&self) -> Option<&dyn Rival> {
-        self.rival.as_deref()
+    /// Lets another method, which was built for this index, answer shadow queries in its place.
+    #[must_use]
+    pub fn with_stand_in(mut self, stand_in: Box<dyn StandIn>) -> Self {
+        self.stand_in = Some(stand_in);
+        self
     }
 
-    /// Answers a shadow query by the rival or the index. Counts under `counters`; `candidates` grows by what
-    /// a rival found listed where it looked.
+    /// Answers a shadow query by the index or its stand-in. Counts under `counters`; `candidates` grows by what
+    /// a stand-in found listed where it looked.
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
@@ -214,22 +191,18 @@ impl Prepared {
         counters: &mut Counters,
         candidates: &mut u64,
     ) -> Result<Answer, QueryError> {
-        let Some(rival) = &self.rival else {
-            return self.index.shadow(start, light, counters);
-        };
-        let mut work = Work::default();
-        let answer = rival.shadow(&self.index, start, light, &mut work);
-        counters.add(&work.counters);
-        *candidates += work.candidates;
-        answer
+        match &self.stand_in {
+            Some(other) => other.shadow(&self.index, start, light, counters, candidates),
+            None => self.index.shadow(start, light, counters),
+        }
     }
 
-    /// Returns the bytes kept for shadow queries, mean over the lights: of a rival all that it keeps; of an
-    /// index values, lists and tables. Surfaces, grid and tree are left out.
+    /// Returns the bytes kept for shadow queries, mean over the lights: of a stand-in all that it keeps; of
+    /// an index values, lists and tables. Surfaces, grid and tree are left out.
     pub fn bytes_per_light(&self) -> f64 {
         let lights = 0..self.index.lights().len();
-        let bytes = match &self.rival {
-            Some(rival) => lights.clone().map(|light| rival.bytes(light)).sum(),
+        let bytes = match &self.stand_in {
+            Some(other) => lights.clone().map(|light| other.bytes(light)).sum(),
             None => self.index.occlusion_bytes() + self.index.table_bytes(),
         };
         bytes as f64 / lights.len().max(1) as f64

@@ -89,8 +89,6 @@ impl Meant {
             exposure: exposure(typed, format, scene, screen),
             prepare: PrepareOptions {
                 method: typed.shadows.method(),
-                rival: typed.shadows.rival(),
-                viewpoint: Some(camera.eye),
                 rays: typed.rays.method(),
                 grid: typed.cost.grid.unwrap_or_default(),
                 refinement: typed.cost.refinement(antumbra::Refine::Lazy),

@@ -30,11 +30,7 @@ use files::Format;
 use meant::Meant;
 
 /// Loads, prepares once, renders every frame, tells the figures.
-pub(crate) fn run(
-    typed: &Render,
-    screen: &Screen,
-    interrupt: &Interrupt,
-) -> Result<Outcome, Failure> {
+pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let format = Format::of(&typed.output)?;
     let mut outputs = Outputs::none();
     if typed.orbit.is_none() {
@@ -74,12 +70,6 @@ fn work(
     let prepare_time = begin.elapsed();
     say_prepared(&prepared, prepare_time, screen);
     let times = (predicted_bytes, lit.load_time, prepare_time);
-    if !typed.shadows.is_exact() {
-        screen.warning(format!(
-            "{} is not exact: the picture differs from that of all other methods",
-            typed.shadows.name()
-        ));
-    }
 
     // What is rendered when Ctrl-C comes is written.
     interrupt.keep_partial_results();

@@ -29,7 +29,7 @@ pub(crate) use targets::{Block, TARGETS};
 const FEW: u32 = 2;
 
 /// Largest cost of a walk for each of its targets, in nodes, groups and triangles, before the targets are parted. A
-/// ray of its own visits some ten. From a sweep of 2 to 40 by `antumbra bench soft` at 15 degrees: loose leaves want more
+/// ray of its own visits some ten. From a sweep of 2 to 40 by `antumbra-bench soft` at 15 degrees: loose leaves want more
 /// (94 ns a ray at 3, 75 from 6 on), balls less (at 40 twice as long as at 3).
 const COST_EACH: u32 = 4;
 

@@ -1,4 +1,4 @@
-//! The figures of `bench frames`, as JSON and as a table.
+//! The figures of `antumbra-bench frames`, as JSON and as a table.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! `antumbra bench watertight`: rays aimed at vertices and edges, which must not leak through.
+//! `antumbra-bench watertight`: rays aimed at vertices and edges, which must not leak through.
 //!
 //! The built-in meshes have coordinates so short that `f32` holds them: whoever leaks had the same
 //! mesh. Each is asked under two lights. Under one, starts and directions are exact too, and the
@@ -13,15 +13,15 @@ use antumbra_scene::generate;
 use antumbra_scene::model::{Color, Light, LightKind, Material, Object, Polygon, Scene, Shape};
 use serde::Serialize;
 
-use crate::failure::{Failure, Outcome};
-use crate::load;
-use crate::screen::Screen;
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::load;
+use antumbra_cli::screen::Screen;
 
 use super::aims::{Aims, aims};
 use super::measure::{self, Stopwatch};
 use super::typed::Watertight;
 use super::{methods, subject};
-use crate::outputs::{Content, Outputs, write_json};
+use antumbra_cli::outputs::{Content, Outputs, write_json};
 
 /// Vertices along a side: 256^2 cells and 255^2 inner vertices.
 const HEIGHTFIELD: u32 = 257;
@@ -50,7 +50,7 @@ struct Leaks {
 }
 
 pub(super) fn run(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failure> {
-    crate::commands::on_threads(&typed.threads, || work(typed, screen))?
+    antumbra_cli::commands::on_threads(&typed.threads, || work(typed, screen))?
 }
 
 fn work(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failure> {

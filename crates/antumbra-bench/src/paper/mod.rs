@@ -1,4 +1,4 @@
-//! `antumbra bench paper`: the paper's tables, on its scenes, with its method, ours and its rivals (Paper 8).
+//! `antumbra-bench paper`: the paper's tables, on its scenes, with its method, ours and its rivals (Paper 8).
 //!
 //! | step | module |
 //! |---|---|
@@ -19,14 +19,17 @@ mod sweeps;
 mod table;
 mod tables;
 
+use antumbra_baselines::RivalKind;
 use antumbra_task::{Steps, Stopped, unwatched};
 
-use crate::failure::{Failure, Outcome};
-use crate::interrupt::Interrupt;
-use crate::outputs::{Content, Outputs, write_json};
-use crate::screen::Screen;
-use crate::typed::{Shadows, Threads};
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::interrupt::Interrupt;
+use antumbra_cli::methods::Shadows;
+use antumbra_cli::outputs::{Content, Outputs, write_json};
+use antumbra_cli::screen::Screen;
+use antumbra_cli::typed::Threads;
 
+use super::contender::Contender;
 use super::head::Head;
 use super::measure::Stopwatch;
 use super::typed::Paper;
@@ -34,20 +37,20 @@ use figures::Figures;
 use scenes::PaperScene;
 
 /// Plain traversal: what all are measured by.
-const GRID: Shadows = Shadows::Grid;
+const GRID: Contender = Contender::Ours(Shadows::Grid);
 /// The paper's own method.
-const VOXEL_1990: Shadows = Shadows::Voxel1990;
+const VOXEL_1990: Contender = Contender::Ours(Shadows::Voxel1990);
 /// Ours.
-const VOXEL: Shadows = Shadows::Voxel;
+const VOXEL: Contender = Contender::Ours(Shadows::Voxel);
 
 /// The methods that are compared.
-const METHODS: [Shadows; 6] = [
+const METHODS: [Contender; 6] = [
     GRID,
     VOXEL_1990,
     VOXEL,
-    Shadows::LightBuffer,
-    Shadows::Hybrid,
-    Shadows::ShadowVolumes,
+    Contender::Rival(RivalKind::LightBuffer),
+    Contender::Rival(RivalKind::Hybrid),
+    Contender::Rival(RivalKind::ShadowVolumes),
 ];
 
 /// The scenes' names.
@@ -60,7 +63,7 @@ pub(super) fn run(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     let one = Threads { threads: Some(1) };
-    crate::commands::on_threads(&one, || work(typed, screen, interrupt))?
+    antumbra_cli::commands::on_threads(&one, || work(typed, screen, interrupt))?
 }
 
 fn work(typed: &Paper, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {

@@ -1,4 +1,4 @@
-//! `antumbra bench kept`: what a second process gains by a file of values.
+//! `antumbra-bench kept`: what a second process gains by a file of values.
 //!
 //! In: a scene, the queries of one camera. Out: the time to the answers in processes of their own, with a file
 //! of values and without. The file is what a process before has left: all values, where they are eager, or baked, or those
@@ -15,13 +15,13 @@ use antumbra_render::prepare::{Gathered, PrepareOptions};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use crate::commands::{bake, kept as files};
-use crate::failure::{Failure, Outcome};
-use crate::methods::Shadows;
-use crate::outputs::{self, Outputs};
-use crate::screen::Screen;
-use crate::values;
-use crate::{load, memory};
+use antumbra_cli::commands::{bake, kept as files};
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::methods::Shadows;
+use antumbra_cli::outputs::{self, Outputs};
+use antumbra_cli::screen::Screen;
+use antumbra_cli::values;
+use antumbra_cli::{load, memory};
 
 use super::head::Head;
 use super::measure::{SLICE, Stopwatch, median};
@@ -118,14 +118,14 @@ struct Report {
 pub(super) fn run(typed: &Kept, screen: &Screen) -> Result<Outcome, Failure> {
     let [scene] = &typed.subjects.scenes[..] else {
         return Err(Failure::input(
-            "bench kept takes one scene",
+            "kept takes one scene",
             "measure them one by one",
         ));
     };
-    let threads = crate::typed::Threads {
+    let threads = antumbra_cli::typed::Threads {
         threads: Some(typed.subjects.threads),
     };
-    crate::commands::on_threads(&threads, || match &typed.child {
+    antumbra_cli::commands::on_threads(&threads, || match &typed.child {
         Some(queries) => answer(typed, scene, queries, screen),
         None => measure(typed, scene, screen),
     })?

@@ -11,9 +11,9 @@ use antumbra_render::orbit::camera_of_frame;
 use antumbra_render::prepare::{PrepareOptions, Prepared};
 use antumbra_scene::model::{Camera, LightKind};
 
-use crate::failure::Failure;
-use crate::screen::Screen;
-use crate::{load, memory};
+use antumbra_cli::failure::Failure;
+use antumbra_cli::screen::Screen;
+use antumbra_cli::{load, memory};
 
 use super::measure::Stopwatch;
 use super::typed::Subjects;

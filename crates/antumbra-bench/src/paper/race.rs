@@ -12,10 +12,10 @@ use super::figures::{MethodFigures, QuickCheckFigures, SceneFigures};
 use super::scenes::PaperScene;
 use super::shot::{Shot, Subject};
 use super::{GRID, METHODS, VOXEL, VOXEL_1990};
-use crate::commands::bench::measure::{Measured, Stopwatch, median};
-use crate::commands::bench::typed::Paper;
-use crate::failure::Failure;
-use crate::typed::Shadows;
+use crate::contender::Contender;
+use crate::measure::{Measured, Stopwatch, median};
+use crate::typed::Paper;
+use antumbra_cli::failure::Failure;
 
 /// What the rounds found about one method.
 #[derive(Default)]
@@ -80,7 +80,7 @@ pub(super) fn run(
             Some((method.name().to_owned(), figures))
         })
         .collect();
-    let total_s = |method: Shadows| methods.get(method.name()).map(|figures| figures.total_s);
+    let total_s = |method: Contender| methods.get(method.name()).map(|figures| figures.total_s);
     let is_faster = total_s(VOXEL_1990) < total_s(GRID);
     let quick_check = subject.quick_check()?.map(|verdict| QuickCheckFigures {
         occupied_share: verdict.occupied_share,
@@ -166,7 +166,7 @@ fn bytes(picture: &Picture) -> (Vec<u8>, Vec<[u32; 3]>) {
 /// Returns the median time of several pictures by each of some methods, which take turns.
 pub(super) fn totals(
     subject: &Subject,
-    methods: &[Shadows],
+    methods: &[Contender],
     rounds: u32,
     stopwatch: Stopwatch,
     steps: &Steps,

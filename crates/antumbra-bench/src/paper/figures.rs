@@ -6,7 +6,7 @@ use antumbra_baselines::rival::formulas::PaperMemory;
 use serde::Serialize;
 
 use super::scenes::PaperRow;
-use crate::commands::bench::head::Head;
+use crate::head::Head;
 
 /// Everything.
 #[derive(Debug, Serialize)]

@@ -3,16 +3,18 @@
 use std::time::Duration;
 
 use antumbra::{Method, RayMethod, Refine};
-use antumbra_baselines::IndexMethod;
 use antumbra_baselines::rival::formulas::{self, PaperMemory};
+use antumbra_baselines::{IndexMethod, RivalError};
 use antumbra_geometry::DVec3;
-use antumbra_render::prepare::{Gathered, PrepareError, PrepareOptions};
+use antumbra_render::prepare::{Gathered, PrepareOptions};
 use antumbra_scene::model::Light;
 
-use crate::failure::Failure;
-use crate::memory;
-use crate::typed::{IndexCost, Shadows};
+use antumbra_cli::failure::Failure;
+use antumbra_cli::memory;
+use antumbra_cli::methods::Shadows;
+use antumbra_cli::typed::IndexCost;
 
+use super::contender::Contender;
 use super::measure::Stopwatch;
 use super::report::Preparation;
 
@@ -33,10 +35,11 @@ pub(super) const KEYS: [&str; 12] = [
 ];
 
 /// Returns the methods to measure: those typed, or all of ours that a user would choose for speed.
-pub(super) fn chosen(typed: &[Shadows]) -> Vec<Shadows> {
+pub(super) fn chosen(typed: &[Contender]) -> Vec<Contender> {
     if typed.is_empty() {
         let is_for_speed = |method: &Shadows| *method != Shadows::Naive;
-        Shadows::OURS.into_iter().filter(is_for_speed).collect()
+        let methods = Shadows::ALL.into_iter().filter(is_for_speed);
+        methods.map(Contender::Ours).collect()
     } else {
         typed.to_vec()
     }
@@ -85,9 +88,17 @@ impl Built {
     }
 }
 
+/// Explains that a rival needs more memory than it may take.
+pub(super) fn failure(error: RivalError) -> Failure {
+    Failure::input(
+        error.to_string(),
+        "raise --memory-limit, or choose another method",
+    )
+}
+
 /// Builds the methods one after the other.
 pub(super) fn build(
-    methods: &[Shadows],
+    methods: &[Contender],
     gathered: &Gathered,
     lights: &[Light],
     viewpoint: Option<DVec3>,
@@ -96,13 +107,11 @@ pub(super) fn build(
 ) -> Result<Vec<Built>, Failure> {
     let mut memory_left = memory::limit(cost.memory_limit);
     let mut all = Vec::new();
-    for shadows in methods {
+    for contender in methods {
         let options = PrepareOptions {
-            method: shadows.method(),
-            rival: shadows.rival(),
-            viewpoint,
+            method: contender.method(),
             // Nobody asks for nearest hits: `bvh` and `voxel` get the tree alone, the others the grid alone.
-            rays: match shadows.method() {
+            rays: match contender.method() {
                 Method::Bvh | Method::Voxel => RayMethod::Bvh,
                 _ => RayMethod::Grid,
             },
@@ -112,11 +121,12 @@ pub(super) fn build(
             ..PrepareOptions::default()
         };
         let predicted_bytes = gathered.predict(lights.len(), &options, None)?.total();
-        let (method, preparation) = stopwatch.time(|| -> Result<_, PrepareError> {
+        let (method, preparation) = stopwatch.time(|| -> Result<_, Failure> {
             let index = gathered.index(lights, &options)?;
-            Ok(match options.rival(&index)? {
+            let rival = contender.rival(&index, viewpoint, memory_left);
+            Ok(match rival.map_err(failure)? {
                 Some(rival) => IndexMethod::of_rival(rival, index),
-                None => IndexMethod::new(shadows.name(), index),
+                None => IndexMethod::new(contender.name(), index),
             })
         });
         let method = method?;
@@ -135,19 +145,15 @@ pub(super) fn build(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use antumbra_baselines::RivalKind;
 
-    const RIVALS: [Shadows; 4] = [
-        Shadows::LightBuffer,
-        Shadows::Hybrid,
-        Shadows::ShadowVolumes,
-        Shadows::ShadowMap,
-    ];
+    use super::*;
 
     #[test]
     fn every_method_has_a_row() {
-        for shadows in chosen(&[]).into_iter().chain(RIVALS) {
-            let key = key(shadows.name());
+        let rivals = RivalKind::ALL.map(Contender::Rival);
+        for contender in chosen(&[]).into_iter().chain(rivals) {
+            let key = key(contender.name());
             assert!(KEYS.contains(&key.as_str()), "{key}");
         }
         assert_eq!(key("voxel"), "voxel_warm_ns");

@@ -3,8 +3,8 @@
 use antumbra_scene::model::Scene;
 use serde::Serialize;
 
-use crate::failure::Failure;
-use crate::scene_source;
+use antumbra_cli::failure::Failure;
+use antumbra_cli::scene_source;
 
 /// A scene of the paper.
 #[derive(Debug)]

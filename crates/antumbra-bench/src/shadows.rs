@@ -1,4 +1,4 @@
-//! `antumbra bench shadows`: recorded queries through every method, one scene after the other.
+//! `antumbra-bench shadows`: recorded queries through every method, one scene after the other.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,8 +8,8 @@ use antumbra_baselines::embree::{Embree, EmbreeScene};
 use antumbra_baselines::{Batch, LoadedBatch, ShadowMethod};
 use antumbra_render::prepare::Prepared;
 
-use crate::failure::{Failure, Outcome};
-use crate::screen::Screen;
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::screen::Screen;
 
 use super::head::Head;
 use super::judge::judge;
@@ -20,7 +20,7 @@ use super::report::{Preparation, Report, SceneReport, SetReport, Shares, WorkOfQ
 use super::subject::{self, Subject};
 use super::typed::Shadows;
 use super::{cold, oracle};
-use crate::outputs::write_json;
+use antumbra_cli::outputs::write_json;
 
 /// Other cameras whose queries values come from: those of the frames before and after the timed
 /// one, of so many around the scene.
@@ -28,10 +28,10 @@ const ORBIT_FRAMES: u32 = 16;
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = crate::typed::Threads {
+    let threads = antumbra_cli::typed::Threads {
         threads: Some(typed.subjects.threads),
     };
-    crate::commands::on_threads(&threads, || work(typed, screen))?
+    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
 }
 
 fn work(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {

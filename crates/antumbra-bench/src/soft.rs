@@ -1,4 +1,4 @@
-//! `antumbra bench soft`: shadow rays to 64 samples of a light with a size.
+//! `antumbra-bench soft`: shadow rays to 64 samples of a light with a size.
 //!
 //! The starts are those of one frame. The light is a square around the scene's point light that faces the scene's
 //! middle, or as many directions around that of light from afar; it spans some angle seen from there. Samples are
@@ -15,9 +15,9 @@ use antumbra_render::prepare::PrepareOptions;
 use antumbra_render::sampler::uniform;
 use serde::Serialize;
 
-use crate::failure::{Failure, Outcome};
-use crate::outputs::write_json;
-use crate::screen::Screen;
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::outputs::write_json;
+use antumbra_cli::screen::Screen;
 
 use super::head::Head;
 use super::measure::{self, Measured, Stopwatch, geometric_mean};
@@ -71,10 +71,10 @@ struct Report {
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = crate::typed::Threads {
+    let threads = antumbra_cli::typed::Threads {
         threads: Some(typed.subjects.threads),
     };
-    crate::commands::on_threads(&threads, || work(typed, screen))?
+    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
 }
 
 fn work(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {

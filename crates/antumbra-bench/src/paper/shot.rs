@@ -13,10 +13,11 @@ use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::{PrepareOptions, Prepared};
 use antumbra_scene::model::Scene;
 
-use super::VOXEL_1990;
-use crate::commands::bench::measure::Stopwatch;
-use crate::failure::Failure;
-use crate::typed::Shadows;
+use super::{GRID, VOXEL_1990};
+use crate::contender::{Contender, RivalStandIn};
+use crate::measure::Stopwatch;
+use crate::methods::failure;
+use antumbra_cli::failure::Failure;
 
 /// What is taken a picture of.
 pub(super) struct Subject {
@@ -61,12 +62,9 @@ impl Subject {
         Self { scene, ..*self }
     }
 
-    fn options(&self, method: Shadows) -> PrepareOptions {
+    fn options(&self, method: Contender) -> PrepareOptions {
         PrepareOptions {
             method: method.method(),
-            rival: method.rival(),
-            // `hybrid` counts from the eye.
-            viewpoint: self.scene.camera.map(|camera| camera.eye),
             rays: RayMethod::Grid,
             grid: GridResolution::Fixed([self.grid; 3]),
             ..PrepareOptions::default()
@@ -74,7 +72,7 @@ impl Subject {
     }
 
     /// The same with all values of `voxel` made before.
-    fn eager_options(&self, method: Shadows) -> PrepareOptions {
+    fn eager_options(&self, method: Contender) -> PrepareOptions {
         PrepareOptions {
             refinement: Refinement {
                 refine: Refine::Eager,
@@ -84,33 +82,50 @@ impl Subject {
         }
     }
 
+    /// Prepares the scene, and the rival where it answers. Returns what the paper expects a rival to keep for one
+    /// light, too, where it says.
+    fn prepare(
+        &self,
+        method: Contender,
+        options: &PrepareOptions,
+    ) -> Result<(Prepared, Option<PaperMemory>), Failure> {
+        let prepared = Prepared::new(self.scene.clone(), options)?;
+        // `hybrid` counts from the eye.
+        let eye = self.scene.camera.map(|camera| camera.eye);
+        let rival = method.rival(prepared.index(), eye, options.memory_limit);
+        Ok(match rival.map_err(failure)? {
+            Some(rival) => {
+                let memory = rival.paper_memory(prepared.index());
+                (
+                    prepared.with_stand_in(Box::new(RivalStandIn(rival))),
+                    memory,
+                )
+            }
+            None => (prepared, None),
+        })
+    }
+
     /// Prepares and renders; then renders once more with all values made before, if `eagerly`.
     pub(super) fn shoot(
         &self,
-        method: Shadows,
+        method: Contender,
         eagerly: bool,
         stopwatch: Stopwatch,
     ) -> Result<(Shot, Option<Shot>), Failure> {
-        let scene = self.scene.clone();
-        let (prepared, prepare) = stopwatch.time(|| Prepared::new(scene, &self.options(method)));
-        let prepared = prepared?;
+        let options = self.options(method);
+        let (prepared, prepare) = stopwatch.time(|| self.prepare(method, &options));
+        let (prepared, rival_memory) = prepared?;
         let shoot = |prepared: &Prepared, prepare| {
             let (rendered, render) = stopwatch.time(|| self.render(prepared, Show::Scene));
-            let index = prepared.index();
-            let paper_memory = match prepared.rival() {
-                Some(rival) => rival.paper_memory(index),
-                None if method == VOXEL_1990 => {
-                    Some(formulas::voxel_occlusion(index.grid_resolution()))
-                }
-                None => None,
-            };
+            let own_memory = (method == VOXEL_1990)
+                .then(|| formulas::voxel_occlusion(prepared.index().grid_resolution()));
             Shot {
                 prepare,
                 render,
                 tally: rendered.tally,
                 picture: rendered.picture,
                 bytes_per_light: prepared.bytes_per_light(),
-                paper_memory,
+                paper_memory: own_memory.or_else(|| rival_memory),
             }
         };
         let first = shoot(&prepared, prepare);
@@ -118,20 +133,20 @@ impl Subject {
             return Ok((first, None));
         }
         let options = self.eager_options(method);
-        let (prepared, prepare) = stopwatch.time(|| Prepared::new(self.scene.clone(), &options));
-        let second = shoot(&prepared?, prepare);
+        let (prepared, prepare) = stopwatch.time(|| self.prepare(method, &options));
+        let second = shoot(&prepared?.0, prepare);
         Ok((first, Some(second)))
     }
 
     /// Returns how the queries of what each pixel shows first are decided, in false colours: by values that are made
     /// meanwhile, or all before.
-    pub(super) fn decided_by(&self, method: Shadows, eagerly: bool) -> Result<Picture, Failure> {
+    pub(super) fn decided_by(&self, method: Contender, eagerly: bool) -> Result<Picture, Failure> {
         let options = if eagerly {
             self.eager_options(method)
         } else {
             self.options(method)
         };
-        let prepared = Prepared::new(self.scene.clone(), &options)?;
+        let (prepared, _) = self.prepare(method, &options)?;
         Ok(self.render(&prepared, Show::Occlusion).picture)
     }
 
@@ -139,7 +154,7 @@ impl Subject {
     pub(super) fn quick_check(&self) -> Result<Option<QuickCheckVerdict>, Failure> {
         let options = PrepareOptions {
             quick_check: QuickCheck::Report,
-            ..self.options(Shadows::Grid)
+            ..self.options(GRID)
         };
         let prepared = Prepared::new(self.scene.clone(), &options)?;
         Ok(prepared.index().quick_check())

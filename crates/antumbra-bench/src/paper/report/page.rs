@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::outputs::PAGE_MARK;
+use antumbra_cli::outputs::PAGE_MARK;
 
 use super::super::figures::{Figures, SceneFigures, Sweep};
 use super::super::table::Table;
@@ -84,7 +84,7 @@ pub(super) fn page(figures: &Figures, findings: &Findings, pictures: &[ScenePict
                         (how(figures))
                     }
                 }
-                footer { "Made by " code { "antumbra bench paper --html docs/report" } "." }
+                footer { "Made by " code { "antumbra-bench paper --html docs/report" } "." }
                 script { (PreEscaped(SCRIPT)) }
             }
         }

@@ -1,4 +1,4 @@
-//! Drives `antumbra bench`.
+//! Drives `antumbra-bench`.
 
 use std::fs;
 use std::path::Path;
@@ -7,13 +7,18 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 /// Runs the program; without a rival if `embree` says where none is.
-fn antumbra(folder: &Path, arguments: &[&str], embree: Option<&str>) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_antumbra"));
+fn bench(folder: &Path, arguments: &[&str], embree: Option<&str>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_antumbra-bench"));
     command.current_dir(folder).args(arguments);
     if let Some(path) = embree {
         command.env("ANTUMBRA_EMBREE", path);
     }
     command.output().unwrap()
+}
+
+fn generate(folder: &Path, name: &str, size: u32, file: &str) {
+    let scene = antumbra_scene::generate::by_name(name, Some(size), None).unwrap();
+    antumbra_scene::write::write_file(&scene, &folder.join(file)).unwrap();
 }
 
 fn assert_success(output: &Output) {
@@ -28,10 +33,8 @@ fn json(path: &Path) -> Value {
 #[test]
 fn without_embree_bench_says_so_and_measures_us() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "city", "--size", "30", "-o", "city.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "city", 30, "city.nff");
     let arguments = [
-        "bench",
         "shadows",
         "city.nff",
         "--size",
@@ -42,7 +45,7 @@ fn without_embree_bench_says_so_and_measures_us() {
         "--json",
         "figures.json",
     ];
-    let output = antumbra(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
+    let output = bench(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
     assert_success(&output);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("/nowhere/libembree4.so"), "{said}");
@@ -83,10 +86,8 @@ fn without_embree_bench_says_so_and_measures_us() {
 #[test]
 fn embree_is_judged_and_never_believed() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "sphereflake", "--size", "2", "-o", "flake.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "sphereflake", 2, "flake.nff");
     let arguments = [
-        "bench",
         "shadows",
         "flake.nff",
         "--size",
@@ -100,7 +101,7 @@ fn embree_is_judged_and_never_believed() {
         "--json",
         "figures.json",
     ];
-    assert_success(&antumbra(folder.path(), &arguments, None));
+    assert_success(&bench(folder.path(), &arguments, None));
     let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
     assert_eq!(scene["ours_wrong"], 0);
     assert_eq!(scene["mismatches"], 0);
@@ -110,11 +111,9 @@ fn embree_is_judged_and_never_believed() {
 #[test]
 fn frames_are_asked_of_values_that_are_made_on_the_way() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "city", "--size", "30", "-o", "city.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "city", 30, "city.nff");
     for threads in ["1", "2"] {
         let arguments = [
-            "bench",
             "frames",
             "city.nff",
             "--size",
@@ -130,7 +129,7 @@ fn frames_are_asked_of_values_that_are_made_on_the_way() {
             "--json",
             "figures.json",
         ];
-        let output = antumbra(folder.path(), &arguments, None);
+        let output = bench(folder.path(), &arguments, None);
         assert_success(&output);
         let table = String::from_utf8_lossy(&output.stdout);
         for part in [
@@ -178,31 +177,22 @@ fn frames_are_asked_of_values_that_are_made_on_the_way() {
 #[test]
 fn short_series_and_eager_values_are_told() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "tetra", "--size", "2", "-o", "tetra.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "tetra", 2, "tetra.nff");
     let common = ["--size", "32x32", "--rounds", "1", "--refine", "eager"];
     let json_file = ["--json", "figures.json"];
-    let series = [
-        "bench",
-        "frames",
-        "tetra.nff",
-        "--frames",
-        "3",
-        "--samples",
-        "1",
-    ];
+    let series = ["frames", "tetra.nff", "--frames", "3", "--samples", "1"];
     let arguments = [&series[..], &common, &json_file].concat();
     let nowhere = Some("/nowhere/libembree4.so");
-    assert_success(&antumbra(folder.path(), &arguments, nowhere));
+    assert_success(&bench(folder.path(), &arguments, nowhere));
     let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
     assert_eq!(scene.get("warm_after_three_views"), Some(&Value::Null));
     assert_eq!(scene["orbit"].get("embree_ns"), Some(&Value::Null));
     let notes = scene["notes"].to_string();
     assert!(notes.contains("before the first query"), "{notes}");
 
-    let sets = ["bench", "shadows", "tetra.nff"];
+    let sets = ["shadows", "tetra.nff"];
     let arguments = [&sets[..], &common, &json_file].concat();
-    assert_success(&antumbra(folder.path(), &arguments, nowhere));
+    assert_success(&bench(folder.path(), &arguments, nowhere));
     let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
     assert_eq!(scene["coherent"].get("auto_cold_ns"), Some(&Value::Null));
     assert_eq!(scene.get("break_even"), Some(&Value::Null));
@@ -211,20 +201,19 @@ fn short_series_and_eager_values_are_told() {
 #[test]
 fn lights_and_scenes_that_are_not_there_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "tetra", "--size", "1", "-o", "tetra.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "tetra", 1, "tetra.nff");
     for arguments in [
-        &["bench", "shadows", "tetra.nff", "--light-number", "1"][..],
-        &["bench", "shadows", "none.nff"],
-        &["bench", "shadows"],
-        &["bench", "frames", "tetra.nff", "--light-number", "1"],
-        &["bench", "frames", "none.nff"],
-        &["bench", "frames", "tetra.nff", "--frames", "0"],
-        &["bench", "frames", "tetra.nff", "--samples", "2000"],
-        &["bench", "frames"],
-        &["bench"],
+        &["shadows", "tetra.nff", "--light-number", "1"][..],
+        &["shadows", "none.nff"],
+        &["shadows"],
+        &["frames", "tetra.nff", "--light-number", "1"],
+        &["frames", "none.nff"],
+        &["frames", "tetra.nff", "--frames", "0"],
+        &["frames", "tetra.nff", "--samples", "2000"],
+        &["frames"],
+        &[],
     ] {
-        let output = antumbra(folder.path(), arguments, None);
+        let output = bench(folder.path(), arguments, None);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     }
 }
@@ -232,8 +221,8 @@ fn lights_and_scenes_that_are_not_there_are_refused() {
 #[test]
 fn nothing_of_ours_leaks() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["bench", "watertight", "--json", "leaks.json"];
-    assert_success(&antumbra(folder.path(), &arguments, None));
+    let arguments = ["watertight", "--json", "leaks.json"];
+    assert_success(&bench(folder.path(), &arguments, None));
     let figures = json(&folder.path().join("leaks.json"));
     let leaks = figures["leaks"].as_array().unwrap();
     let ours: Vec<_> = leaks.iter().filter(|row| row["is_ours"] == true).collect();
@@ -247,11 +236,10 @@ fn nothing_of_ours_leaks() {
 #[test]
 fn samples_of_lights_with_a_size_have_the_bits_of_single_rays() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "sphereflake", "--size", "2", "-o", "flake.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
-    let mut arguments = vec!["bench", "soft", "flake.nff", "--size", "32x32"];
+    generate(folder.path(), "sphereflake", 2, "flake.nff");
+    let mut arguments = vec!["soft", "flake.nff", "--size", "32x32"];
     arguments.extend(["--rounds", "1", "--degrees", "0,6", "--json", "soft.json"]);
-    let output = antumbra(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
+    let output = bench(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
     assert_success(&output);
     let figures = json(&folder.path().join("soft.json"));
     let scenes = figures["scenes"].as_array().unwrap();
@@ -269,23 +257,22 @@ fn samples_of_lights_with_a_size_have_the_bits_of_single_rays() {
     // A point is all lit or all dark.
     assert_eq!(scenes[0]["uniform_share"], 1.0);
     assert!(scenes[1]["uniform_share"].as_f64().unwrap() < 1.0);
-    let angle = ["bench", "soft", "flake.nff", "--degrees", "100"];
-    let output = antumbra(folder.path(), &angle, None);
+    let angle = ["soft", "flake.nff", "--degrees", "100"];
+    let output = bench(folder.path(), &angle, None);
     assert_eq!(output.status.code(), Some(2));
 }
 
 #[test]
 fn rivals_are_rows_where_they_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "tetra", "--size", "2", "-o", "tetra.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "tetra", 2, "tetra.nff");
     let methods = ["light-buffer", "hybrid", "shadow-volumes", "shadow-map"];
-    let mut arguments = vec!["bench", "shadows", "tetra.nff", "--size", "64x64"];
+    let mut arguments = vec!["shadows", "tetra.nff", "--size", "64x64"];
     arguments.extend(["--rounds", "1", "--json", "figures.json"]);
     for method in methods {
         arguments.extend(["--shadows", method]);
     }
-    let output = antumbra(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
+    let output = bench(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
     assert_success(&output);
     let scene = &json(&folder.path().join("figures.json"))["scenes"][0];
     assert_eq!(scene["mismatches"], 0);
@@ -305,17 +292,16 @@ fn rivals_are_rows_where_they_are_named() {
 #[test]
 fn a_second_process_is_measured_with_a_file_and_without() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["scene", "city", "--size", "30", "-o", "city.nff"];
-    assert_success(&antumbra(folder.path(), &scene, None));
+    generate(folder.path(), "city", 30, "city.nff");
     for refine in ["lazy", "eager"] {
         let arguments = [
-            &["bench", "kept", "city.nff", "--size", "40x30"][..],
+            &["kept", "city.nff", "--size", "40x30"][..],
             &["--queries", "3000", "--learn", "3", "--rounds", "2"],
             &["--refine", refine, "--resolution", "64"],
             &["--json", "figures.json"],
         ]
         .concat();
-        let output = antumbra(folder.path(), &arguments, None);
+        let output = bench(folder.path(), &arguments, None);
         assert_success(&output);
         let said = String::from_utf8_lossy(&output.stdout);
         assert!(said.contains("0 answers differ"), "{said}");

@@ -6,8 +6,8 @@ use base64::Engine as _;
 use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 
-use crate::commands::bench::measure::Stopwatch;
-use crate::failure::Failure;
+use crate::measure::Stopwatch;
+use antumbra_cli::failure::Failure;
 
 use super::super::scenes::PaperScene;
 use super::super::shot::Subject;

@@ -1,11 +1,12 @@
-//! `antumbra bench`: antumbra against what people use instead.
+//! `antumbra-bench`: antumbra against what people use instead.
 //!
 //! | step | module |
 //! |---|---|
 //! | what was typed | [`typed`] |
+//! | our methods and the rivals, by name | [`contender`] |
 //! | a scene, its light, Embree | [`subject`] |
 //! | queries as a frame asks them | [`record`] |
-//! | our methods | [`methods`] |
+//! | their indices | [`methods`] |
 //! | interleaved rounds | [`measure`] |
 //! | who is right where Embree differs | [`judge`] |
 //! | how much values could know at best | [`oracle`] |
@@ -16,9 +17,11 @@
 //! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
 //! | the paper's scenes and tables | [`paper`] |
+//! | rivals of the paper's time against the reference | [`verify`] |
 
 mod aims;
 mod cold;
+mod contender;
 mod frames;
 mod frames_report;
 mod head;
@@ -33,19 +36,27 @@ mod report;
 mod shadows;
 mod soft;
 mod subject;
-pub(crate) mod typed;
+mod typed;
+mod verify;
 mod watertight;
 
-use crate::failure::{Failure, Outcome};
-use crate::interrupt::Interrupt;
-use crate::screen::Screen;
+use std::process::ExitCode;
+
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::interrupt::Interrupt;
+use antumbra_cli::screen::Screen;
+
+fn main() -> ExitCode {
+    let code = antumbra_cli::run_typed(
+        std::env::args_os(),
+        |typed: &typed::Bench| typed.verbosity,
+        run,
+    );
+    ExitCode::from(code)
+}
 
 /// Runs the measurement that was typed.
-pub(crate) fn run(
-    typed: &typed::Bench,
-    screen: &Screen,
-    interrupt: &Interrupt,
-) -> Result<Outcome, Failure> {
+fn run(typed: &typed::Bench, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Soft(typed) => soft::run(typed, screen),
@@ -53,5 +64,6 @@ pub(crate) fn run(
         typed::What::Paper(typed) => paper::run(typed, screen, interrupt),
         typed::What::Kept(typed) => kept::run(typed, screen),
         typed::What::Watertight(typed) => watertight::run(typed, screen),
+        typed::What::Verify(typed) => verify::run(typed, screen),
     }
 }

@@ -1,4 +1,4 @@
-//! Drives `antumbra bench paper`, and opens its report in a browser where there is one.
+//! Drives `antumbra-bench paper`, and opens its report in a browser where there is one.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -16,9 +16,9 @@ const METHODS: [&str; 6] = [
 ];
 
 fn bench(folder: &Path, more: &[&str]) -> Output {
-    let common = ["bench", "paper", "--size", "48x48", "--rounds", "1"];
+    let common = ["paper", "--size", "48x48", "--rounds", "1"];
     let files = ["--json", "paper.json", "--html", "report"];
-    Command::new(env!("CARGO_BIN_EXE_antumbra"))
+    Command::new(env!("CARGO_BIN_EXE_antumbra-bench"))
         .current_dir(folder)
         .args(common)
         .args(files)

@@ -1,4 +1,4 @@
-//! `antumbra bench frames`: series of frames from the first query on.
+//! `antumbra-bench frames`: series of frames from the first query on.
 //!
 //! In: a scene, an orbit of cameras, jittered samples of one camera. Out: the time of every frame with
 //! every method. `voxel` begins each series without values and makes them while it is timed; what the
@@ -15,10 +15,11 @@ use antumbra_baselines::embree::{Embree, EmbreeScene};
 use antumbra_baselines::{LoadedBatch, ShadowMethod};
 use antumbra_render::camera::View;
 
-use crate::failure::{Failure, Outcome};
-use crate::screen::Screen;
-use crate::typed::Shadows;
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::methods::Shadows;
+use antumbra_cli::screen::Screen;
 
+use super::contender::Contender;
 use super::frames_report::{Report, SceneReport, SeriesReport, Timing};
 use super::head::Head;
 use super::judge::{Verdicts, judge};
@@ -28,7 +29,7 @@ use super::record::{self, Aim, Recorded};
 use super::report::{Preparation, Shares};
 use super::subject::{self, Subject};
 use super::typed::Frames;
-use crate::outputs::write_json;
+use antumbra_cli::outputs::write_json;
 
 /// Queries a call where several threads share a frame; one thread is given the whole frame.
 const SHARED_SLICE: usize = 65_536;
@@ -36,16 +37,19 @@ const SHARED_SLICE: usize = 65_536;
 const WARM_FRAME: usize = 3;
 
 /// Ours, and where they stand among the methods.
-const OURS: [Shadows; 2] = [Shadows::Auto, Shadows::Bvh];
+const OURS: [Contender; 2] = [
+    Contender::Ours(Shadows::Auto),
+    Contender::Ours(Shadows::Bvh),
+];
 const AUTO: usize = 0;
 const BVH: usize = 1;
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Frames, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = crate::typed::Threads {
+    let threads = antumbra_cli::typed::Threads {
         threads: Some(typed.subjects.threads),
     };
-    crate::commands::on_threads(&threads, || work(typed, screen))?
+    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
 }
 
 fn work(typed: &Frames, screen: &Screen) -> Result<Outcome, Failure> {
@@ -187,7 +191,7 @@ impl Bench<'_> {
             .map(|method| method as &dyn ShadowMethod)
             .chain(packets.iter().map(|method| method as &dyn ShadowMethod))
             .collect();
-        let names = OURS.map(Shadows::name).into_iter();
+        let names = OURS.map(Contender::name).into_iter();
         let names = names.chain(rivals.iter().map(|method| method.name()));
         let mut series = Series::new(names, self.typed.rounds as usize);
         let evictions = |ours: &[Built]| ours[AUTO].method.index().evictions();

@@ -1,4 +1,4 @@
-//! The figures of `bench shadows`, as JSON and as a table.
+//! The figures of `antumbra-bench shadows`, as JSON and as a table.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -20,8 +20,8 @@ use std::path::Path;
 use super::figures::Figures;
 use super::scenes::PaperScene;
 use super::tables;
-use crate::failure::Failure;
-use crate::outputs::{self, Content, Outputs, SUMMARY_MARK};
+use antumbra_cli::failure::Failure;
+use antumbra_cli::outputs::{self, Content, Outputs, SUMMARY_MARK};
 use findings::Findings;
 use pictures::ScenePictures;
 

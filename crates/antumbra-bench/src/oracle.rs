@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::record::Recorded;
 use super::report::Capped;
-use crate::failure::Failure;
+use antumbra_cli::failure::Failure;
 
 /// Samples a voxel, and rays to find them: a voxel that a surface barely enters gets fewer.
 const SAMPLES: usize = 64;

@@ -14,15 +14,15 @@ use super::race;
 use super::scenes::PaperScene;
 use super::shot::Subject;
 use super::{GRID, VOXEL, VOXEL_1990};
-use crate::commands::bench::measure::Stopwatch;
-use crate::commands::bench::typed::Paper;
-use crate::failure::Failure;
-use crate::scene_source;
-use crate::typed::Shadows;
-use crate::values::MAX_SIDE;
+use crate::contender::Contender;
+use crate::measure::Stopwatch;
+use crate::typed::Paper;
+use antumbra_cli::failure::Failure;
+use antumbra_cli::scene_source;
+use antumbra_cli::values::MAX_SIDE;
 
 /// Rivals are left out: they are measured at the paper's settings only.
-const METHODS: [Shadows; 3] = [GRID, VOXEL_1990, VOXEL];
+const METHODS: [Contender; 3] = [GRID, VOXEL_1990, VOXEL];
 const GRIDS: [u32; 8] = [10, 20, 30, 40, 50, 60, 80, 100];
 /// Sizes of the picture: halvings of twice the usual one.
 const HALVINGS: [u32; 5] = [4, 3, 2, 1, 0];
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn lights_stand_around_what_the_camera_looks_at() {
-        let scene = crate::scene_source::generate("graph", None, None).unwrap();
+        let scene = antumbra_cli::scene_source::generate("graph", None, None).unwrap();
         let at = scene.camera.unwrap().at;
         let place = |light: &Light| match light.kind {
             LightKind::Point { position } => position - at,

@@ -1,19 +1,28 @@
-//! What was typed after `antumbra bench`.
+//! What was typed after `antumbra-bench`.
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::failure::Failure;
-use crate::light_values::LightValue;
-use crate::outputs::{Content, Outputs};
-use crate::typed::{IndexCost, SUN_HELP, SceneFile, Shadows as Method, Threads, Up};
-use crate::values::{self, CameraParts, PointLight, Sun};
+use antumbra_cli::failure::Failure;
+use antumbra_cli::light_values::LightValue;
+use antumbra_cli::outputs::{Content, Outputs};
+use antumbra_cli::typed::{
+    self as cli, EXIT_CODES, HELP_WIDTH, IndexCost, SUN_HELP, SceneFile, Threads, Up, Verbosity,
+};
+use antumbra_cli::values::{self, CameraParts, PointLight, Sun};
 
+use super::contender::Contender;
 use super::record::Aim;
 
-#[derive(Args, Debug)]
+/// Measure antumbra against Embree, and against the rivals of the paper's time.
+#[derive(Debug, Parser)]
+#[command(name = "antumbra-bench", version, after_help = EXIT_CODES, max_term_width = HELP_WIDTH)]
 pub(crate) struct Bench {
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
+
     #[command(subcommand)]
     pub(crate) what: What,
 }
@@ -32,6 +41,8 @@ pub(crate) enum What {
     Soft(Soft),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
+    /// Compare rivals of the paper's time with the reference, beside our methods
+    Verify(Box<Verify>),
 }
 
 /// Scenes and the light to ask about.
@@ -153,7 +164,7 @@ pub(crate) struct Shadows {
         value_enum,
         value_name = "METHOD"
     )]
-    pub(crate) methods: Vec<Method>,
+    pub(crate) methods: Vec<Contender>,
 
     /// Number of rounds, in each of which all methods take turns; figures are medians
     #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -265,4 +276,24 @@ pub(crate) struct Watertight {
 
     #[command(flatten)]
     pub(crate) threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) ours: cli::Verify,
+
+    /// Rival to compare, too; repeatable. For shadow-map the share of wrong answers is printed; they do not count as
+    /// differences
+    #[arg(help_heading = "Comparison", long = "rival", value_parser = rivals(), value_name = "RIVAL")]
+    pub(crate) rivals: Vec<Contender>,
+}
+
+/// Returns what reads the name of a rival and offers no others.
+fn rivals() -> impl TypedValueParser<Value = Contender> {
+    let names = Contender::value_variants()
+        .iter()
+        .filter(|contender| matches!(contender, Contender::Rival(_)))
+        .filter_map(ValueEnum::to_possible_value);
+    PossibleValuesParser::new(names).try_map(|name| Contender::from_str(&name, false))
 }
