@@ -1,6 +1,6 @@
 //! Who is measured, by the names that are typed: our methods, then the rivals of the paper's time.
 
-use antumbra::{Answer, Counters, Method, QueryError, ShadowIndex};
+use antumbra::{Answer, Counters, IndexOptions, Method, QueryError, ShadowIndex};
 use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
 use antumbra_cli::methods::Shadows;
 use antumbra_geometry::{DVec3, Start};
@@ -119,7 +119,7 @@ impl StandIn for RivalStandIn {
 mod tests {
     use antumbra_render::camera::View;
     use antumbra_render::film::{self, RenderSettings, Rendered, Watch};
-    use antumbra_render::prepare::{PrepareOptions, Prepared};
+    use antumbra_render::prepare::Prepared;
     use antumbra_task::Task;
 
     use super::*;
@@ -127,9 +127,9 @@ mod tests {
     fn rendered(contender: Contender, threads: usize) -> Rendered {
         let scene = antumbra_scene::generate::by_name("sphereflake", Some(2), None).unwrap();
         let camera = scene.camera.unwrap();
-        let options = PrepareOptions {
+        let options = IndexOptions {
             method: contender.method(),
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         };
         let mut prepared = Prepared::new(scene, &options).unwrap();
         let rival = contender.rival(prepared.index(), Some(camera.eye), u64::MAX);

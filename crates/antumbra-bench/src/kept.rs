@@ -9,9 +9,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use antumbra::{Counters, Refine, ShadowCounters, ShadowIndex};
+use antumbra::{Counters, IndexOptions, Refine, ShadowCounters, ShadowIndex};
 use antumbra_geometry::{DVec3, Start, SurfaceId};
-use antumbra_render::prepare::{Gathered, PrepareOptions};
+use antumbra_scene::gather::{Gathered, light_shapes};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
@@ -177,7 +177,7 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
         }
         let lights = &subject.recorder.scene().lights;
         let gathered = subject.recorder.gathered();
-        let index = gathered.index_from(lights, &options, None)?;
+        let index = options.build(gathered.occluders(), light_shapes(lights))?;
         if !is_baked {
             for number in number..number + typed.learn {
                 let starts = frame(number).batch.starts;
@@ -314,8 +314,10 @@ fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result
     });
     let (scene, gathered) = loaded?;
     let file = typed.occlusion.as_deref();
-    let (index, index_time) =
-        stopwatch.time(|| gathered.index_from(&scene.lights, &options(typed), file));
+    let (index, index_time) = stopwatch.time(|| {
+        let lights = light_shapes(&scene.lights);
+        options(typed).build_from(gathered.occluders(), lights, file)
+    });
     let index = index?;
     let mut counters = Counters::default();
     let ((), answer_time) = stopwatch.time(|| ask(&index, &starts, &mut found, &mut counters));
@@ -340,14 +342,14 @@ fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result
     Ok(Outcome::Done)
 }
 
-fn options(typed: &Kept) -> PrepareOptions {
+fn options(typed: &Kept) -> IndexOptions {
     let cost = &typed.subjects.cost;
-    PrepareOptions {
+    IndexOptions {
         method: typed.shadows.method(),
         grid: cost.grid.unwrap_or_default(),
         refinement: cost.refinement(Refine::Lazy),
         memory_limit: memory::limit(cost.memory_limit),
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     }
 }
 

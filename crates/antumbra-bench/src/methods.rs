@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use antumbra::{Method, RayMethod, Refine};
+use antumbra::{IndexOptions, Method, RayMethod, Refine};
 use antumbra_baselines::rival::formulas::{self, PaperMemory};
 use antumbra_baselines::{IndexMethod, RivalError};
 use antumbra_geometry::DVec3;
-use antumbra_render::prepare::{Gathered, PrepareOptions};
+use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::model::Light;
 
 use antumbra_cli::failure::Failure;
@@ -108,7 +108,7 @@ pub(super) fn build(
     let mut memory_left = memory::limit(cost.memory_limit);
     let mut all = Vec::new();
     for contender in methods {
-        let options = PrepareOptions {
+        let options = IndexOptions {
             method: contender.method(),
             // Nobody asks for nearest hits: `bvh` and `voxel` get the tree alone, the others the grid alone.
             rays: match contender.method() {
@@ -118,11 +118,13 @@ pub(super) fn build(
             grid: cost.grid.unwrap_or_default(),
             refinement: cost.refinement(Refine::Lazy),
             memory_limit: memory_left,
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         };
-        let predicted_bytes = gathered.predict(lights.len(), &options, None)?.total();
+        let predicted_bytes = options
+            .predict(gathered.occluders(), lights.len(), None)?
+            .total();
         let (method, preparation) = stopwatch.time(|| -> Result<_, Failure> {
-            let index = gathered.index(lights, &options)?;
+            let index = options.build(gathered.occluders(), light_shapes(lights))?;
             let rival = contender.rival(&index, viewpoint, memory_left);
             Ok(match rival.map_err(failure)? {
                 Some(rival) => IndexMethod::of_rival(rival, index),

@@ -8,10 +8,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
 
-use antumbra::{Counters, Method, Refine, Refinement, Shadow, ShadowIndex};
+use antumbra::{Counters, IndexOptions, Method, Refine, Refinement, Shadow, ShadowIndex};
 use antumbra_baselines::IndexMethod;
 use antumbra_geometry::{Bounds, DVec3, Ray, Start};
-use antumbra_render::prepare::{PrepareOptions, Prepared};
+use antumbra_render::prepare::Prepared;
 use antumbra_render::sampler::uniform;
 use antumbra_scene::model::Facing;
 use rayon::prelude::*;
@@ -61,10 +61,10 @@ pub(super) fn capped(
                 ..Refinement::default()
             }
         };
-        let options = PrepareOptions {
+        let options = IndexOptions {
             method: Method::Voxel,
             refinement,
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         };
         let index = recorder
             .gathered()

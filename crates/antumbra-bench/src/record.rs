@@ -4,7 +4,7 @@
 //! recorded where the integrator asks one about what a pixel shows first: the surface faces the
 //! light and the light shines there.
 
-use antumbra::Shadow;
+use antumbra::{IndexOptions, Shadow};
 use antumbra_baselines::Batch;
 use antumbra_geometry::{DVec3, Start};
 use antumbra_render::camera::View;
@@ -143,13 +143,12 @@ fn answers(prepared: &Prepared, batch: &Batch) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use antumbra_render::prepare::PrepareOptions;
 
     #[test]
     fn sets_hold_the_same_queries_and_free_points_lie_off_surfaces() {
         let scene = antumbra_scene::generate::tetra(3).unwrap();
         let view = View::new(&scene.camera.unwrap(), [40, 30]).unwrap();
-        let prepared = Prepared::new(scene, &PrepareOptions::default()).unwrap();
+        let prepared = Prepared::new(scene, &IndexOptions::default()).unwrap();
         let timed = frame(&prepared, &view, 0, Aim::Middle);
         assert!(timed.is_shadowed.contains(&true) && timed.is_shadowed.contains(&false));
 
@@ -179,7 +178,7 @@ mod tests {
     fn values_never_come_from_timed_points() {
         let scene = antumbra_scene::generate::tetra(2).unwrap();
         let view = View::new(&scene.camera.unwrap(), [16, 16]).unwrap();
-        let prepared = Prepared::new(scene, &PrepareOptions::default()).unwrap();
+        let prepared = Prepared::new(scene, &IndexOptions::default()).unwrap();
         let timed = frame(&prepared, &view, 0, Aim::Middle);
         for seed in 0..4 {
             let warm = frame(&prepared, &view, 0, Aim::Jittered(seed));

@@ -7,12 +7,12 @@
 
 use std::path::Path;
 
-use antumbra::Method;
+use antumbra::{IndexOptions, Method};
 use antumbra_baselines::embree::{Embree, EmbreeWay};
 use antumbra_baselines::{LoadedBatch, LoadedTargets, TargetBatch, TargetWay};
 use antumbra_geometry::{DVec3, LightShape};
-use antumbra_render::prepare::PrepareOptions;
 use antumbra_render::sampler::uniform;
+use antumbra_scene::gather::light_shapes;
 use serde::Serialize;
 
 use antumbra_cli::failure::{Failure, Outcome};
@@ -125,12 +125,12 @@ fn scene(
     let subject = Subject::load(path, &typed.subjects, typed.size, screen)?;
     let recorder = &subject.recorder;
     let recorded = record::frame(recorder, &subject.view(0, 1)?, 0, Aim::Middle).batch;
-    let options = PrepareOptions {
+    let options = IndexOptions {
         method: Method::Bvh,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
     let gathered = recorder.gathered();
-    let index = gathered.index(&recorder.scene().lights, &options)?;
+    let index = options.build(gathered.occluders(), light_shapes(&recorder.scene().lights))?;
     let geometry = subject.geometry();
     let rival = embree
         .map(|embree| subject::rival(embree, &geometry, stopwatch))

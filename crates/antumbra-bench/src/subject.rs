@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use antumbra::Method;
+use antumbra::{IndexOptions, Method};
 use antumbra_baselines::embree::{Embree, EmbreeError, EmbreeScene, Geometry};
 use antumbra_geometry::{DVec3, Short};
 use antumbra_render::camera::View;
 use antumbra_render::orbit::camera_of_frame;
-use antumbra_render::prepare::{PrepareOptions, Prepared};
+use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::{Camera, LightKind};
 
 use antumbra_cli::failure::Failure;
@@ -50,11 +50,11 @@ impl Subject {
         }
         scene.lights = vec![scene.lights.swap_remove(typed.light_number)];
         let camera = load::camera(&scene, &file, typed.camera.as_ref(), size, screen)?;
-        let options = PrepareOptions {
+        let options = IndexOptions {
             method: Method::Grid,
             grid: typed.cost.grid.unwrap_or_default(),
             memory_limit: memory::limit(typed.cost.memory_limit),
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         };
         Ok(Self {
             name: path

@@ -8,7 +8,7 @@
 use antumbra_baselines::embree::{Embree, Geometry};
 use antumbra_baselines::{Batch, ShadowMethod};
 use antumbra_geometry::{DVec3, LightShape, Start};
-use antumbra_render::prepare::Gathered;
+use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::generate;
 use antumbra_scene::model::{Color, Light, LightKind, Material, Object, Polygon, Scene, Shape};
 use serde::Serialize;
@@ -286,11 +286,13 @@ mod tests {
                 color: Color::ONE,
                 falls_off: false,
             };
-            let options = antumbra_render::prepare::PrepareOptions {
+            let options = antumbra::IndexOptions {
                 method: antumbra::Method::Grid,
                 ..Default::default()
             };
-            let index = gathered.index(&[light], &options).unwrap();
+            let index = options
+                .build(gathered.occluders(), light_shapes(&[light]))
+                .unwrap();
             let aims = aims(&index, target.light, target.reach);
             assert_eq!(aims.vertices.len(), vertices, "{}", target.name);
             assert_eq!(aims.midpoints.len(), edges, "{}", target.name);

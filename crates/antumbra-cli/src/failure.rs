@@ -3,8 +3,10 @@
 //! In: what went wrong. Out: an exit code by meaning and a report. The codes are part of the
 //! program's interface and listed in `--help`.
 
+use antumbra::BuildError;
 use antumbra_render::prepare::PrepareError;
 use antumbra_scene::ReadError;
+use antumbra_scene::gather::GatherError;
 use miette::MietteDiagnostic;
 
 /// How a run that did not fail ended.
@@ -82,22 +84,34 @@ impl From<ReadError> for Failure {
     }
 }
 
-impl From<PrepareError> for Failure {
-    fn from(error: PrepareError) -> Self {
-        use antumbra::BuildError;
+impl From<GatherError> for Failure {
+    fn from(error: GatherError) -> Self {
+        Self::input(error.to_string(), "")
+    }
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
         let help = match &error {
-            PrepareError::Build(BuildError::Memory { predicted, .. }) => {
+            BuildError::Memory { predicted, .. } => {
                 match predicted.tree > predicted.grid + predicted.values {
                     true => "raise --memory-limit, or use a scene of fewer surfaces",
                     false => "give --grid fewer voxels, or raise --memory-limit",
                 }
             }
-            PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
-            PrepareError::Build(BuildError::Occlusion(refused)) => {
-                crate::commands::kept::help(refused)
-            }
+            BuildError::BadResolution(_) => "give --grid other numbers",
+            BuildError::Occlusion(refused) => crate::commands::kept::help(refused),
             _ => "",
         };
         Self::input(error.to_string(), help)
+    }
+}
+
+impl From<PrepareError> for Failure {
+    fn from(error: PrepareError) -> Self {
+        match error {
+            PrepareError::Gather(error) => error.into(),
+            PrepareError::Build(error) => error.into(),
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use antumbra_geometry::{DVec3, Short};
-use antumbra_render::prepare::emissive_lights;
+use antumbra_scene::gather::emissive_lights;
 use antumbra_scene::model::{Camera, Scene};
 use antumbra_scene::{Lights, read_lights};
 

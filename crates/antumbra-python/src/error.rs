@@ -5,7 +5,7 @@ use antumbra::{BatchError, BuildError, LoadError, OffSurfaces, Refusal, SaveErro
 use antumbra_geometry::{DVec3, Short, SurfaceId};
 use antumbra_render::camera::CameraError;
 use antumbra_render::image_file::ImageFileError;
-use antumbra_render::prepare::PrepareError;
+use antumbra_scene::gather::GatherError;
 use antumbra_scene::{ReadError, ReadErrorKind};
 use pyo3::exceptions::{
     PyFileNotFoundError, PyIndexError, PyMemoryError, PyOSError, PyRuntimeError, PyValueError,
@@ -30,12 +30,9 @@ impl ToPython for ReadError {
     }
 }
 
-impl ToPython for PrepareError {
+impl ToPython for GatherError {
     fn to_python(&self) -> PyErr {
-        match self {
-            Self::Build(error) => error.to_python(),
-            _ => PyValueError::new_err(self.to_string()),
-        }
+        PyValueError::new_err(self.to_string())
     }
 }
 

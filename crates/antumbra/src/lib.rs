@@ -182,8 +182,9 @@ pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates, Surfac
 pub use beam::Targets;
 pub use fraction::{LightSamples, LightSampling, ReceiverSide};
 pub use index::{
-    Answer, BuildError, Builder, Decided, GridResolution, LightError, Method, Prediction,
-    QueryError, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
+    Answer, BuildError, Builder, Decided, GridResolution, IndexOptions, LightError, Method,
+    Prediction, QueryError, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow,
+    ShadowIndex,
 };
 pub use kept::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved, Volume};
 pub use locate::{Nearness, Sample};

@@ -5,12 +5,14 @@
 
 use std::time::Duration;
 
-use antumbra::{GridResolution, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement};
+use antumbra::{
+    GridResolution, IndexOptions, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement,
+};
 use antumbra_baselines::rival::formulas::{self, PaperMemory};
 use antumbra_render::camera::View;
 use antumbra_render::film::{self, Picture, RenderSettings, Show, Watch};
 use antumbra_render::integrator::Tally;
-use antumbra_render::prepare::{PrepareOptions, Prepared};
+use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::Scene;
 
 use super::{GRID, VOXEL_1990};
@@ -62,18 +64,18 @@ impl Subject {
         Self { scene, ..*self }
     }
 
-    fn options(&self, method: Contender) -> PrepareOptions {
-        PrepareOptions {
+    fn options(&self, method: Contender) -> IndexOptions {
+        IndexOptions {
             method: method.method(),
             rays: RayMethod::Grid,
             grid: GridResolution::Fixed([self.grid; 3]),
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         }
     }
 
     /// The same with all values of `voxel` made before.
-    fn eager_options(&self, method: Contender) -> PrepareOptions {
-        PrepareOptions {
+    fn eager_options(&self, method: Contender) -> IndexOptions {
+        IndexOptions {
             refinement: Refinement {
                 refine: Refine::Eager,
                 ..Refinement::default()
@@ -87,7 +89,7 @@ impl Subject {
     fn prepare(
         &self,
         method: Contender,
-        options: &PrepareOptions,
+        options: &IndexOptions,
     ) -> Result<(Prepared, Option<PaperMemory>), Failure> {
         let prepared = Prepared::new(self.scene.clone(), options)?;
         // `hybrid` counts from the eye.
@@ -152,7 +154,7 @@ impl Subject {
 
     /// Returns what the quick check of Paper 7.3 says.
     pub(super) fn quick_check(&self) -> Result<Option<QuickCheckVerdict>, Failure> {
-        let options = PrepareOptions {
+        let options = IndexOptions {
             quick_check: QuickCheck::Report,
             ..self.options(GRID)
         };

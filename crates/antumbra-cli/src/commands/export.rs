@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use antumbra::{Method, Prediction, Volume};
 use antumbra_geometry::{DVec3, Short};
 use antumbra_render::aov::light_names;
-use antumbra_render::prepare::scene_bytes;
+use antumbra_scene::gather::{light_shapes, scene_bytes};
 use antumbra_scene::model::Scene;
 use clap::Args;
 use serde::Serialize;
@@ -75,13 +75,13 @@ pub fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
 fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
     let (gathered, options) = bake::gathered(scene, &typed.cost, Method::Voxel)?;
     let file = typed.occlusion.as_deref();
-    let index = gathered.index_from(&scene.lights, &options, file)?;
+    let index = options.build_from(gathered.occluders(), light_shapes(&scene.lights), file)?;
     if let Some(path) = file {
         kept::tell(&index, &scene.lights, path, screen);
     }
     let nothing = || Failure::input("the scene has no surfaces, so there are no cells", "");
     // Beside what was taken for the index.
-    let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+    let predicted = options.predict(gathered.occluders(), scene.lights.len(), None)?;
     let need = Need {
         scene: scene_bytes(scene),
         surfaces: gathered.memory_bytes(),

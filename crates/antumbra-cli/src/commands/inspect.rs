@@ -1,8 +1,8 @@
 //! `antumbra inspect`: what a scene holds and what its index would cost.
 
-use antumbra::{Method, Refine};
+use antumbra::{IndexOptions, Method, Refine};
 use antumbra_geometry::{Element, ElementKind, Opacity, Short};
-use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
+use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_scene::model::{LightKind, Scene};
 
 use crate::failure::{Failure, Outcome};
@@ -25,12 +25,12 @@ pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     };
     need.check(limit)?;
     let gathered = Gathered::of(&scene)?;
-    let options = |method| PrepareOptions {
+    let options = |method| IndexOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
         refinement: typed.cost.refinement(Refine::Eager),
         memory_limit: limit,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
     contents(&scene, &gathered, screen);
 
@@ -39,7 +39,7 @@ pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     row(screen, "memory, surfaces", format_bytes(surface_bytes));
     for shadows in Shadows::ALL {
         let options = options(shadows.method());
-        let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+        let predicted = options.predict(gathered.occluders(), scene.lights.len(), None)?;
         let bytes = predicted.total();
         row(
             screen,
@@ -49,7 +49,7 @@ pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     }
     row(screen, "memory limit", format_bytes(limit));
 
-    let [x, y, z] = gathered.resolve_grid(&options(Method::default()))?;
+    let [x, y, z] = options(Method::default()).resolve_grid(gathered.occluders())?;
     row(screen, "grid", format!("{x} x {y} x {z}"));
     Ok(Outcome::Done)
 }

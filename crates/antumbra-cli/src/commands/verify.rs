@@ -16,9 +16,10 @@ mod tally;
 
 use std::ops::Range;
 
-use antumbra::{Answer, Counters, Method, QueryError, Refine, Shadow, ShadowIndex};
+use antumbra::{Answer, Counters, IndexOptions, Method, QueryError, Refine, Shadow, ShadowIndex};
 use antumbra_geometry::Start;
-use antumbra_render::prepare::{Gathered, PrepareOptions, StandIn};
+use antumbra_render::prepare::StandIn;
+use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 use rayon::prelude::*;
 
@@ -63,7 +64,7 @@ fn work(
     let gathered = Gathered::of(&scene)?;
     if typed.more_lights > 0 {
         let options = options(typed, Method::Bvh, memory::limit(typed.cost.memory_limit));
-        let index = gathered.index(&scene.lights, &options)?;
+        let index = options.build(gathered.occluders(), light_shapes(&scene.lights))?;
         let surfaces = Surfaces::new(&scene, &gathered, &index);
         let more = lights::more(typed.more_lights, typed.seed, &surfaces);
         scene.lights.extend(more);
@@ -125,13 +126,13 @@ fn work(
     })
 }
 
-fn options(typed: &Verify, method: Method, memory_limit: u64) -> PrepareOptions {
-    PrepareOptions {
+fn options(typed: &Verify, method: Method, memory_limit: u64) -> IndexOptions {
+    IndexOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
         refinement: typed.cost.refinement(Refine::Eager),
         memory_limit,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     }
 }
 
@@ -147,9 +148,9 @@ impl Built<'_> {
     fn index(&mut self, method: Method) -> Result<ShadowIndex, Failure> {
         let options = options(self.typed, method, self.memory_left);
         let lights = &self.scene.lights;
-        let predicted = self.gathered.predict(lights.len(), &options, None)?;
+        let predicted = options.predict(self.gathered.occluders(), lights.len(), None)?;
         let taken = predicted.total().min(self.memory_left);
-        let index = self.gathered.index(lights, &options)?;
+        let index = options.build(self.gathered.occluders(), light_shapes(lights))?;
         self.memory_left = self.memory_left.saturating_sub(taken);
         Ok(index)
     }

@@ -1,106 +1,34 @@
 //! Scene meets accelerator: the only place.
 //!
-//! In: a [`Scene`]. Out: [`Gathered`] (its surfaces, and which object each came from), then
-//! [`Prepared`] (with the shadow index). Invariant: elements are numbered in the order of the
-//! file: each polygon, each face of a mesh, each sphere, cone and disk is one element, unless its
-//! alpha says that it is nowhere there. A surface blocks as its material's
-//! [`shadow_kind`](antumbra_scene::model::Material::shadow_kind) says.
+//! In: a [`Scene`] and its surfaces ([`Gathered`]). Out: [`Prepared`], with the shadow index.
 //!
 //! | module | what |
 //! |---|---|
-//! | `gathered` | objects become numbered surfaces |
-//! | `masks` | masks become holes |
-//! | `emissive` | surfaces that emit become lights with size |
 //! | `surface` | what a hit looks like: normals, texture, coverage |
-//! | `memory` | what all this takes |
 //! | `stand_in` | another method in the place of the index, for comparisons |
 
-mod emissive;
-mod gathered;
-mod masks;
-mod memory;
 mod stand_in;
 mod surface;
 
 use std::path::Path;
 
-use antumbra::{
-    Answer, BuildError, Counters, GridResolution, Method, QueryError, QuickCheck, RayMethod,
-    Refinement, ShadowIndex,
-};
-use antumbra_geometry::{OccludersError, Start};
+use antumbra::{Answer, BuildError, Counters, IndexOptions, QueryError, ShadowIndex};
+use antumbra_geometry::Start;
+use antumbra_scene::gather::{GatherError, Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 
-pub use emissive::emissive_lights;
-pub use gathered::{Gathered, Place};
-pub use memory::{scene_bytes, surface_bytes};
 pub use stand_in::StandIn;
 pub use surface::Look;
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
-    /// An object's numbers are out of range.
-    #[error("object {object}{}: {source}", named(name))]
-    BadObject {
-        /// Index into [`Scene::objects`].
-        object: usize,
-        /// The object's name, may be empty.
-        name: String,
-        /// What is wrong.
-        source: OccludersError,
-    },
-    /// An object names a material, a texture, a position or a face end that is not there.
-    #[error("object {object}{}: {what} is out of range", named(name))]
-    BadIndex {
-        /// Index into [`Scene::objects`].
-        object: usize,
-        /// The object's name, may be empty.
-        name: String,
-        /// Which index it is.
-        what: &'static str,
-    },
+    /// The surfaces of the scene cannot be gathered.
+    #[error(transparent)]
+    Gather(#[from] GatherError),
     /// The index refuses the lights or a setting, or needs too much memory.
     #[error(transparent)]
     Build(#[from] BuildError),
-}
-
-fn named(name: &str) -> String {
-    if name.is_empty() {
-        String::new()
-    } else {
-        format!(" ({name})")
-    }
-}
-
-/// How a scene is accelerated.
-#[derive(Clone, Copy, Debug)]
-pub struct PrepareOptions {
-    /// How shadow queries are answered.
-    pub method: Method,
-    /// What finds nearest hits.
-    pub rays: RayMethod,
-    /// How fine the grid is.
-    pub grid: GridResolution,
-    /// What the quick check of Paper 7.3 does.
-    pub quick_check: QuickCheck,
-    /// How far the values of [`Method::Voxel`] are refined.
-    pub refinement: Refinement,
-    /// Most bytes that grid, tree and values may take.
-    pub memory_limit: u64,
-}
-
-impl Default for PrepareOptions {
-    fn default() -> Self {
-        Self {
-            method: Method::default(),
-            rays: RayMethod::default(),
-            grid: GridResolution::default(),
-            quick_check: QuickCheck::default(),
-            refinement: Refinement::default(),
-            memory_limit: u64::MAX,
-        }
-    }
 }
 
 /// A scene ready to be looked at: its data, its surfaces and its shadow index.
@@ -119,7 +47,7 @@ impl Prepared {
     /// # Errors
     /// The scene or a setting is out of range, or the memory limit is too small; the need is
     /// predicted and compared before any of it is taken.
-    pub fn new(scene: Scene, options: &PrepareOptions) -> Result<Self, PrepareError> {
+    pub fn new(scene: Scene, options: &IndexOptions) -> Result<Self, PrepareError> {
         let gathered = Gathered::of(&scene)?;
         Self::of_gathered(scene, gathered, options)
     }
@@ -132,23 +60,24 @@ impl Prepared {
     pub fn of_gathered(
         scene: Scene,
         gathered: Gathered,
-        options: &PrepareOptions,
+        options: &IndexOptions,
     ) -> Result<Self, PrepareError> {
         Self::of_gathered_from(scene, gathered, options, None)
     }
 
     /// Builds the index as [`Prepared::of_gathered`] does, with the values that a file has of the lights
-    /// ([`Gathered::index_from`]).
+    /// ([`IndexOptions::build_from`]).
     ///
     /// # Errors
     /// As [`Prepared::new`], or the file is refused.
     pub fn of_gathered_from(
         scene: Scene,
         gathered: Gathered,
-        options: &PrepareOptions,
+        options: &IndexOptions,
         occlusion: Option<&Path>,
     ) -> Result<Self, PrepareError> {
-        let index = gathered.index_from(&scene.lights, options, occlusion)?;
+        let lights = light_shapes(&scene.lights);
+        let index = options.build_from(gathered.occluders(), lights, occlusion)?;
         Ok(Self {
             scene,
             gathered,

@@ -4,6 +4,7 @@ mod answer;
 mod ask;
 mod builder;
 mod lights;
+mod options;
 mod predict;
 mod settings;
 
@@ -25,6 +26,7 @@ use self::predict::Asked;
 pub use answer::{Answer, Decided, QueryError, Shadow};
 pub use builder::{BuildError, Builder};
 pub use lights::LightError;
+pub use options::IndexOptions;
 pub use predict::Prediction;
 pub use settings::{
     GridResolution, Method, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement,

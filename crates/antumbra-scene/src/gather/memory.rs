@@ -6,8 +6,8 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use crate::model::{AreaLight, Mesh, Object, Scene, ShadowKind, Shape};
 use antumbra_geometry::{AreaShape, OccludersBuilder};
-use antumbra_scene::model::{AreaLight, Mesh, Object, Scene, ShadowKind, Shape};
 
 /// Bytes that texture coordinates add to a triangle of a face with holes, with the share of a vector
 /// that doubles when it is full.
@@ -148,8 +148,8 @@ pub fn surface_bytes(scene: &Scene) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Corner, Material};
     use antumbra_geometry::DVec3;
-    use antumbra_scene::model::{Corner, Material};
 
     #[test]
     fn what_is_predicted_suffices() {
@@ -173,7 +173,7 @@ mod tests {
             ..Scene::default()
         };
         assert!(scene_bytes(&scene) >= 3000 * (24 + 12) + 4000);
-        let gathered = super::super::Gathered::of(&scene).unwrap();
+        let gathered = crate::gather::Gathered::of(&scene).unwrap();
         let taken = gathered.memory_bytes();
         let predicted = surface_bytes(&scene);
         assert!(predicted >= taken, "{predicted} < {taken}");

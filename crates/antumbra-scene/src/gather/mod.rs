@@ -1,19 +1,37 @@
-//! Objects become numbered surfaces.
+//! From a scene to surfaces that block light: objects become numbered surfaces.
+//!
+//! In: a [`Scene`]. Out: [`Gathered`]: its surfaces, and which object each came from. Invariant: elements are numbered
+//! in the order of the file: each polygon, each face of a mesh, each sphere, cone and disk is one element, unless its
+//! alpha says that it is nowhere there. A surface blocks as its material's
+//! [`shadow_kind`](crate::model::Material::shadow_kind) says.
+//!
+//! | module | what |
+//! |---|---|
+//! | `masks` | masks become holes |
+//! | `emissive` | surfaces that emit become lights with size |
+//! | `memory` | what all this takes |
 
-use std::path::Path;
+mod emissive;
+mod error;
+mod faces;
+mod masks;
+mod memory;
+
 use std::sync::Arc;
 
-use antumbra::{Prediction, ShadowIndex};
+use crate::model::{Corner, Light, LightKind, Mesh, Object, Scene, ShadowKind, Shape};
 use antumbra_geometry::{
     CoverageId, DVec3, ElementId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity,
     SurfaceId,
 };
-use antumbra_scene::model::{Corner, Light, LightKind, Mesh, Object, Scene, ShadowKind, Shape};
 use antumbra_task::checked;
 
-use super::masks::Masks;
-use super::memory::Sizes;
-use super::{PrepareError, PrepareOptions};
+pub use emissive::emissive_lights;
+pub use error::GatherError;
+pub use faces::face_of;
+use masks::Masks;
+use memory::Sizes;
+pub use memory::{scene_bytes, surface_bytes};
 
 /// Where in the scene an element comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +45,7 @@ pub struct Place {
 /// A scene's surfaces, numbered, before anything is built over them.
 #[derive(Clone, Debug)]
 pub struct Gathered {
-    pub(super) occluders: Arc<Occluders>,
+    occluders: Arc<Occluders>,
     runs: Vec<Run>,
 }
 
@@ -44,7 +62,7 @@ impl Gathered {
     ///
     /// # Errors
     /// A number or an index of the scene is out of range.
-    pub fn of(scene: &Scene) -> Result<Self, PrepareError> {
+    pub fn of(scene: &Scene) -> Result<Self, GatherError> {
         let mut gathering = Gathering {
             scene,
             builder: Occluders::builder(),
@@ -62,12 +80,12 @@ impl Gathered {
         for (number, object) in checked(scene.objects.iter().enumerate()) {
             let name = || object.name.clone();
             gathering.add(number, object).map_err(|bad| match bad {
-                Bad::Shape(source) => PrepareError::BadObject {
+                Bad::Shape(source) => GatherError::BadObject {
                     object: number,
                     name: name(),
                     source,
                 },
-                Bad::Index(what) => PrepareError::BadIndex {
+                Bad::Index(what) => GatherError::BadIndex {
                     object: number,
                     name: name(),
                     what,
@@ -81,82 +99,13 @@ impl Gathered {
     }
 
     /// Returns the surfaces.
-    pub fn occluders(&self) -> &Occluders {
+    pub fn occluders(&self) -> &Arc<Occluders> {
         &self.occluders
     }
 
     /// Returns the bytes that surfaces take, and what says where they come from.
     pub fn memory_bytes(&self) -> u64 {
         self.occluders.memory_bytes() + (self.runs.capacity() * size_of::<Run>()) as u64
-    }
-
-    /// Returns the bytes that grid, tree and values will take at their height, before any is taken; with so many
-    /// queries of each light, or any number if that is not said.
-    ///
-    /// # Errors
-    /// A setting is out of range.
-    pub fn predict(
-        &self,
-        light_count: usize,
-        options: &PrepareOptions,
-        query_count: Option<u64>,
-    ) -> Result<Prediction, PrepareError> {
-        Ok(ShadowIndex::predict(
-            &self.occluders,
-            light_count,
-            options.grid,
-            (options.method, options.rays),
-            options.refinement,
-            query_count,
-        )?)
-    }
-
-    /// Returns the voxels along x, y and z that the grid will have.
-    ///
-    /// # Errors
-    /// A setting is out of range.
-    pub fn resolve_grid(&self, options: &PrepareOptions) -> Result<[u32; 3], PrepareError> {
-        Ok(ShadowIndex::resolve_grid(&self.occluders, options.grid)?)
-    }
-
-    /// Builds an index over the surfaces for `lights`.
-    ///
-    /// # Errors
-    /// A light or a setting is out of range, or the memory limit is too small.
-    pub fn index(
-        &self,
-        lights: &[Light],
-        options: &PrepareOptions,
-    ) -> Result<ShadowIndex, PrepareError> {
-        self.index_from(lights, options, None)
-    }
-
-    /// Builds an index over the surfaces for `lights`, with the values that a file has of them
-    /// ([`antumbra::Builder::occlusion_file`]). Their power and colour play no part.
-    ///
-    /// # Errors
-    /// As [`Gathered::index`], or the file is refused.
-    pub fn index_from(
-        &self,
-        lights: &[Light],
-        options: &PrepareOptions,
-        occlusion: Option<&Path>,
-    ) -> Result<ShadowIndex, PrepareError> {
-        let shapes = lights
-            .iter()
-            .map(|light| light_shape(&light.kind))
-            .collect();
-        let mut builder = ShadowIndex::builder(Arc::clone(&self.occluders), shapes)
-            .method(options.method)
-            .rays(options.rays)
-            .grid(options.grid)
-            .quick_check(options.quick_check)
-            .refinement(options.refinement)
-            .memory_limit(options.memory_limit);
-        if let Some(path) = occlusion {
-            builder = builder.occlusion_file(path);
-        }
-        Ok(builder.build()?)
     }
 
     /// Returns where the element of a surface comes from.
@@ -170,6 +119,14 @@ impl Gathered {
             face: element - first,
         }
     }
+}
+
+/// Returns the shapes of lights, in order.
+pub fn light_shapes(lights: &[Light]) -> Vec<LightShape> {
+    lights
+        .iter()
+        .map(|light| light_shape(&light.kind))
+        .collect()
 }
 
 /// Returns the shape of a light: a spot is a point, its cone is power (Paper 7.1).
@@ -318,14 +275,4 @@ impl Gathering<'_> {
         }
         Ok(mesh.face_ends.len())
     }
-}
-
-/// Returns the corners of face `face`, or `None` if the ends are out of range or order.
-pub(super) fn face_of(mesh: &Mesh, face: usize) -> Option<&[Corner]> {
-    let start = if face == 0 {
-        0
-    } else {
-        *mesh.face_ends.get(face - 1)? as usize
-    };
-    mesh.corners.get(start..*mesh.face_ends.get(face)? as usize)
 }

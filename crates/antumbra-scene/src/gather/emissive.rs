@@ -6,17 +6,17 @@
 
 use std::sync::Arc;
 
+use crate::model::{AreaLight, Color, Material, Object, Scene, Shape};
 use antumbra_geometry::{AreaError, AreaShape, MeshLight};
-use antumbra_scene::model::{AreaLight, Color, Material, Object, Scene, Shape};
 
-use super::{Gathered, PrepareError};
+use super::{GatherError, Gathered};
 
 /// Returns the lights that emitting faces are, one an object that has any. Such a light is physical: its radiance is
 /// the material's emission, over whole faces, whatever their alpha. It is two-sided where the material is.
 ///
 /// # Errors
 /// An object's numbers are out of range, as for [`Gathered::of`].
-pub fn emissive_lights(scene: &Scene) -> Result<Vec<AreaLight>, PrepareError> {
+pub fn emissive_lights(scene: &Scene) -> Result<Vec<AreaLight>, GatherError> {
     let mut lights = Vec::new();
     for (number, object) in scene.objects.iter().enumerate() {
         antumbra_task::check();
@@ -42,7 +42,7 @@ pub fn emissive_lights(scene: &Scene) -> Result<Vec<AreaLight>, PrepareError> {
             // What has no area gives no light; gathering has refused other faults.
             Err(AreaError::NoSize { .. }) => {}
             Err(_) => {
-                return Err(PrepareError::BadIndex {
+                return Err(GatherError::BadIndex {
                     object: number,
                     name: object.name.clone(),
                     what: "a corner",
@@ -54,7 +54,7 @@ pub fn emissive_lights(scene: &Scene) -> Result<Vec<AreaLight>, PrepareError> {
 }
 
 /// Returns the triangles that an object's faces become among the surfaces.
-fn triangles_of(object: &Object) -> Result<Vec<[antumbra_geometry::DVec3; 3]>, PrepareError> {
+fn triangles_of(object: &Object) -> Result<Vec<[antumbra_geometry::DVec3; 3]>, GatherError> {
     let alone = Scene {
         materials: vec![Material::default()],
         objects: vec![Object {
@@ -72,15 +72,15 @@ fn triangles_of(object: &Object) -> Result<Vec<[antumbra_geometry::DVec3; 3]>, P
 }
 
 /// Returns an error about the object by its place in the whole scene.
-fn at_object(error: PrepareError, number: usize, object: &Object) -> PrepareError {
+fn at_object(error: GatherError, number: usize, object: &Object) -> GatherError {
     let name = object.name.clone();
     match error {
-        PrepareError::BadObject { source, .. } => PrepareError::BadObject {
+        GatherError::BadObject { source, .. } => GatherError::BadObject {
             object: number,
             name,
             source,
         },
-        PrepareError::BadIndex { what, .. } => PrepareError::BadIndex {
+        GatherError::BadIndex { what, .. } => GatherError::BadIndex {
             object: number,
             name,
             what,

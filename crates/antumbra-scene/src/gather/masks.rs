@@ -7,8 +7,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::model::{Alpha, Filter, Material, Scene, Texture, Wrap};
 use antumbra_geometry::{Coverage, CoverageId, OccludersBuilder};
-use antumbra_scene::model::{Alpha, Filter, Material, Scene, Texture, Wrap};
 
 /// A masked material over its texture.
 #[derive(Debug)]
