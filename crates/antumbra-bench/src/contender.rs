@@ -1,6 +1,6 @@
 //! Who is measured, by the names that are typed: our methods, then the rivals of the paper's time.
 
-use antumbra::{Answer, Counters, IndexOptions, Method, QueryError, ShadowIndex};
+use antumbra::{Answer, Counters, Method, QueryError, ShadowIndex};
 use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
 use antumbra_cli::methods::Shadows;
 use antumbra_geometry::{DVec3, Start};
@@ -117,6 +117,7 @@ impl StandIn for RivalStandIn {
 
 #[cfg(test)]
 mod tests {
+    use antumbra::IndexOptions;
     use antumbra_render::camera::View;
     use antumbra_render::film::{self, RenderSettings, Rendered, Watch};
     use antumbra_render::prepare::Prepared;

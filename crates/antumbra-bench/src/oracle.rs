@@ -13,6 +13,7 @@ use antumbra_baselines::IndexMethod;
 use antumbra_geometry::{Bounds, DVec3, Ray, Start};
 use antumbra_render::prepare::Prepared;
 use antumbra_render::sampler::uniform;
+use antumbra_scene::gather::light_shapes;
 use antumbra_scene::model::Facing;
 use rayon::prelude::*;
 
@@ -66,9 +67,8 @@ pub(super) fn capped(
             refinement,
             ..IndexOptions::default()
         };
-        let index = recorder
-            .gathered()
-            .index(&recorder.scene().lights, &options)?;
+        let lights = light_shapes(&recorder.scene().lights);
+        let index = options.build(recorder.gathered().occluders(), lights)?;
         let value_bytes = index.occlusion_bytes();
         let decisions = IndexMethod::new("voxel", index).decisions(&coherent.batch);
         let query_count = coherent.batch.starts.len().max(1);

@@ -4,7 +4,7 @@
 //! recorded where the integrator asks one about what a pixel shows first: the surface faces the
 //! light and the light shines there.
 
-use antumbra::{IndexOptions, Shadow};
+use antumbra::Shadow;
 use antumbra_baselines::Batch;
 use antumbra_geometry::{DVec3, Start};
 use antumbra_render::camera::View;
@@ -143,6 +143,7 @@ fn answers(prepared: &Prepared, batch: &Batch) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use antumbra::IndexOptions;
 
     #[test]
     fn sets_hold_the_same_queries_and_free_points_lie_off_surfaces() {

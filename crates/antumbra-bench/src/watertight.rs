@@ -8,7 +8,7 @@
 use antumbra_baselines::embree::{Embree, Geometry};
 use antumbra_baselines::{Batch, ShadowMethod};
 use antumbra_geometry::{DVec3, LightShape, Start};
-use antumbra_scene::gather::{Gathered, light_shapes};
+use antumbra_scene::gather::Gathered;
 use antumbra_scene::generate;
 use antumbra_scene::model::{Color, Light, LightKind, Material, Object, Polygon, Scene, Shape};
 use serde::Serialize;
@@ -270,6 +270,7 @@ fn file(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use antumbra_scene::gather::light_shapes;
 
     #[test]
     fn built_in_meshes_have_the_inner_vertices_they_should() {

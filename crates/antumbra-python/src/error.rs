@@ -5,6 +5,7 @@ use antumbra::{BatchError, BuildError, LoadError, OffSurfaces, Refusal, SaveErro
 use antumbra_geometry::{DVec3, Short, SurfaceId};
 use antumbra_render::camera::CameraError;
 use antumbra_render::image_file::ImageFileError;
+use antumbra_render::prepare::PrepareError;
 use antumbra_scene::gather::GatherError;
 use antumbra_scene::{ReadError, ReadErrorKind};
 use pyo3::exceptions::{
@@ -26,6 +27,15 @@ impl ToPython for ReadError {
             ReadErrorKind::OverLimit { .. } => PyMemoryError::new_err(self.to_string()),
             ReadErrorKind::Io(_) => PyOSError::new_err(self.to_string()),
             _ => PyValueError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl ToPython for PrepareError {
+    fn to_python(&self) -> PyErr {
+        match self {
+            Self::Gather(error) => error.to_python(),
+            Self::Build(error) => error.to_python(),
         }
     }
 }

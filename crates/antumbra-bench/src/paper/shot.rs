@@ -127,7 +127,7 @@ impl Subject {
                 tally: rendered.tally,
                 picture: rendered.picture,
                 bytes_per_light: prepared.bytes_per_light(),
-                paper_memory: own_memory.or_else(|| rival_memory),
+                paper_memory: own_memory.or(rival_memory),
             }
         };
         let first = shoot(&prepared, prepare);

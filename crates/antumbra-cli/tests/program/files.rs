@@ -143,7 +143,7 @@ fn no_command_overwrites_what_it_reads() {
         "4",
     ];
     let render = ["render", scene, "--size", "8x8"];
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 16] = [
         (&query, &["-o", points]),
         (&query, &["-o", &round]),
         (&query, &["-o", &normals]),

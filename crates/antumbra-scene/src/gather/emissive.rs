@@ -85,6 +85,5 @@ fn at_object(error: GatherError, number: usize, object: &Object) -> GatherError 
             name,
             what,
         },
-        other => other,
     }
 }

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use antumbra_geometry::{LightShape, Occluders};
 
 use super::ShadowIndex;
-use super::builder::{BuildError, Builder};
-use super::predict::Prediction;
-use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
+use super::builder::Builder;
+use super::prediction::Prediction;
+use super::refused::BuildError;
+use crate::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 
 /// Settings of an index, as plain data: what a [`Builder`] is told one by one.
 #[derive(Clone, Copy, Debug)]
