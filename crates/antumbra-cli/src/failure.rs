@@ -3,16 +3,18 @@
 //! In: what went wrong. Out: an exit code by meaning and a report. The codes are part of the
 //! program's interface and listed in `--help`.
 
+use antumbra::BuildError;
 use antumbra_render::prepare::PrepareError;
 use antumbra_scene::ReadError;
+use antumbra_scene::gather::GatherError;
 use miette::MietteDiagnostic;
 
 /// How a run that did not fail ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
+pub enum Outcome {
     /// As asked.
     Done,
-    /// `verify` or `bench` found answers that differ.
+    /// Answers that differ were found.
     Differences,
     /// Stopped by a signal, which says the exit code.
     Interrupted,
@@ -20,7 +22,7 @@ pub(crate) enum Outcome {
 
 /// Why a run failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// What was given cannot be used: code 2, as for usage errors.
     Input {
         /// What, where, and what was expected.
@@ -37,7 +39,7 @@ pub(crate) enum Failure {
 
 impl Failure {
     /// Makes a failure of what was given.
-    pub(crate) fn input(message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub fn input(message: impl Into<String>, help: impl Into<String>) -> Self {
         let help = help.into();
         Self::Input {
             message: message.into(),
@@ -46,13 +48,13 @@ impl Failure {
     }
 
     /// Makes a failure of the system.
-    pub(crate) fn system(message: impl Into<String>) -> Self {
+    pub fn system(message: impl Into<String>) -> Self {
         Self::System {
             message: message.into(),
         }
     }
 
-    pub(crate) fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input { .. } => 2,
             Self::System { .. } => 3,
@@ -60,7 +62,7 @@ impl Failure {
     }
 
     /// Returns the failure in the form that `miette` draws.
-    pub(crate) fn diagnostic(&self) -> MietteDiagnostic {
+    pub fn diagnostic(&self) -> MietteDiagnostic {
         match self {
             Self::Input {
                 message,
@@ -82,23 +84,34 @@ impl From<ReadError> for Failure {
     }
 }
 
-impl From<PrepareError> for Failure {
-    fn from(error: PrepareError) -> Self {
-        use antumbra::BuildError;
+impl From<GatherError> for Failure {
+    fn from(error: GatherError) -> Self {
+        Self::input(error.to_string(), "")
+    }
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
         let help = match &error {
-            PrepareError::Build(BuildError::Memory { predicted, .. }) => {
+            BuildError::Memory { predicted, .. } => {
                 match predicted.tree > predicted.grid + predicted.values {
                     true => "raise --memory-limit, or use a scene of fewer surfaces",
                     false => "give --grid fewer voxels, or raise --memory-limit",
                 }
             }
-            PrepareError::Build(BuildError::BadResolution(_)) => "give --grid other numbers",
-            PrepareError::Rival(_) => "raise --memory-limit, or choose another method",
-            PrepareError::Build(BuildError::Occlusion(refused)) => {
-                crate::commands::kept::help(refused)
-            }
+            BuildError::BadResolution(_) => "give --grid other numbers",
+            BuildError::Occlusion(refused) => crate::commands::kept::help(refused),
             _ => "",
         };
         Self::input(error.to_string(), help)
+    }
+}
+
+impl From<PrepareError> for Failure {
+    fn from(error: PrepareError) -> Self {
+        match error {
+            PrepareError::Gather(error) => error.into(),
+            PrepareError::Build(error) => error.into(),
+        }
     }
 }

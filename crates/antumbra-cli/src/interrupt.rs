@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_millis(700);
 
 /// The work that signals stop.
 #[derive(Clone, Debug)]
-pub(crate) struct Interrupt {
+pub struct Interrupt {
     task: Task,
     /// Whether there is a partial result worth keeping.
     is_worth_keeping: Arc<AtomicBool>,
@@ -32,7 +32,7 @@ pub(crate) struct Interrupt {
 
 impl Interrupt {
     /// Takes over the signals for the whole process.
-    pub(crate) fn install(task: Task, shown: Shown) -> Result<Self, Failure> {
+    pub fn install(task: Task, shown: Shown) -> Result<Self, Failure> {
         let interrupt = Self {
             task,
             is_worth_keeping: Arc::default(),
@@ -49,7 +49,7 @@ impl Interrupt {
     }
 
     /// Returns the exit code of a process that a signal ended, as shells have it: 128 and its number.
-    pub(crate) fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         128 + self.signal.load(Ordering::SeqCst)
     }
 
@@ -74,7 +74,7 @@ impl Interrupt {
     }
 
     /// Says that from now on there is a partial result, which signals shall leave behind.
-    pub(crate) fn keep_partial_results(&self) {
+    pub fn keep_partial_results(&self) {
         self.is_worth_keeping.store(true, Ordering::SeqCst);
     }
 
@@ -86,7 +86,7 @@ impl Interrupt {
     }
 
     /// Returns the work that is stopped.
-    pub(crate) fn task(&self) -> &Task {
+    pub fn task(&self) -> &Task {
         &self.task
     }
 }

@@ -4,29 +4,45 @@
 //! `typed` (with the small values' parsers in `values`), what was meant is made of it by the
 //! sub-commands under `commands`, and all printing is in `screen`. Absent here: rules of
 //! geometry and of shadows.
+//!
+//! The modules are public for `antumbra-bench`, which is not published, and for nobody else: they may change at any
+//! time.
 
-mod commands;
-mod failure;
-mod interrupt;
-mod light_values;
-mod load;
-mod machine;
-mod memory;
-mod methods;
-mod outputs;
-mod scene_source;
-mod screen;
-mod typed;
-mod values;
+#[doc(hidden)]
+pub mod commands;
+#[doc(hidden)]
+pub mod failure;
+#[doc(hidden)]
+pub mod interrupt;
+#[doc(hidden)]
+pub mod light_values;
+#[doc(hidden)]
+pub mod load;
+#[doc(hidden)]
+pub mod machine;
+#[doc(hidden)]
+pub mod memory;
+#[doc(hidden)]
+pub mod methods;
+#[doc(hidden)]
+pub mod outputs;
+#[doc(hidden)]
+pub mod scene_source;
+#[doc(hidden)]
+pub mod screen;
+#[doc(hidden)]
+pub mod typed;
+#[doc(hidden)]
+pub mod values;
 
 use std::ffi::OsString;
 
 use antumbra_task::Task;
-use clap::Parser as _;
 
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::screen::Screen;
-use crate::typed::{Command, Typed};
+use crate::typed::{Command, Typed, Verbosity};
 
 /// Returns the most bytes that this process should take where nobody says how many: three quarters of the
 /// machine's memory, or of its container's.
@@ -43,7 +59,23 @@ where
     I: IntoIterator,
     I::Item: Into<OsString> + Clone,
 {
-    let typed = match Typed::try_parse_from(command_line) {
+    run_typed(command_line, |typed: &Typed| typed.verbosity, do_command)
+}
+
+/// Runs a program of this kind: parses the command line, installs the signals and prints how it ends. Returns the exit
+/// code.
+#[doc(hidden)]
+pub fn run_typed<T, I>(
+    command_line: I,
+    verbosity: impl FnOnce(&T) -> Verbosity,
+    work: impl FnOnce(&T, &Screen, &Interrupt) -> Result<Outcome, Failure>,
+) -> u8
+where
+    T: clap::Parser,
+    I: IntoIterator,
+    I::Item: Into<OsString> + Clone,
+{
+    let typed = match T::try_parse_from(command_line) {
         Ok(typed) => typed,
         // Bad usage, with code 2, or help, with code 0.
         Err(said) => {
@@ -58,11 +90,12 @@ where
             };
         }
     };
-    let screen = Screen::new(typed.quiet, typed.verbose);
+    let Verbosity { quiet, verbose } = verbosity(&typed);
+    let screen = Screen::new(quiet, verbose);
     let bars = screen.bars();
     let task = Task::with_progress(move |stage, done, count| bars.tell(stage, done, count));
-    let done = interrupt::Interrupt::install(task.clone(), screen.shown()).and_then(|interrupt| {
-        let done = task.run(|| do_command(&typed.command, &screen, &interrupt));
+    let done = Interrupt::install(task.clone(), screen.shown()).and_then(|interrupt| {
+        let done = task.run(|| work(&typed, &screen, &interrupt));
         screen.shown().clear();
         let code = match done.unwrap_or(Ok(Outcome::Interrupted))? {
             Outcome::Done => 0,
@@ -77,20 +110,15 @@ where
     })
 }
 
-fn do_command(
-    command: &Command,
-    screen: &Screen,
-    interrupt: &interrupt::Interrupt,
-) -> Result<Outcome, Failure> {
-    match command {
+fn do_command(typed: &Typed, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
+    match &typed.command {
         Command::Render(typed) => commands::render::run(typed, screen, interrupt),
         Command::Inspect(typed) => commands::inspect::run(typed, screen),
-        Command::Verify(typed) => commands::verify::run(typed, screen),
+        Command::Verify(typed) => commands::verify::run(typed, Vec::new(), screen),
         Command::Query(typed) => commands::query::run(typed, screen),
         Command::Bake(typed) => commands::bake::run(typed, screen),
         Command::Export(typed) => commands::export::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),
         Command::Convert(typed) => commands::convert::run(typed, screen),
-        Command::Bench(typed) => commands::bench::run(typed, screen, interrupt),
     }
 }

@@ -10,12 +10,12 @@ use antumbra_scene::model::{AreaLight, Color, Light, LightKind};
 use crate::values::{self, PointLight, number, numbers, triple};
 
 /// The patterns of `--light`.
-pub(crate) const PATTERNS: &str = "point:X,Y,Z; spot:X,Y,Z/AXIS/INNER,OUTER with half-angles in degrees; with size \
+pub const PATTERNS: &str = "point:X,Y,Z; spot:X,Y,Z/AXIS/INNER,OUTER with half-angles in degrees; with size \
      area:CENTER/EDGE1/EDGE2, disk:CENTER/NORMAL/RADIUS, sphere:X,Y,Z,RADIUS, segment:END/END, sky:R,G,B";
 
 /// A light as typed.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum LightValue {
+pub enum LightValue {
     Point(PointLight),
     Spot {
         kind: LightKind,
@@ -32,14 +32,14 @@ pub(crate) enum LightValue {
 }
 
 /// A light of the scene, of either kind.
-pub(crate) enum SceneLight {
+pub enum SceneLight {
     Plain(Light),
     Area(AreaLight),
 }
 
 impl LightValue {
     /// Returns the light for a scene.
-    pub(crate) fn into_light(self, name: String, up: DVec3) -> Result<SceneLight, AreaError> {
+    pub fn into_light(self, name: String, up: DVec3) -> Result<SceneLight, AreaError> {
         let plain = |name, kind, color| {
             SceneLight::Plain(Light {
                 name,
@@ -68,7 +68,7 @@ impl LightValue {
 }
 
 /// Reads a light of any kind.
-pub(crate) fn light(text: &str) -> Result<LightValue, String> {
+pub fn light(text: &str) -> Result<LightValue, String> {
     let Some((kind, rest)) = text.split_once(':') else {
         return Err(format!("expected {PATTERNS}"));
     };

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use antumbra_geometry::{DVec3, Short};
-use antumbra_render::prepare::emissive_lights;
+use antumbra_scene::gather::emissive_lights;
 use antumbra_scene::model::{Camera, Scene};
 use antumbra_scene::{Lights, read_lights};
 
@@ -24,17 +24,17 @@ const DEFAULT_FOV_DEGREES: f64 = 45.0;
 
 /// A scene that can be lit.
 #[derive(Debug)]
-pub(crate) struct LitScene {
-    pub(crate) scene: Scene,
+pub struct LitScene {
+    pub scene: Scene,
     /// How long reading took.
-    pub(crate) load_time: Duration,
+    pub load_time: Duration,
     /// The files that it was read from.
-    pub(crate) files: Vec<PathBuf>,
+    pub files: Vec<PathBuf>,
 }
 
 /// Reads a scene and settles its lights: as typed, else the file's, else a sun. Settles what is
 /// behind everything, too. Refuses to go on where one of the outputs is a file of the scene.
-pub(crate) fn lit_scene(
+pub fn lit_scene(
     typed: &SceneFile,
     cost: &IndexCost,
     outputs: &Outputs,
@@ -55,7 +55,7 @@ pub(crate) fn lit_scene(
 }
 
 /// Reads a scene as [`lit_scene`] does, with lights with size too.
-pub(crate) fn any_lit_scene(
+pub fn any_lit_scene(
     typed: &SceneFile,
     more: Option<&MoreLights>,
     cost: &IndexCost,
@@ -162,7 +162,7 @@ fn chosen_lights(
 }
 
 /// Settles the camera: as typed, else the file's, else one that frames the scene.
-pub(crate) fn camera(
+pub fn camera(
     scene: &Scene,
     file: &SceneFile,
     typed: Option<&CameraParts>,

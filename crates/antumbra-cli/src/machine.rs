@@ -3,7 +3,7 @@
 use std::fs;
 
 /// Returns the bytes of memory this process may use: the machine's, or its container's if less.
-pub(crate) fn memory_bytes() -> Option<u64> {
+pub fn memory_bytes() -> Option<u64> {
     let machine = kibibytes(&fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")?;
     let container = [
         "/sys/fs/cgroup/memory.max",
@@ -15,7 +15,7 @@ pub(crate) fn memory_bytes() -> Option<u64> {
 }
 
 /// Returns the most memory this process ever had in use, in bytes.
-pub(crate) fn peak_bytes() -> Option<u64> {
+pub fn peak_bytes() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 

@@ -16,12 +16,12 @@ use crate::values::format_bytes;
 const UNKNOWN_MACHINE: u64 = 4 << 30;
 
 /// Returns the limit in bytes: as typed, or three quarters of the machine's memory.
-pub(crate) fn limit(typed: Option<u64>) -> u64 {
+pub fn limit(typed: Option<u64>) -> u64 {
     typed.unwrap_or_else(|| machine::memory_bytes().map_or(UNKNOWN_MACHINE, |all| all / 4 * 3))
 }
 
 /// Refuses a scene file that is larger than all memory that may be taken, before it is read.
-pub(crate) fn check_file(path: &Path, limit: u64) -> Result<(), Failure> {
+pub fn check_file(path: &Path, limit: u64) -> Result<(), Failure> {
     // A file that is not there is the reader's to tell.
     let bytes = fs::metadata(path).map_or(0, |file| file.len());
     if bytes <= limit {
@@ -40,15 +40,15 @@ pub(crate) fn check_file(path: &Path, limit: u64) -> Result<(), Failure> {
 
 /// Bytes needed, by who needs them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Need {
-    pub(crate) scene: u64,
-    pub(crate) surfaces: u64,
+pub struct Need {
+    pub scene: u64,
+    pub surfaces: u64,
     /// Film, layers and file.
-    pub(crate) picture: u64,
+    pub picture: u64,
     /// Arrays of points, normals and answers.
-    pub(crate) arrays: u64,
+    pub arrays: u64,
     /// Grid, tree and occlusion values. What lights know takes what is left of the limit, and is never too much.
-    pub(crate) index: Prediction,
+    pub index: Prediction,
 }
 
 const RAISE: &str = "raise --memory-limit";
@@ -88,33 +88,33 @@ impl Need {
     }
 
     /// Returns what cannot be done without.
-    pub(crate) fn needed(&self) -> u64 {
+    pub fn needed(&self) -> u64 {
         let add = |sum: u64, (_, bytes, _): (_, u64, _)| sum.saturating_add(bytes);
         self.parts().into_iter().fold(0, add)
     }
 
     /// Returns the sum of all, of which lights know no more than fits.
-    pub(crate) fn total(&self, limit: u64) -> u64 {
+    pub fn total(&self, limit: u64) -> u64 {
         let all = self.needed().saturating_add(self.index.knowledge);
         all.min(limit.max(self.needed()))
     }
 
     /// Takes what is known once surfaces are gathered: what they take now instead of what gathering took, as far as that
     /// was not more than all that comes after it; and what the index will take.
-    pub(crate) fn set_index(&mut self, surfaces: u64, index: Prediction) {
+    pub fn set_index(&mut self, surfaces: u64, index: Prediction) {
         let height = self.surfaces.saturating_sub(index.total());
         self.surfaces = surfaces.max(height);
         self.index = index;
     }
 
     /// Returns what an index may take.
-    pub(crate) fn left_for_index(&self, limit: u64) -> u64 {
+    pub fn left_for_index(&self, limit: u64) -> u64 {
         let others = self.needed() - self.index.needed();
         limit.saturating_sub(others)
     }
 
     /// Refuses what exceeds the limit; advises by the largest part.
-    pub(crate) fn check(&self, limit: u64) -> Result<(), Failure> {
+    pub fn check(&self, limit: u64) -> Result<(), Failure> {
         if self.needed() <= limit {
             return Ok(());
         }

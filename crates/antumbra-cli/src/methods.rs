@@ -1,13 +1,11 @@
 //! Methods, by the names that are typed: who answers shadow queries, who judges, what finds nearest hits.
 
 use antumbra::{Method, RayMethod};
-use antumbra_baselines::RivalKind;
 use clap::ValueEnum;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-/// Who answers shadow queries: our methods, then the rivals.
+/// Who answers shadow queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Shadows {
+pub enum Shadows {
     /// Whatever is fastest: an exact shadow map for each light, where it pays, and rays for the rest
     #[default]
     Auto,
@@ -23,22 +21,6 @@ pub(crate) enum Shadows {
     Bvh,
     /// A test of every surface: the reference
     Naive,
-    /// Haines and Greenberg 1986: planes of cells round the light, with sorted candidates
-    LightBuffer,
-    /// Eo and Kyung 1989: shadow polygons in the voxels of the grid, a walk where they are many
-    Hybrid,
-    /// Crow 1977: shadow volumes, counted at each point
-    ShadowVolumes,
-    /// Williams 1978: a depth buffer seen from the light. Not exact: the picture differs
-    ShadowMap,
-}
-
-/// Returns what reads the name of one of our methods and offers no others.
-pub(crate) fn ours() -> impl TypedValueParser<Value = Shadows> {
-    let names = Shadows::OURS
-        .iter()
-        .filter_map(ValueEnum::to_possible_value);
-    PossibleValuesParser::new(names).try_map(|name| Shadows::from_str(&name, false))
 }
 
 impl std::fmt::Display for Shadows {
@@ -48,8 +30,8 @@ impl std::fmt::Display for Shadows {
 }
 
 impl Shadows {
-    /// Our methods: each gives the reference's answers.
-    pub(crate) const OURS: [Self; 6] = [
+    /// All of them: each gives the reference's answers.
+    pub const ALL: [Self; 6] = [
         Self::Auto,
         Self::Voxel,
         Self::Voxel1990,
@@ -58,8 +40,8 @@ impl Shadows {
         Self::Naive,
     ];
 
-    /// Returns the method of our own; for rivals the one that their shadow rays are walked by.
-    pub(crate) fn method(self) -> Method {
+    /// Returns the library's method.
+    pub fn method(self) -> Method {
         match self {
             Self::Voxel1990 => Method::Voxel1990,
             Self::Auto => Method::Auto,
@@ -67,32 +49,11 @@ impl Shadows {
             Self::Grid => Method::Grid,
             Self::Bvh => Method::Bvh,
             Self::Naive => Method::Naive,
-            Self::LightBuffer | Self::Hybrid | Self::ShadowVolumes | Self::ShadowMap => {
-                Method::Grid
-            }
         }
-    }
-
-    /// Returns the rival that answers, if it is one.
-    pub(crate) fn rival(self) -> Option<RivalKind> {
-        match self {
-            Self::Auto | Self::Voxel1990 | Self::Voxel | Self::Grid | Self::Bvh | Self::Naive => {
-                None
-            }
-            Self::LightBuffer => Some(RivalKind::LightBuffer),
-            Self::Hybrid => Some(RivalKind::Hybrid),
-            Self::ShadowVolumes => Some(RivalKind::ShadowVolumes),
-            Self::ShadowMap => Some(RivalKind::ShadowMap),
-        }
-    }
-
-    /// Returns whether all answers are the reference's.
-    pub(crate) fn is_exact(self) -> bool {
-        self.rival().is_none_or(RivalKind::is_exact)
     }
 
     /// Returns the name of a method; `auto` for one that has none here.
-    pub(crate) fn of(method: Method) -> Self {
+    pub fn of(method: Method) -> Self {
         match method {
             Method::Voxel1990 => Self::Voxel1990,
             Method::Voxel => Self::Voxel,
@@ -104,7 +65,7 @@ impl Shadows {
     }
 
     /// Returns the name as it is typed.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Voxel1990 => "voxel-1990",
             Self::Auto => "auto",
@@ -112,17 +73,13 @@ impl Shadows {
             Self::Grid => "grid",
             Self::Bvh => "bvh",
             Self::Naive => "naive",
-            Self::LightBuffer => RivalKind::LightBuffer.name(),
-            Self::Hybrid => RivalKind::Hybrid.name(),
-            Self::ShadowVolumes => RivalKind::ShadowVolumes.name(),
-            Self::ShadowMap => RivalKind::ShadowMap.name(),
         }
     }
 }
 
 /// Method that `verify` compares answers with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Against {
+pub enum Against {
     /// A test of every surface
     #[default]
     Reference,
@@ -132,7 +89,7 @@ pub(crate) enum Against {
 
 /// Method that finds the nearest hit of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Rays {
+pub enum Rays {
     /// The bounding volume hierarchy
     #[default]
     Bvh,
@@ -141,7 +98,7 @@ pub(crate) enum Rays {
 }
 
 impl Rays {
-    pub(crate) fn method(self) -> RayMethod {
+    pub fn method(self) -> RayMethod {
         match self {
             Self::Bvh => RayMethod::Bvh,
             Self::Grid => RayMethod::Grid,
@@ -149,7 +106,7 @@ impl Rays {
     }
 
     /// Returns the name as it is typed.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
             Self::Grid => "grid",
@@ -166,9 +123,9 @@ mod tests {
         for &shadows in Shadows::value_variants() {
             assert_eq!(Shadows::from_str(shadows.name(), false), Ok(shadows));
         }
-        for shadows in Shadows::OURS {
+        assert_eq!(Shadows::ALL.len(), Shadows::value_variants().len());
+        for shadows in Shadows::ALL {
             assert_eq!(Shadows::of(shadows.method()), shadows);
-            assert!(shadows.is_exact() && shadows.rival().is_none());
         }
         for rays in [Rays::Bvh, Rays::Grid] {
             assert_eq!(Rays::from_str(rays.name(), false), Ok(rays));

@@ -14,14 +14,14 @@ use serde::Serialize;
 use crate::failure::Failure;
 
 /// Mark in the head of a report's page, by which antumbra knows its own files.
-pub(crate) const PAGE_MARK: &str = "antumbra bench";
+pub const PAGE_MARK: &str = "antumbra-bench";
 
 /// Mark of a report's summary: the first words below its title.
-pub(crate) const SUMMARY_MARK: &str = "Made by `antumbra bench";
+pub const SUMMARY_MARK: &str = "Made by `antumbra-bench";
 
 /// Content of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Content {
+pub enum Content {
     /// A picture; its ending says the format.
     Picture,
     /// A NumPy array.
@@ -82,24 +82,19 @@ impl Content {
 
 /// Files to write, by what they are.
 #[derive(Debug, Default)]
-pub(crate) struct Outputs {
+pub struct Outputs {
     /// The option that names each file, and the name.
     files: HashMap<Identity, (String, PathBuf)>,
 }
 
 impl Outputs {
     /// Of a command that writes no files.
-    pub(crate) fn none() -> Self {
+    pub fn none() -> Self {
         Self::default()
     }
 
     /// Adds a file that `option` names.
-    pub(crate) fn add(
-        &mut self,
-        option: &str,
-        path: &Path,
-        content: Content,
-    ) -> Result<(), Failure> {
+    pub fn add(&mut self, option: &str, path: &Path, content: Content) -> Result<(), Failure> {
         if path == Path::new("-") {
             let message = format!("{option} -: nothing is written to standard output");
             return Err(Failure::input(message, content.advice(option)));
@@ -129,12 +124,7 @@ impl Outputs {
 
     /// Adds a file whose name follows from what `option` names. What stands there must be antumbra's own: nobody
     /// has said that it may be replaced.
-    pub(crate) fn add_made(
-        &mut self,
-        option: &str,
-        path: &Path,
-        content: Content,
-    ) -> Result<(), Failure> {
+    pub fn add_made(&mut self, option: &str, path: &Path, content: Content) -> Result<(), Failure> {
         self.add(option, path, content)?;
         let is_file = matches!(Place::of(path), Ok(Place::File));
         let Some(mark) = content.mark().filter(|_| is_file) else {
@@ -152,7 +142,7 @@ impl Outputs {
     }
 
     /// Adds a file if it was asked for.
-    pub(crate) fn add_if(
+    pub fn add_if(
         &mut self,
         option: &str,
         path: Option<&PathBuf>,
@@ -162,10 +152,7 @@ impl Outputs {
     }
 
     /// Refuses to write any of the files that are read.
-    pub(crate) fn spare<'a>(
-        &self,
-        read: impl IntoIterator<Item = &'a PathBuf>,
-    ) -> Result<(), Failure> {
+    pub fn spare<'a>(&self, read: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Failure> {
         for path in read {
             if let Some((option, output)) = self.files.get(&Identity::of(path)) {
                 let message = format!(
@@ -194,7 +181,7 @@ fn refused(path: &Path, refusal: Refusal) -> Failure {
 }
 
 /// Returns why values are not saved.
-pub(crate) fn unsaved(error: &SaveError) -> Failure {
+pub fn unsaved(error: &SaveError) -> Failure {
     let help = match error {
         SaveError::Unwritable { .. } => return Failure::system(error.to_string()),
         SaveError::NoValues => "leave --shadows out",
@@ -205,12 +192,12 @@ pub(crate) fn unsaved(error: &SaveError) -> Failure {
 }
 
 /// Writes a file, whole or not at all.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     antumbra_files::write_bytes(path, bytes).map_err(|error| unwritable(path, error))
 }
 
 /// Writes figures as JSON, whole or not at all.
-pub(crate) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
+pub fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
     let mut text =
         serde_json::to_vec_pretty(figures).map_err(|error| unwritable(path, error.into()))?;
     text.push(b'\n');
@@ -218,7 +205,7 @@ pub(crate) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Fa
 }
 
 /// Returns what the system says about a file.
-pub(crate) fn unwritable(path: &Path, error: std::io::Error) -> Failure {
+pub fn unwritable(path: &Path, error: std::io::Error) -> Failure {
     Failure::system(format!("cannot write {}: {error}", path.display()))
 }
 

@@ -12,7 +12,7 @@ use crate::typed::Up;
 use crate::values::Sun;
 
 /// Reads a scene file, taking no more than `memory_limit` bytes.
-pub(crate) fn read(path: &Path, up: Option<Up>, memory_limit: u64) -> Result<Loaded, Failure> {
+pub fn read(path: &Path, up: Option<Up>, memory_limit: u64) -> Result<Loaded, Failure> {
     let up = up.map(|up| match up {
         Up::Y => UpAxis::Y,
         Up::Z => UpAxis::Z,
@@ -22,7 +22,7 @@ pub(crate) fn read(path: &Path, up: Option<Up>, memory_limit: u64) -> Result<Loa
 }
 
 /// Returns which way is up: as typed, else as the scene says.
-pub(crate) fn up(scene: &Scene, typed: Option<Up>) -> DVec3 {
+pub fn up(scene: &Scene, typed: Option<Up>) -> DVec3 {
     match typed {
         Some(Up::Y) => DVec3::Y,
         Some(Up::Z) => DVec3::Z,
@@ -31,7 +31,7 @@ pub(crate) fn up(scene: &Scene, typed: Option<Up>) -> DVec3 {
 }
 
 /// Writes a scene file; returns what its format has no place for.
-pub(crate) fn write(scene: &Scene, path: &Path) -> Result<Vec<Warning>, Failure> {
+pub fn write(scene: &Scene, path: &Path) -> Result<Vec<Warning>, Failure> {
     use write::WriteError;
     write::write_file(scene, path).map_err(|error| match error {
         WriteError::Io(_) | WriteError::File { .. } => Failure::system(error.to_string()),
@@ -41,30 +41,30 @@ pub(crate) fn write(scene: &Scene, path: &Path) -> Result<Vec<Warning>, Failure>
 
 /// Returns what is behind everything, where a scene's format has no word for it. Scenes with light
 /// in candela and lux stay black: no constant suits all exposures.
-pub(crate) fn sky(path: &Path, scene: &Scene) -> Option<Color> {
+pub fn sky(path: &Path, scene: &Scene) -> Option<Color> {
     let ending = path.extension()?.to_ascii_lowercase();
     let is_silent = ["obj", "gltf", "glb", "ply", "stl"].contains(&ending.to_str()?);
     (is_silent && !scene.is_photometric).then_some(defaults::SKY)
 }
 
 /// Returns a camera that sees the whole scene in a picture of `size` pixels.
-pub(crate) fn frame_camera(scene: &Scene, up: DVec3, size: [u32; 2]) -> Camera {
+pub fn frame_camera(scene: &Scene, up: DVec3, size: [u32; 2]) -> Camera {
     let [width, height] = size.map(f64::from);
     defaults::frame_camera_for(&scene.bounds(), up, width / height)
 }
 
 /// Returns the sun for scenes without light.
-pub(crate) fn default_sun(up: DVec3) -> Light {
+pub fn default_sun(up: DVec3) -> Light {
     defaults::default_sun(up)
 }
 
 /// Returns a sun at a place of the sky.
-pub(crate) fn sun(sun: Sun, up: DVec3) -> Light {
+pub fn sun(sun: Sun, up: DVec3) -> Light {
     defaults::sun(sun.azimuth_degrees, sun.elevation_degrees, up)
 }
 
 /// Returns a sun with the size that was typed.
-pub(crate) fn sun_disc(sun: Sun, up: DVec3) -> Result<AreaLight, AreaError> {
+pub fn sun_disc(sun: Sun, up: DVec3) -> Result<AreaLight, AreaError> {
     let towards = defaults::towards_sun(sun.azimuth_degrees, sun.elevation_degrees, up);
     let disc = SunDisc::new(towards, sun.diameter_degrees.unwrap_or_default())?;
     let Light { name, color, .. } = self::sun(sun, up);
@@ -77,7 +77,7 @@ pub(crate) fn sun_disc(sun: Sun, up: DVec3) -> Result<AreaLight, AreaError> {
 }
 
 /// Returns what reads the name of a built-in scene.
-pub(crate) fn names() -> PossibleValuesParser {
+pub fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(generate::NAMES.map(|(name, size)| {
         let help = format!("{}; size {size} by default", what_is(name));
         PossibleValue::new(name).help(help)
@@ -103,17 +103,13 @@ fn what_is(name: &str) -> &'static str {
 }
 
 /// Makes a built-in scene.
-pub(crate) fn generate(
-    name: &str,
-    size: Option<u32>,
-    lights: Option<u32>,
-) -> Result<Scene, Failure> {
+pub fn generate(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Scene, Failure> {
     generate::by_name(name, size, lights).map_err(|error| Failure::input(error.to_string(), ""))
 }
 
 /// Returns a scene as NFF text, with the six digits of the SPD programs, so that figures for a
 /// built-in scene and for the published file of the same name are comparable.
-pub(crate) fn nff(scene: &Scene) -> Result<Vec<u8>, Failure> {
+pub fn nff(scene: &Scene) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     write::write_nff(scene, write::Precision::SixDigits, &mut bytes)
         .map_err(|error| Failure::system(format!("cannot write NFF: {error}")))?;

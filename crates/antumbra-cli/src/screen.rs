@@ -16,7 +16,7 @@ use crate::failure::Failure;
 
 /// Where and how much to print.
 #[derive(Debug)]
-pub(crate) struct Screen {
+pub struct Screen {
     is_quiet: bool,
     is_verbose: bool,
     /// Why the first result that was not printed was not.
@@ -25,7 +25,7 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    pub(crate) fn new(is_quiet: bool, is_verbose: bool) -> Self {
+    pub fn new(is_quiet: bool, is_verbose: bool) -> Self {
         Self {
             is_quiet,
             is_verbose,
@@ -35,13 +35,13 @@ impl Screen {
     }
 
     /// Prints a line of the result.
-    pub(crate) fn result(&self, line: impl Display) {
+    pub fn result(&self, line: impl Display) {
         let printed = writeln!(io::stdout().lock(), "{line}");
         self.note_unprinted(printed);
     }
 
     /// Returns the failure that results were not printed.
-    pub(crate) fn is_printed(&self) -> Result<(), Failure> {
+    pub fn is_printed(&self) -> Result<(), Failure> {
         self.note_unprinted(io::stdout().flush());
         self.unprinted.get().cloned().map_or(Ok(()), Err)
     }
@@ -54,33 +54,33 @@ impl Screen {
     }
 
     /// Prints lines that were asked for beside the result, whatever `--quiet` says.
-    pub(crate) fn aside(&self, lines: impl Display) {
+    pub fn aside(&self, lines: impl Display) {
         let _ = writeln!(io::stderr().lock(), "{lines}");
     }
 
     /// Says what the program decided by itself.
-    pub(crate) fn note(&self, line: impl Display) {
+    pub fn note(&self, line: impl Display) {
         if !self.is_quiet {
             let _ = writeln!(io::stderr().lock(), "note: {line}");
         }
     }
 
     /// Says what may be wrong.
-    pub(crate) fn warning(&self, line: impl Display) {
+    pub fn warning(&self, line: impl Display) {
         if !self.is_quiet {
             let _ = writeln!(io::stderr().lock(), "warning: {line}");
         }
     }
 
     /// Says what goes on, for `--verbose`.
-    pub(crate) fn detail(&self, line: impl Display) {
+    pub fn detail(&self, line: impl Display) {
         if self.is_verbose {
             let _ = writeln!(io::stderr().lock(), "{line}");
         }
     }
 
     /// Reports why the program failed, whatever `--quiet` says.
-    pub(crate) fn failure(&self, failure: &Failure) {
+    pub fn failure(&self, failure: &Failure) {
         let handler = if io::stderr().is_terminal() {
             GraphicalReportHandler::new()
         } else {
@@ -97,17 +97,17 @@ impl Screen {
     }
 
     /// Starts a bar with the time left; invisible unless standard error is a terminal.
-    pub(crate) fn progress(&self, length: u64, what: &str) -> ProgressBar {
+    pub fn progress(&self, length: u64, what: &str) -> ProgressBar {
         self.shown.bar(self.is_quiet, length, what)
     }
 
     /// Returns the bars that are shown, for whoever ends the process.
-    pub(crate) fn shown(&self) -> Shown {
+    pub fn shown(&self) -> Shown {
         self.shown.clone()
     }
 
     /// Returns bars for the stages that the work itself tells of.
-    pub(crate) fn bars(&self) -> Bars {
+    pub fn bars(&self) -> Bars {
         Bars {
             is_quiet: self.is_quiet,
             all: self.shown(),
@@ -118,11 +118,11 @@ impl Screen {
 
 /// All bars that are shown.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Shown(MultiProgress);
+pub struct Shown(MultiProgress);
 
 impl Shown {
     /// Takes away all bars, for good.
-    pub(crate) fn clear(&self) {
+    pub fn clear(&self) {
         let _ = self.0.clear();
         self.0.set_draw_target(ProgressDrawTarget::hidden());
     }
@@ -144,7 +144,7 @@ impl Shown {
 }
 
 /// A bar for each stage of work, one at a time: of stages within another the outer one is shown.
-pub(crate) struct Bars {
+pub struct Bars {
     is_quiet: bool,
     all: Shown,
     one: Mutex<Option<(&'static str, ProgressBar)>>,
@@ -152,7 +152,7 @@ pub(crate) struct Bars {
 
 impl Bars {
     /// Shows how many steps of a stage are done.
-    pub(crate) fn tell(&self, stage: &'static str, done: u64, count: u64) {
+    pub fn tell(&self, stage: &'static str, done: u64, count: u64) {
         let mut shown = self.one.lock().unwrap_or_else(PoisonError::into_inner);
         let (name, shown_bar) =
             shown.get_or_insert_with(|| (stage, self.all.bar(self.is_quiet, count, stage)));
@@ -169,7 +169,7 @@ impl Bars {
 }
 
 /// Returns the failure to print a result; none if whoever read has gone.
-pub(crate) fn unprintable(error: io::Error) -> Option<Failure> {
+pub fn unprintable(error: io::Error) -> Option<Failure> {
     let is_gone = error.kind() == io::ErrorKind::BrokenPipe;
     (!is_gone).then(|| Failure::system(format!("cannot print the result: {error}")))
 }

@@ -8,41 +8,49 @@ use antumbra_scene::model::Color;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::light_values::{self, LightValue};
-pub(crate) use crate::methods::{Against, Rays, Shadows, ours};
+pub use crate::methods::{Against, Rays, Shadows};
 use crate::values::{self, CameraParts, Exposure, LightChoice, Sun};
 
-const EXIT_CODES: &str = "\
+/// What ends the help of a program.
+pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    verify or bench found answers that differ
+  1    answers that differ were found
   2    the command line or a scene cannot be used
   3    the system refused something, such as writing a file
   129  the terminal was closed (SIGHUP)
   130  stopped by Ctrl-C
   143  asked to terminate (SIGTERM)
-When stopped, render leaves the partial picture, and bench paper what it has measured";
+When stopped, what has a partial result writes it: a picture, or what was measured";
 
 /// Columns of help texts at most.
-const HELP_WIDTH: usize = 100;
+pub const HELP_WIDTH: usize = 100;
 
 /// Exact shadow answers for static scenes, mostly without tracing a ray.
 #[derive(Debug, Parser)]
 #[command(name = "antumbra", version, after_help = EXIT_CODES, max_term_width = HELP_WIDTH)]
-pub(crate) struct Typed {
+pub struct Typed {
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// How much is printed.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Verbosity {
     /// Print errors and results only
     #[arg(long, short, global = true)]
-    pub(crate) quiet: bool,
+    pub quiet: bool,
 
     /// Also print details of the work
     #[arg(long, short, global = true, conflicts_with = "quiet")]
-    pub(crate) verbose: bool,
-
-    #[command(subcommand)]
-    pub(crate) command: Command,
+    pub verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+pub enum Command {
     /// Render a scene to PNG or OpenEXR
     Render(Box<Render>),
     /// Print what a scene holds and how much memory its index would take
@@ -59,12 +67,10 @@ pub(crate) enum Command {
     Scene(Scene),
     /// Write a scene in another format
     Convert(Convert),
-    /// Measure antumbra against Embree
-    Bench(Box<crate::commands::bench::typed::Bench>),
 }
 
 /// The help of `--sun`, which says where north is.
-pub(crate) const SUN_HELP: &str = "Sun that replaces the file's lights, in degrees: azimuth clockwise from north as seen from above, \
+pub const SUN_HELP: &str = "Sun that replaces the file's lights, in degrees: azimuth clockwise from north as seen from above, \
      and elevation above the horizon. With z up, north is +y and east is +x; with y up, north is -z \
      and east is +x";
 
@@ -76,31 +82,31 @@ const SUN_WITH_SIZE_HELP: &str = "Sun that replaces the file's lights, in degree
 /// Lights of a picture that other commands do not take.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene and lights")]
-pub(crate) struct MoreLights {
+pub struct MoreLights {
     /// JSON file of lights that replace the file's, with size and without; docs/lights.md describes it
     #[arg(long = "lights", value_name = "FILE.json")]
-    pub(crate) file: Option<PathBuf>,
+    pub file: Option<PathBuf>,
 
     /// Make lights with size of faces that emit (glTF's emissiveFactor, MTL's Ke), one for each object
     #[arg(long = "emissive-lights")]
-    pub(crate) emissive: bool,
+    pub emissive: bool,
 
     /// Samples of each light with size at each point; each of --spp takes others. Powers of two are spread best
     #[arg(long = "light-samples", value_name = "N", default_value_t = antumbra_render::integrator::DEFAULT_LIGHT_SAMPLES, value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub(crate) samples: u32,
+    pub samples: u32,
 }
 
 /// The scene and its lights.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene and lights")]
-pub(crate) struct SceneFile {
+pub struct SceneFile {
     /// Scene file; its ending says the format: .nff, .obj, .gltf, .glb, .ply or .stl
-    pub(crate) scene: PathBuf,
+    pub scene: PathBuf,
 
     /// Axis that points up, for default cameras and suns; the scene is not turned [default: that of
     /// the format: y for OBJ and glTF, z for PLY and STL, the file's for NFF]
     #[arg(long, value_name = "AXIS")]
-    pub(crate) up: Option<Up>,
+    pub up: Option<Up>,
 
     /// Light that replaces the file's lights; repeatable. point:X,Y,Z;
     /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render alone:
@@ -108,52 +114,52 @@ pub(crate) struct SceneFile {
     /// sphere:X,Y,Z,RADIUS, segment:END/END, sky:R,G,B. All take /R,G,B behind; area and disk also
     /// /both, to shine to both sides
     #[arg(long = "light", value_name = "LIGHT", value_parser = light_values::light, allow_hyphen_values = true)]
-    pub(crate) lights: Vec<LightValue>,
+    pub lights: Vec<LightValue>,
 
     #[arg(long, help = SUN_WITH_SIZE_HELP, value_name = "AZIMUTH,ELEVATION[,DIAMETER]", value_parser = values::sun_with_size, allow_hyphen_values = true)]
-    pub(crate) sun: Option<Sun>,
+    pub sun: Option<Sun>,
 
     /// Colour behind the scene, linear RGB [default: the file's; for formats that have none a
     /// grey-blue, and black where lights are in candela and lux]
     #[arg(long, value_name = "R,G,B", value_parser = values::background, allow_hyphen_values = true)]
-    pub(crate) background: Option<Color>,
+    pub background: Option<Color>,
 }
 
 /// What a scene and its index cost.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Index and memory")]
-pub(crate) struct IndexCost {
+pub struct IndexCost {
     /// Resolution of the uniform grid in voxels: N or NxNxN [default: by Woo's rule]
     #[arg(long, value_name = "N", value_parser = values::grid)]
-    pub(crate) grid: Option<GridResolution>,
+    pub grid: Option<GridResolution>,
 
     /// Memory limit, such as 2GiB; work that is predicted to need more is refused [default: three
     /// quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    pub(crate) memory_limit: Option<u64>,
+    pub memory_limit: Option<u64>,
 
     /// Resolution of the finest voxels of method voxel along the longest axis [default: 2048]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=4096))]
-    pub(crate) resolution: Option<u32>,
+    pub resolution: Option<u32>,
 
     /// Longest lists of potential blockers of method voxel: SHORT in voxels that could be subdivided,
     /// LONG in the finest ones; 0 disables lists; points of space use eight times SHORT [default: 1,32]
     #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
-    pub(crate) lists: Option<[usize; 2]>,
+    pub lists: Option<[usize; 2]>,
 
     /// When method voxel computes its values, and auto its maps [default: lazy; eager for verify, inspect, bake and export]
     #[arg(long, value_name = "WHEN", value_enum)]
-    pub(crate) refine: Option<RefineWhen>,
+    pub refine: Option<RefineWhen>,
 
     /// Memory for all that lights know of methods auto and voxel, such as 64MiB, up to 4GiB. What does not fit is computed
     /// again when needed, or rays answer; answers do not change [default: 512MiB]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    pub(crate) occlusion_memory: Option<u64>,
+    pub occlusion_memory: Option<u64>,
 }
 
 /// When methods `voxel` and `auto` compute what they know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum RefineWhen {
+pub enum RefineWhen {
     /// While queries are answered, where it is predicted to save time
     Lazy,
     /// While queries are answered, at the first query of each voxel
@@ -164,7 +170,7 @@ pub(crate) enum RefineWhen {
 
 impl IndexCost {
     /// Returns how far method `voxel` refines its values.
-    pub(crate) fn refinement(&self, usual: Refine) -> Refinement {
+    pub fn refinement(&self, usual: Refine) -> Refinement {
         let mut refinement = Refinement::default();
         if let Some(resolution) = self.resolution {
             refinement.resolution = resolution;
@@ -191,23 +197,23 @@ impl IndexCost {
 /// How many threads.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Threads")]
-pub(crate) struct Threads {
+pub struct Threads {
     /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
+    pub threads: Option<u16>,
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct Render {
+pub struct Render {
     #[command(flatten)]
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
 
     #[command(flatten)]
-    pub(crate) more_lights: MoreLights,
+    pub more_lights: MoreLights,
 
     /// Picture to write, .png or .exr; with --orbit, -0001 and so on is inserted before the ending
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 
     /// Layers to write, separated by commas: beside a PNG as NAME.shadow.LIGHT.png and
     /// NAME.decided-by.png, in OpenEXR as parts [default: all in OpenEXR, none beside PNG]
@@ -218,9 +224,9 @@ pub(crate) struct Render {
         value_delimiter = ',',
         value_name = "LAYERS"
     )]
-    pub(crate) aov: Vec<Aov>,
+    pub aov: Vec<Aov>,
 
-    /// Method that answers shadow queries; the picture is the same for all but shadow-map
+    /// Method that answers shadow queries; the picture is the same for all
     #[arg(
         long,
         help_heading = "Method",
@@ -228,7 +234,7 @@ pub(crate) struct Render {
         default_value_t,
         value_name = "METHOD"
     )]
-    pub(crate) shadows: Shadows,
+    pub shadows: Shadows,
 
     /// Structure that eye rays, mirrored and refracted rays are traced through; the picture is the same
     #[arg(
@@ -238,49 +244,49 @@ pub(crate) struct Render {
         default_value_t,
         value_name = "METHOD"
     )]
-    pub(crate) rays: Rays,
+    pub rays: Rays,
 
     /// Evaluate the quick check of the paper, and report or obey its advice
     #[arg(long, help_heading = "Method", value_enum, value_name = "ACTION")]
-    pub(crate) quick_check: Option<QuickCheckAction>,
+    pub quick_check: Option<QuickCheckAction>,
 
     #[command(flatten)]
-    pub(crate) kept: crate::commands::kept::KeptFiles,
+    pub kept: crate::commands::kept::KeptFiles,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 
     /// Picture size in pixels [default: the file's, else 512x512]
     #[arg(help_heading = "Picture", long, value_name = "WxH", value_parser = values::size)]
-    pub(crate) size: Option<[u32; 2]>,
+    pub size: Option<[u32; 2]>,
 
     /// Samples a pixel, stratified; 1 is the pixel's centre
     #[arg(help_heading = "Picture", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub(crate) spp: u32,
+    pub spp: u32,
 
     /// Send rays through pixel corners and average four a pixel, as the SPD test procedure asks
     #[arg(help_heading = "Picture", long, conflicts_with = "spp")]
-    pub(crate) corner_rays: bool,
+    pub corner_rays: bool,
 
     /// Longest chain of rays; the eye ray is number 1, as in the SPD test procedure. 0 and 1: no
     /// mirrored and refracted rays. Looking through blended surfaces does not count (up to 32)
     #[arg(help_heading = "Picture", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(0..=32))]
-    pub(crate) max_depth: u32,
+    pub max_depth: u32,
 
     /// Stops to brighten a PNG by; auto: until the log-average luminance of what is not
     /// background is 0.18, one value for all frames of an orbit [default: auto where lights are in
     /// candela and lux, else 0]
     #[arg(help_heading = "Picture", long, value_name = "auto|EV", value_parser = values::exposure, allow_hyphen_values = true)]
-    pub(crate) exposure: Option<Exposure>,
+    pub exposure: Option<Exposure>,
 
     /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES. Parts left out come from the file's camera;
     /// without one, eye and at are required, up is the scene's and fov is 45
     #[arg(help_heading = "Picture", long, value_name = "PARTS", value_parser = values::camera, allow_hyphen_values = true)]
-    pub(crate) camera: Option<CameraParts>,
+    pub camera: Option<CameraParts>,
 
     /// Number of frames of a fly-around to render; the index is built once
     #[arg(help_heading = "Picture", long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..=9999))]
-    pub(crate) orbit: Option<u32>,
+    pub orbit: Option<u32>,
 
     /// What the picture shows: the scene, or how each point's shadow queries were decided
     #[arg(
@@ -290,46 +296,45 @@ pub(crate) struct Render {
         default_value_t,
         value_name = "WHAT"
     )]
-    pub(crate) show: ShowWhat,
+    pub show: ShowWhat,
 
     #[command(flatten)]
-    pub(crate) threads: Threads,
+    pub threads: Threads,
 
     /// Seed of the jitter of --spp
     #[arg(help_heading = "Picture", long, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u64,
+    pub seed: u64,
 
     /// Print statistics on standard error
     #[arg(help_heading = "Output", long)]
-    pub(crate) stats: bool,
+    pub stats: bool,
 
     /// File to write statistics to, as JSON
     #[arg(help_heading = "Output", long, value_name = "FILE")]
-    pub(crate) stats_json: Option<PathBuf>,
+    pub stats_json: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct Inspect {
+pub struct Inspect {
     #[command(flatten)]
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct Verify {
+pub struct Verify {
     #[command(flatten)]
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
 
     /// Number of queries to compare
     #[arg(help_heading = "Comparison", long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
-    pub(crate) queries: u64,
+    pub queries: u64,
 
-    /// Method to compare; repeatable [default: all of ours; with --against bvh all but naive and bvh].
-    /// For shadow-map the share of wrong answers is printed; they do not count as differences
+    /// Method to compare; repeatable [default: all; with --against bvh all but naive and bvh]
     #[arg(help_heading = "Comparison", long, value_enum, value_name = "METHOD")]
-    pub(crate) shadows: Vec<Shadows>,
+    pub shadows: Vec<Shadows>,
 
     /// Judge that answers are compared with
     #[arg(
@@ -339,16 +344,16 @@ pub(crate) struct Verify {
         default_value_t,
         value_name = "JUDGE"
     )]
-    pub(crate) against: Against,
+    pub against: Against,
 
     /// Start at delicate places: on borders between voxels, at vertices, edges and creases, on edges
     /// of shadows, and one rounding off them
     #[arg(help_heading = "Comparison", long)]
-    pub(crate) attack: bool,
+    pub attack: bool,
 
     /// Number of lights at delicate places to add to the scene's
     #[arg(help_heading = "Comparison", long = "lights", value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1000))]
-    pub(crate) more_lights: u32,
+    pub more_lights: u32,
 
     /// Seed of the random queries
     #[arg(
@@ -357,108 +362,114 @@ pub(crate) struct Verify {
         value_name = "N",
         default_value_t = 0
     )]
-    pub(crate) seed: u64,
+    pub seed: u64,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 
     #[command(flatten)]
-    pub(crate) threads: Threads,
+    pub threads: Threads,
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct Query {
+pub struct Query {
     /// Scene file; its ending says the format: .nff, .obj, .gltf, .glb, .ply or .stl
     #[arg(help_heading = "Scene and lights")]
-    pub(crate) scene: PathBuf,
+    pub scene: PathBuf,
 
     /// Points in world space: float32 or float64, shape (n, 3)
     #[arg(long, value_name = "P.npy", help_heading = "Points")]
-    pub(crate) points: PathBuf,
+    pub points: PathBuf,
 
     /// Normals of the points: float32 or float64, shape (n, 3), any length. A point that faces away from
     /// a light is in shadow. With --on-surface, normals choose among surfaces that meet at a point instead
     #[arg(long, value_name = "N.npy", help_heading = "Points")]
-    pub(crate) normals: Option<PathBuf>,
+    pub normals: Option<PathBuf>,
 
     /// Take each point as lying on its nearest surface, up to rounding; without this, points are points
     /// of space, and one that lies on a surface may be in that surface's shadow
     #[arg(long, help_heading = "Points")]
-    pub(crate) on_surface: bool,
+    pub on_surface: bool,
 
     /// How far a point may lie from its surface, in the scene's unit; inf for any distance [default: what rounding may have moved it:
     /// 2^-21 of the coordinates of the point and the surface for float32, 2^-42 for float64]
     #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance, allow_hyphen_values = true)]
-    pub(crate) tolerance: Option<f64>,
+    pub tolerance: Option<f64>,
 
     /// Light to ask about: a name, as in the shadow layers of render, or point:X,Y,Z, which replaces the
     /// file's lights; repeatable [default: all, in the file's order]
     #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = values::light_choice, allow_hyphen_values = true)]
-    pub(crate) lights: Vec<LightChoice>,
+    pub lights: Vec<LightChoice>,
 
     #[arg(long, help = SUN_HELP, help_heading = "Scene and lights", value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
-    pub(crate) sun: Option<Sun>,
+    pub sun: Option<Sun>,
 
     /// Axis that points up, for suns [default: that of the format]
     #[arg(long, help_heading = "Scene and lights", value_name = "AXIS")]
-    pub(crate) up: Option<Up>,
+    pub up: Option<Up>,
 
     /// File to write answers to, 1 where a light is blocked: uint8, shape (n,) for one light, (n, lights) for more
     #[arg(long, short, value_name = "OUT.npy", help_heading = "Output")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 
     /// Write bits, eight points a byte, the first lowest (numpy.packbits with bitorder="little"): shape
     /// (ceil(n / 8),) for one light, (lights, ceil(n / 8)) for more
     #[arg(long, help_heading = "Output")]
-    pub(crate) packed: bool,
+    pub packed: bool,
 
     /// Method that answers shadow queries; the answers are the same
-    #[arg(long, value_parser = ours(), default_value_t, value_name = "METHOD", help_heading = "Method")]
-    pub(crate) shadows: Shadows,
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "METHOD",
+        help_heading = "Method"
+    )]
+    pub shadows: Shadows,
 
     #[command(flatten)]
-    pub(crate) kept: crate::commands::kept::KeptFiles,
+    pub kept: crate::commands::kept::KeptFiles,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 
     #[command(flatten)]
-    pub(crate) threads: Threads,
+    pub threads: Threads,
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct Scene {
+pub struct Scene {
     /// Built-in scene
     #[arg(value_name = "NAME", value_parser = crate::scene_source::names(), help_heading = "Scene")]
-    pub(crate) name: String,
+    pub name: String,
 
     /// Size of the scene, in what the scene counts; larger is more [default: that of the scene]
     #[arg(long, value_name = "N", help_heading = "Scene")]
-    pub(crate) size: Option<u32>,
+    pub size: Option<u32>,
 
     /// Number of lights, only for rooms [default: 10]
     #[arg(long, value_name = "N", help_heading = "Scene")]
-    pub(crate) lights: Option<u32>,
+    pub lights: Option<u32>,
 
     /// NFF file to write
     #[arg(long, short, value_name = "FILE.nff", help_heading = "Output")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 }
 
 #[derive(Args, Debug)]
-pub(crate) struct Convert {
+pub struct Convert {
     /// Scene file to read; its ending says the format: .nff, .obj, .gltf, .glb, .ply or .stl
     #[arg(value_name = "IN", help_heading = "Files")]
-    pub(crate) input: PathBuf,
+    pub input: PathBuf,
 
     /// Scene file to write; its ending says the format: .nff, .obj, .ply or .glb
     #[arg(value_name = "OUT", help_heading = "Files")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 }
 
 /// A layer beside the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Aov {
+pub enum Aov {
     /// One mask per light: the share of samples that it reaches. Facing away counts as not reached,
     /// hitting nothing as reached
     Shadow,
@@ -470,14 +481,14 @@ pub(crate) enum Aov {
 
 /// An axis that can be up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Up {
+pub enum Up {
     Y,
     Z,
 }
 
 /// What to do with the quick check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum QuickCheckAction {
+pub enum QuickCheckAction {
     /// Say what it advises
     Report,
     /// Leave voxel occlusion testing out where it advises so
@@ -485,7 +496,7 @@ pub(crate) enum QuickCheckAction {
 }
 
 impl QuickCheckAction {
-    pub(crate) fn quick_check(typed: Option<Self>) -> QuickCheck {
+    pub fn quick_check(typed: Option<Self>) -> QuickCheck {
         match typed {
             None => QuickCheck::Off,
             Some(Self::Report) => QuickCheck::Report,
@@ -496,7 +507,7 @@ impl QuickCheckAction {
 
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ShowWhat {
+pub enum ShowWhat {
     /// The scene
     #[default]
     Scene,
@@ -507,14 +518,14 @@ pub(crate) enum ShowWhat {
 }
 
 impl ShowWhat {
-    pub(crate) fn show(self) -> Show {
+    pub fn show(self) -> Show {
         match self {
             Self::Scene => Show::Scene,
             Self::Occlusion => Show::Occlusion,
         }
     }
 
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Scene => "scene",
             Self::Occlusion => "occlusion",

@@ -8,7 +8,7 @@ use antumbra_scene::model::Color;
 use antumbra_geometry::{DVec3, Short};
 
 /// Most pixels along one side of a picture.
-pub(crate) const MAX_SIDE: u32 = 16_384;
+pub const MAX_SIDE: u32 = 16_384;
 /// Most voxels along one axis.
 const MAX_VOXELS: u32 = 2048;
 /// Longest list of blockers.
@@ -16,23 +16,23 @@ const MAX_LIST: usize = 4096;
 
 /// The parts of a camera that were typed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct CameraParts {
-    pub(crate) eye: Option<DVec3>,
-    pub(crate) at: Option<DVec3>,
-    pub(crate) up: Option<DVec3>,
-    pub(crate) fov_degrees: Option<f64>,
+pub struct CameraParts {
+    pub eye: Option<DVec3>,
+    pub at: Option<DVec3>,
+    pub up: Option<DVec3>,
+    pub fov_degrees: Option<f64>,
 }
 
 /// A light as typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PointLight {
-    pub(crate) position: DVec3,
-    pub(crate) color: Color,
+pub struct PointLight {
+    pub position: DVec3,
+    pub color: Color,
 }
 
 /// A light as typed where lights of the scene can be chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum LightChoice {
+pub enum LightChoice {
     /// One of the scene's, by name.
     Named(String),
     /// Another.
@@ -41,16 +41,16 @@ pub(crate) enum LightChoice {
 
 /// A sun as typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sun {
-    pub(crate) azimuth_degrees: f64,
-    pub(crate) elevation_degrees: f64,
+pub struct Sun {
+    pub azimuth_degrees: f64,
+    pub elevation_degrees: f64,
     /// The angular diameter, where one was typed.
-    pub(crate) diameter_degrees: Option<f64>,
+    pub diameter_degrees: Option<f64>,
 }
 
 /// An exposure as typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Exposure {
+pub enum Exposure {
     /// Measured.
     Auto,
     /// So many stops.
@@ -58,7 +58,7 @@ pub(crate) enum Exposure {
 }
 
 /// Reads one finite number.
-pub(crate) fn number(text: &str) -> Result<f64, String> {
+pub fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("expected a finite number, found `{text}`")),
@@ -66,7 +66,7 @@ pub(crate) fn number(text: &str) -> Result<f64, String> {
 }
 
 /// Reads so many finite numbers, separated by commas.
-pub(crate) fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64; N], String> {
+pub fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64; N], String> {
     let values = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
     let found = values.len();
     values
@@ -74,12 +74,12 @@ pub(crate) fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64;
         .map_err(|_| format!("expected {pattern}, found {found} numbers in `{text}`"))
 }
 
-pub(crate) fn triple(text: &str) -> Result<DVec3, String> {
+pub fn triple(text: &str) -> Result<DVec3, String> {
     numbers::<3>(text, "X,Y,Z").map(DVec3::from_array)
 }
 
 /// Reads `WIDTHxHEIGHT`.
-pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+pub fn size(text: &str) -> Result<[u32; 2], String> {
     let expected =
         || format!("expected WIDTHxHEIGHT with 1 to {MAX_SIDE} pixels each, such as 640x480");
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(expected)?;
@@ -94,7 +94,7 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 /// Reads `N` or `NxNxN`.
-pub(crate) fn grid(text: &str) -> Result<GridResolution, String> {
+pub fn grid(text: &str) -> Result<GridResolution, String> {
     let expected = || format!("expected N or NxNxN with 1 to {MAX_VOXELS} voxels each");
     let axes = text
         .split(['x', 'X'])
@@ -114,7 +114,7 @@ pub(crate) fn grid(text: &str) -> Result<GridResolution, String> {
 }
 
 /// Reads `SHORT,LONG`.
-pub(crate) fn lists(text: &str) -> Result<[usize; 2], String> {
+pub fn lists(text: &str) -> Result<[usize; 2], String> {
     let lengths = text
         .split(',')
         .map(|length| length.trim().parse().ok().filter(|&n| n <= MAX_LIST))
@@ -125,7 +125,7 @@ pub(crate) fn lists(text: &str) -> Result<[usize; 2], String> {
 }
 
 /// Reads a number of bytes, with a unit or without.
-pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+pub fn bytes(text: &str) -> Result<u64, String> {
     let expected = || {
         "expected a size such as 500MB, 2GiB or a number of bytes; units are B, kB, MB, GB, TB \
          (1000) and KiB, MiB, GiB, TiB (1024)"
@@ -164,7 +164,7 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
 }
 
 /// Writes a number of bytes for people.
-pub(crate) fn format_bytes(bytes: u64) -> String {
+pub fn format_bytes(bytes: u64) -> String {
     let units = [("TiB", 40), ("GiB", 30), ("MiB", 20), ("KiB", 10)];
     for (unit, shift) in units {
         if bytes >> shift > 0 {
@@ -175,7 +175,7 @@ pub(crate) fn format_bytes(bytes: u64) -> String {
 }
 
 /// Reads `eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES`, each part at most once, in any order.
-pub(crate) fn camera(text: &str) -> Result<CameraParts, String> {
+pub fn camera(text: &str) -> Result<CameraParts, String> {
     let mut parts = CameraParts::default();
     for part in text.split('/') {
         let (key, value) = part.split_once(':').ok_or_else(|| {
@@ -209,7 +209,7 @@ pub(crate) fn camera(text: &str) -> Result<CameraParts, String> {
 }
 
 /// Reads `point:X,Y,Z` or `point:X,Y,Z/R,G,B`.
-pub(crate) fn light(text: &str) -> Result<PointLight, String> {
+pub fn light(text: &str) -> Result<PointLight, String> {
     let expected = "expected point:X,Y,Z or point:X,Y,Z/R,G,B";
     let (kind, rest) = text.split_once(':').ok_or(expected)?;
     if kind.trim() != "point" {
@@ -229,7 +229,7 @@ pub(crate) fn light(text: &str) -> Result<PointLight, String> {
 }
 
 /// Reads a light's name, or `point:X,Y,Z`.
-pub(crate) fn light_choice(text: &str) -> Result<LightChoice, String> {
+pub fn light_choice(text: &str) -> Result<LightChoice, String> {
     if text.starts_with("point:") {
         return Ok(LightChoice::Point(light(text)?));
     }
@@ -237,7 +237,7 @@ pub(crate) fn light_choice(text: &str) -> Result<LightChoice, String> {
 }
 
 /// Reads a distance that is not negative; `inf` is any distance, digits too large for a number are a slip.
-pub(crate) fn distance(text: &str) -> Result<f64, String> {
+pub fn distance(text: &str) -> Result<f64, String> {
     let digits = text.contains(|letter: char| letter.is_ascii_digit());
     let fits = |distance: &f64| *distance >= 0.0 && (distance.is_finite() || !digits);
     text.trim().parse().ok().filter(fits).ok_or_else(|| {
@@ -246,7 +246,7 @@ pub(crate) fn distance(text: &str) -> Result<f64, String> {
 }
 
 /// Reads `AZIMUTH,ELEVATION` or `AZIMUTH,ELEVATION,DIAMETER` in degrees.
-pub(crate) fn sun_with_size(text: &str) -> Result<Sun, String> {
+pub fn sun_with_size(text: &str) -> Result<Sun, String> {
     let Some((place, diameter)) = text
         .rsplit_once(',')
         .filter(|(place, _)| place.contains(','))
@@ -268,7 +268,7 @@ pub(crate) fn sun_with_size(text: &str) -> Result<Sun, String> {
 }
 
 /// Reads `AZIMUTH,ELEVATION` in degrees.
-pub(crate) fn sun(text: &str) -> Result<Sun, String> {
+pub fn sun(text: &str) -> Result<Sun, String> {
     let [azimuth_degrees, elevation_degrees] = numbers(text, "AZIMUTH,ELEVATION in degrees")?;
     if !(-90.0..=90.0).contains(&elevation_degrees) {
         return Err(format!(
@@ -290,7 +290,7 @@ pub(crate) fn sun(text: &str) -> Result<Sun, String> {
 }
 
 /// Reads a colour that is not negative.
-pub(crate) fn background(text: &str) -> Result<Color, String> {
+pub fn background(text: &str) -> Result<Color, String> {
     let color = Color::from(numbers::<3>(text, "R,G,B")?);
     if color.min_element() < 0.0 {
         return Err("a background must not be negative".into());
@@ -299,7 +299,7 @@ pub(crate) fn background(text: &str) -> Result<Color, String> {
 }
 
 /// Reads `auto` or an exposure in stops.
-pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
+pub fn exposure(text: &str) -> Result<Exposure, String> {
     if text.trim() == "auto" {
         return Ok(Exposure::Auto);
     }

@@ -6,6 +6,7 @@ use antumbra_geometry::{DVec3, Short, SurfaceId};
 use antumbra_render::camera::CameraError;
 use antumbra_render::image_file::ImageFileError;
 use antumbra_render::prepare::PrepareError;
+use antumbra_scene::gather::GatherError;
 use antumbra_scene::{ReadError, ReadErrorKind};
 use pyo3::exceptions::{
     PyFileNotFoundError, PyIndexError, PyMemoryError, PyOSError, PyRuntimeError, PyValueError,
@@ -33,9 +34,15 @@ impl ToPython for ReadError {
 impl ToPython for PrepareError {
     fn to_python(&self) -> PyErr {
         match self {
+            Self::Gather(error) => error.to_python(),
             Self::Build(error) => error.to_python(),
-            _ => PyValueError::new_err(self.to_string()),
         }
+    }
+}
+
+impl ToPython for GatherError {
+    fn to_python(&self) -> PyErr {
+        PyValueError::new_err(self.to_string())
     }
 }
 

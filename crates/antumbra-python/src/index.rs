@@ -9,11 +9,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use antumbra::{
-    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, KeptLight, Method,
-    Nearness, Refine, Refinement, Towards,
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, IndexOptions,
+    KeptLight, Method, Nearness, Refine, Refinement, Towards,
 };
 use antumbra_geometry::Precision;
-use antumbra_render::prepare::PrepareOptions;
+use antumbra_scene::gather::light_shapes;
 use numpy::{
     Element, PyArray1, PyArray2, PyArray4, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2,
 };
@@ -52,7 +52,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    pub(crate) fn options(&self) -> PyResult<PrepareOptions> {
+    pub(crate) fn options(&self) -> PyResult<IndexOptions> {
         let method = match self.method.as_str() {
             "auto" => Method::Auto,
             "voxel" => Method::Voxel,
@@ -76,7 +76,7 @@ impl Settings {
                 return Err(PyValueError::new_err(message));
             }
         };
-        Ok(PrepareOptions {
+        Ok(IndexOptions {
             method,
             grid: self
                 .grid
@@ -89,7 +89,7 @@ impl Settings {
                 ..Refinement::default()
             },
             memory_limit: self.memory_limit.unwrap_or(u64::MAX),
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         })
     }
 }
@@ -185,9 +185,8 @@ impl ShadowIndex {
         let begin = Instant::now();
         let progress = Progress::new(progress);
         let index = watched(py, settings.threads, &progress, |_| {
-            scene
-                .gathered
-                .index_from(&lights, &options, occlusion.as_deref())
+            let shapes = light_shapes(&lights);
+            options.build_from(scene.gathered.occluders(), shapes, occlusion.as_deref())
         })?;
         Ok(Self {
             index: index.map_err(|error| error.to_python())?,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use antumbra_geometry::{DVec3, Short, SurfaceId};
-use antumbra_render::prepare::Gathered;
+use antumbra_scene::gather::Gathered;
 use antumbra_scene::model::{self, Corner, Material, Mesh, Object, Shape};
 use antumbra_scene::{ReadOptions, UpAxis, defaults, read_file};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};

@@ -50,9 +50,10 @@ pub struct Statistics {
 /// What was asked for.
 #[derive(Clone, Debug, Serialize)]
 pub struct Settings {
-    /// `voxel`, `voxel-1990`, `grid`, `bvh`, `naive`, or a rival's name.
+    /// `auto`, `voxel`, `voxel-1990`, `grid`, `bvh` or `naive`.
     pub shadows: String,
-    /// Whether the answers are the reference's, so that the picture is the same whoever made it.
+    /// Whether the answers are the reference's, so that the picture is the same whoever made it: `true` unless a
+    /// stand-in answered.
     pub is_exact: bool,
     /// The method in use: another one where the quick check was to be obeyed.
     pub shadows_used: String,
@@ -148,9 +149,9 @@ pub struct LightSampleCounts {
 pub struct Traversal {
     /// Voxels entered and nodes visited.
     pub steps: u64,
-    /// Surfaces tested; by rivals also shadow polygons and shadow volumes.
+    /// Surfaces tested; by stand-ins also what they test in place of surfaces.
     pub intersections: u64,
-    /// What rivals found listed where their queries looked; 0 for the index's own methods.
+    /// What stand-ins found listed where their queries looked; 0 for the index's own methods.
     pub candidates: u64,
 }
 
@@ -171,7 +172,7 @@ pub struct MemoryUse {
     /// Occlusion values, without lists and tables.
     pub occlusion_bytes: u64,
     /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values, lists
-    /// and tables, or all that a rival keeps.
+    /// and tables, or all that a stand-in keeps.
     pub bytes_per_light: f64,
     /// What all that lights know has taken of the memory that it may take.
     pub knowledge_bytes: u64,

@@ -5,7 +5,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use antumbra::Method;
+use antumbra::{IndexOptions, Method};
 use antumbra_geometry::{
     AreaShape, DVec3, DiskLight, MeshLight, PolygonLight, RectangleLight, SegmentLight, Sky,
     Sphere, SphereLight, SunDisc, TriangleLight,
@@ -13,7 +13,8 @@ use antumbra_geometry::{
 use antumbra_render::camera::View;
 use antumbra_render::film::{RenderSettings, Rendered, Sampling, Show, Watch, render};
 use antumbra_render::image_file::srgb_byte;
-use antumbra_render::prepare::{PrepareOptions, Prepared, emissive_lights};
+use antumbra_render::prepare::Prepared;
+use antumbra_scene::gather::emissive_lights;
 use antumbra_scene::model::{
     AreaLight, Camera, Color, Light, LightKind, Material, Object, Scene, Shape,
 };
@@ -82,9 +83,9 @@ fn shot_with(prepared: &Prepared, settings: RenderSettings) -> Rendered {
 }
 
 fn prepared(scene: Scene, method: Method) -> Prepared {
-    let options = PrepareOptions {
+    let options = IndexOptions {
         method,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
     Prepared::new(scene, &options).unwrap()
 }

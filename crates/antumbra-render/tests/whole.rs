@@ -1,10 +1,11 @@
 //! Small scenes, rendered whole: what is asked, what is counted, what may not matter.
 
-use antumbra::Method;
+use antumbra::{IndexOptions, Method};
 use antumbra_geometry::{DVec3, Sphere};
 use antumbra_render::camera::View;
 use antumbra_render::film::{RenderSettings, Rendered, Sampling, Show, Watch, render};
-use antumbra_render::prepare::{PrepareError, PrepareOptions, Prepared};
+use antumbra_render::prepare::{PrepareError, Prepared};
+use antumbra_scene::gather::GatherError;
 use antumbra_scene::model::{
     Camera, Color, Corner, Facing, Light, LightKind, Material, Mesh, Object, Polygon, Scene, Shape,
 };
@@ -92,9 +93,9 @@ fn below() -> Camera {
 fn prepared(scene: Scene, method: Method) -> Prepared {
     Prepared::new(
         scene,
-        &PrepareOptions {
+        &IndexOptions {
             method,
-            ..PrepareOptions::default()
+            ..IndexOptions::default()
         },
     )
     .unwrap()
@@ -286,9 +287,12 @@ fn a_mesh_looks_like_its_polygons() {
         face_ends: vec![9],
         ..mesh
     });
-    let error = Prepared::new(broken, &PrepareOptions::default()).unwrap_err();
+    let error = Prepared::new(broken, &IndexOptions::default()).unwrap_err();
     assert!(
-        matches!(error, PrepareError::BadIndex { object: 0, .. }),
+        matches!(
+            error,
+            PrepareError::Gather(GatherError::BadIndex { object: 0, .. })
+        ),
         "{error}"
     );
 }

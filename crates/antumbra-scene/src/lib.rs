@@ -1,4 +1,4 @@
-//! Scenes: the model, the readers, the writer, the generators.
+//! Scenes: the model, the readers, the writer, the generators, and what of a scene blocks light ([`gather`]).
 //!
 //! In: scene files (NFF, OBJ with MTL, glTF) or a generator's name and size. Out: a
 //! [`model::Scene`], plain validated data, with [`Warning`]s for whatever a file says that is
@@ -9,6 +9,7 @@
 mod bounds;
 pub mod defaults;
 mod error;
+pub mod gather;
 pub mod generate;
 mod instance;
 pub mod model;

@@ -147,27 +147,21 @@
     )
 )]
 
-mod batch;
-mod beam;
-mod bvh;
+mod accel;
+mod answer;
 mod clock;
 mod draw;
-mod fraction;
-mod frame;
-mod grid;
+mod file;
 mod index;
-mod kept;
-mod locate;
-mod named;
+mod limits;
+mod method;
 mod occlusion;
-mod own_rays;
-mod parts;
-mod rays;
-mod shadow;
+mod query;
+mod settings;
 mod stats;
-mod sweep;
 mod threads;
 
+pub use answer::{Answer, Decided, QueryError, Shadow};
 pub use antumbra_geometry::{
     AreaError, AreaSample, AreaShape, DiskLight, MAX_LIGHT_SAMPLES, MeshLight, PolygonLight,
     RectangleLight, SegmentLight, Sky, SphereLight, SunDisc, TriangleLight,
@@ -178,16 +172,13 @@ pub use antumbra_geometry::{
     Start, SurfaceId, UnidentifiedCoverage,
 };
 pub use antumbra_task::{Stopped, Task};
-pub use batch::{Batch, BatchCounters, BatchError, BatchKind, Coordinates, SurfaceNumber};
-pub use beam::Targets;
-pub use fraction::{LightSamples, LightSampling, ReceiverSide};
-pub use index::{
-    Answer, BuildError, Builder, Decided, GridResolution, LightError, Method, Prediction,
-    QueryError, QuickCheck, QuickCheckVerdict, RayMethod, Refine, Refinement, Shadow, ShadowIndex,
+pub use file::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved};
+pub use index::{BuildError, Builder, IndexOptions, LightError, Prediction, ShadowIndex, Volume};
+pub use occlusion::{QuickCheckVerdict, Refine};
+pub use query::{
+    AnyHit, Batch, BatchError, BatchKind, Coordinates, Hits, LightSamples, LightSampling, Nearness,
+    OffSurface, OffSurfaces, RayBatch, ReceiverSide, Sample, SurfaceNumber, Targets, Towards,
+    WithRays,
 };
-pub use kept::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved, Volume};
-pub use locate::{Nearness, Sample};
-pub use named::{OffSurface, OffSurfaces};
-pub use own_rays::{AnyHit, WithRays};
-pub use rays::{Hits, RayBatch, Towards};
-pub use stats::{Counters, ShadowCounters};
+pub use settings::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
+pub use stats::{BatchCounters, Counters, ShadowCounters};

@@ -59,3 +59,12 @@ impl Counters {
         self.shadow.add(&other.shadow);
     }
 }
+
+/// How the queries of a batch were decided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BatchCounters {
+    /// Those that were asked.
+    pub counters: Counters,
+    /// Those of [`BatchKind::Facing`](crate::BatchKind::Facing) that were shadowed without being asked.
+    pub facing_away: u64,
+}

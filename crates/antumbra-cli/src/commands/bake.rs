@@ -6,10 +6,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use antumbra::{BuildError, Method, Refine, Refusal, ShadowIndex};
-use antumbra_render::prepare::{
-    Gathered, PrepareError, PrepareOptions, scene_bytes, surface_bytes,
-};
+use antumbra::{BuildError, IndexOptions, Method, Refine, Refusal, ShadowIndex};
+use antumbra_scene::gather::{Gathered, light_shapes, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum as _};
@@ -25,33 +23,33 @@ use crate::typed::{IndexCost, RefineWhen, SceneFile, Threads};
 use crate::values::format_bytes;
 
 #[derive(Args, Debug)]
-pub(crate) struct Bake {
+pub struct Bake {
     #[command(flatten)]
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
 
     /// File to write. What it already has is kept, for all lights that have not changed
     #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 
     /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
     /// computes exact shadow maps, in about a second a light, which take about as long to load
     #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
-    pub(crate) shadows: Shadows,
+    pub shadows: Shadows,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 
     #[command(flatten)]
-    pub(crate) threads: Threads,
+    pub threads: Threads,
 }
 
 /// Returns what reads the name of a method that keeps what it knows.
-pub(super) fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
+pub fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
     PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
 }
 
 /// Reads, makes what is missing, writes.
-pub(crate) fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
     if matches!(
         typed.cost.refine,
         Some(RefineWhen::Lazy | RefineWhen::Asked)
@@ -72,7 +70,11 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     let (gathered, options) = gathered(scene, &typed.cost, typed.shadows.method())?;
     let path = &typed.output;
     let (index, taken_count) = if path.is_file() {
-        match gathered.index_from(&scene.lights, &options, Some(path)) {
+        match options.build_from(
+            gathered.occluders(),
+            light_shapes(&scene.lights),
+            Some(path),
+        ) {
             Ok(index) => {
                 let taken_count = kept::tell(&index, &scene.lights, path, screen);
                 (index, taken_count)
@@ -80,7 +82,10 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
             Err(error) => (anew(error, &gathered, scene, &options, screen)?, 0),
         }
     } else {
-        (gathered.index(&scene.lights, &options)?, 0)
+        (
+            options.build(gathered.occluders(), light_shapes(&scene.lights))?,
+            0,
+        )
     };
     let saved = kept::save(&index, path)?;
     // Where nothing is, there is nothing to refine.
@@ -102,13 +107,13 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
 
 /// Makes all values, unless the file before cannot be read.
 fn anew(
-    error: PrepareError,
+    error: BuildError,
     gathered: &Gathered,
     scene: &Scene,
-    options: &PrepareOptions,
+    options: &IndexOptions,
     screen: &Screen,
 ) -> Result<ShadowIndex, Failure> {
-    let PrepareError::Build(BuildError::Occlusion(refused)) = &error else {
+    let BuildError::Occlusion(refused) = &error else {
         return Err(error.into());
     };
     match refused.reason {
@@ -118,7 +123,7 @@ fn anew(
         }
         _ => {
             screen.note(format!("{refused}; everything is computed again"));
-            Ok(gathered.index(&scene.lights, options)?)
+            Ok(options.build(gathered.occluders(), light_shapes(&scene.lights))?)
         }
     }
 }
@@ -128,7 +133,7 @@ pub(super) fn gathered(
     scene: &Scene,
     cost: &IndexCost,
     method: Method,
-) -> Result<(Gathered, PrepareOptions), Failure> {
+) -> Result<(Gathered, IndexOptions), Failure> {
     let limit = memory::limit(cost.memory_limit);
     let mut need = Need {
         scene: scene_bytes(scene),
@@ -137,13 +142,13 @@ pub(super) fn gathered(
     };
     need.check(limit)?;
     let gathered = Gathered::of(scene)?;
-    let mut options = PrepareOptions {
+    let mut options = IndexOptions {
         method,
         grid: cost.grid.unwrap_or_default(),
         refinement: cost.refinement(Refine::Eager),
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
-    let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+    let predicted = options.predict(gathered.occluders(), scene.lights.len(), None)?;
     need.set_index(gathered.memory_bytes(), predicted);
     need.check(limit)?;
     options.memory_limit = need.left_for_index(limit);

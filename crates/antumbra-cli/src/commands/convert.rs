@@ -12,7 +12,7 @@ use crate::screen::Screen;
 use crate::typed::Convert;
 
 /// Reads and writes; adds neither light nor camera.
-pub(crate) fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     for path in write::files_of(&typed.output) {
         match path == typed.output {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use antumbra::{Method, Prediction, Volume};
 use antumbra_geometry::{DVec3, Short};
 use antumbra_render::aov::light_names;
-use antumbra_render::prepare::scene_bytes;
+use antumbra_scene::gather::{light_shapes, scene_bytes};
 use antumbra_scene::model::Scene;
 use clap::Args;
 use serde::Serialize;
@@ -21,32 +21,32 @@ use crate::screen::Screen;
 use crate::typed::{IndexCost, SceneFile, Threads};
 
 #[derive(Args, Debug)]
-pub(crate) struct Export {
+pub struct Export {
     #[command(flatten)]
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
 
     /// File of values to load, which `antumbra bake` wrote; lights that it lacks are computed
     #[arg(long, help_heading = "Saved values", value_name = "FILE.antumbra")]
-    pub(crate) occlusion: Option<PathBuf>,
+    pub occlusion: Option<PathBuf>,
 
     /// Number of cells along the longest axis, rounded up to a power of two
     #[arg(long, help_heading = "Output", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
-    pub(crate) cells: u32,
+    pub cells: u32,
 
     /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2
     /// otherwise or where it is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
     #[arg(long, short, help_heading = "Output", value_name = "OUT.npy")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
 
     /// File to write the place of the cells and the names of the lights to, as JSON
     #[arg(long, help_heading = "Output", value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    pub json: Option<PathBuf>,
 
     #[command(flatten)]
-    pub(crate) cost: IndexCost,
+    pub cost: IndexCost,
 
     #[command(flatten)]
-    pub(crate) threads: Threads,
+    pub threads: Threads,
 }
 
 /// Where the cells of an array are: cell (i, j, k) begins at `min + edge * (i, j, k)`.
@@ -63,7 +63,7 @@ struct Place<'a> {
 }
 
 /// Reads, makes what is missing, writes.
-pub(crate) fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     outputs.add("--output", &typed.output, Content::Array)?;
     outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
@@ -75,13 +75,13 @@ pub(crate) fn run(typed: &Export, screen: &Screen) -> Result<Outcome, Failure> {
 fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure> {
     let (gathered, options) = bake::gathered(scene, &typed.cost, Method::Voxel)?;
     let file = typed.occlusion.as_deref();
-    let index = gathered.index_from(&scene.lights, &options, file)?;
+    let index = options.build_from(gathered.occluders(), light_shapes(&scene.lights), file)?;
     if let Some(path) = file {
         kept::tell(&index, &scene.lights, path, screen);
     }
     let nothing = || Failure::input("the scene has no surfaces, so there are no cells", "");
     // Beside what was taken for the index.
-    let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+    let predicted = options.predict(gathered.occluders(), scene.lights.len(), None)?;
     let need = Need {
         scene: scene_bytes(scene),
         surfaces: gathered.memory_bytes(),

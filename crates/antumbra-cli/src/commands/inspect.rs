@@ -1,8 +1,8 @@
 //! `antumbra inspect`: what a scene holds and what its index would cost.
 
-use antumbra::{Method, Refine};
+use antumbra::{IndexOptions, Method, Refine};
 use antumbra_geometry::{Element, ElementKind, Opacity, Short};
-use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
+use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_scene::model::{LightKind, Scene};
 
 use crate::failure::{Failure, Outcome};
@@ -14,7 +14,7 @@ use crate::values::format_bytes;
 use crate::{load, memory};
 
 /// Reads, counts, predicts; builds nothing.
-pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
     let limit = memory::limit(typed.cost.memory_limit);
     let [scene_bytes, surface_bytes] = [scene_bytes(&scene), surface_bytes(&scene)];
@@ -25,21 +25,21 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     };
     need.check(limit)?;
     let gathered = Gathered::of(&scene)?;
-    let options = |method| PrepareOptions {
+    let options = |method| IndexOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
         refinement: typed.cost.refinement(Refine::Eager),
         memory_limit: limit,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
     contents(&scene, &gathered, screen);
 
     // Predicted before any of it is taken.
     row(screen, "memory, scene", format_bytes(scene_bytes));
     row(screen, "memory, surfaces", format_bytes(surface_bytes));
-    for shadows in Shadows::OURS {
+    for shadows in Shadows::ALL {
         let options = options(shadows.method());
-        let predicted = gathered.predict(scene.lights.len(), &options, None)?;
+        let predicted = options.predict(gathered.occluders(), scene.lights.len(), None)?;
         let bytes = predicted.total();
         row(
             screen,
@@ -49,7 +49,7 @@ pub(crate) fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> 
     }
     row(screen, "memory limit", format_bytes(limit));
 
-    let [x, y, z] = gathered.resolve_grid(&options(Method::default()))?;
+    let [x, y, z] = options(Method::default()).resolve_grid(gathered.occluders())?;
     row(screen, "grid", format!("{x} x {y} x {z}"));
     Ok(Outcome::Done)
 }

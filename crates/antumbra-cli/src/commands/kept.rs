@@ -17,26 +17,26 @@ use crate::screen::Screen;
 /// Where values come from and go to.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Saved values")]
-pub(crate) struct KeptFiles {
+pub struct KeptFiles {
     /// File of precomputed maps (method auto) or values (method voxel) to load, which `antumbra bake` wrote;
     /// lights that it lacks are computed as without it
     #[arg(long, value_name = "FILE.antumbra")]
-    pub(crate) occlusion: Option<PathBuf>,
+    pub occlusion: Option<PathBuf>,
 
     /// File to save the maps or values to at the end, also those computed on the way
     #[arg(long, value_name = "FILE.antumbra")]
-    pub(crate) save_occlusion: Option<PathBuf>,
+    pub save_occlusion: Option<PathBuf>,
 }
 
 impl KeptFiles {
     /// Adds the file that values are written to.
-    pub(super) fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
+    pub fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
         let path = self.save_occlusion.as_ref();
         outputs.add_if("--save-occlusion", path, Content::Values)
     }
 
     /// Refuses to write the file that values are taken from, but for values: then it is updated.
-    pub(super) fn spare(&self, outputs: &Outputs) -> Result<(), Failure> {
+    pub fn spare(&self, outputs: &Outputs) -> Result<(), Failure> {
         let identity = |path: &Option<PathBuf>| path.as_deref().map(Identity::of);
         match identity(&self.occlusion) == identity(&self.save_occlusion) {
             true => Ok(()),
@@ -46,7 +46,7 @@ impl KeptFiles {
 }
 
 /// Says which lights were not taken from a file; returns how many were.
-pub(super) fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
+pub fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
     let names = light_names(lights);
     let mut taken_count = 0;
     for (name, kept) in names.iter().zip(index.kept_lights()) {
@@ -66,12 +66,12 @@ pub(super) fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &
 }
 
 /// Writes a file of values, whole or not at all.
-pub(super) fn save(index: &ShadowIndex, path: &Path) -> Result<Saved, Failure> {
+pub fn save(index: &ShadowIndex, path: &Path) -> Result<Saved, Failure> {
     index.save(path).map_err(|error| outputs::unsaved(&error))
 }
 
 /// Writes the values that were asked for, and says so.
-pub(super) fn save_if_typed(
+pub fn save_if_typed(
     typed: &KeptFiles,
     index: &ShadowIndex,
     screen: &Screen,
@@ -85,7 +85,7 @@ pub(super) fn save_if_typed(
 }
 
 /// Returns what to do about a file that is refused.
-pub(crate) fn help(error: &LoadError) -> &'static str {
+pub fn help(error: &LoadError) -> &'static str {
     match error.reason {
         Refusal::Stale(_) => {
             "write it again for this scene and these settings: antumbra bake SCENE -o FILE.antumbra"

@@ -1,21 +1,20 @@
 //! The sub-commands, one file each.
 
-pub(crate) mod bake;
-pub(crate) mod bench;
-pub(crate) mod convert;
-pub(crate) mod export;
-pub(crate) mod inspect;
-pub(crate) mod kept;
-pub(crate) mod query;
-pub(crate) mod render;
-pub(crate) mod scene;
-pub(crate) mod verify;
+pub mod bake;
+pub mod convert;
+pub mod export;
+pub mod inspect;
+pub mod kept;
+pub mod query;
+pub mod render;
+pub mod scene;
+pub mod verify;
 
 use crate::failure::Failure;
 use crate::typed::Threads;
 
 /// Runs work on as many threads as typed, or one a processor; it belongs to the caller's task.
-fn on_threads<T: Send>(typed: &Threads, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+pub fn on_threads<T: Send>(typed: &Threads, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let count = typed.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(count)

@@ -5,9 +5,11 @@
 
 pub(super) mod arrays;
 
-use antumbra::{Batch, BatchCounters, BatchError, BatchKind, Nearness, Refine, ShadowIndex};
+use antumbra::{
+    Batch, BatchCounters, BatchError, BatchKind, IndexOptions, Nearness, Refine, ShadowIndex,
+};
 use antumbra_render::aov::light_names;
-use antumbra_render::prepare::{Gathered, PrepareOptions, scene_bytes, surface_bytes};
+use antumbra_scene::gather::{Gathered, light_shapes, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
 
 use super::kept;
@@ -22,7 +24,7 @@ use crate::values::{LightChoice, PointLight};
 use arrays::PointFile;
 
 /// Reads, asks, writes, counts.
-pub(crate) fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     outputs.add("--output", &typed.output, Content::Array)?;
     typed.kept.add_to(&mut outputs)?;
@@ -226,13 +228,14 @@ fn index(
     };
     need.check(limit)?;
     let gathered = Gathered::of(scene)?;
-    let mut options = PrepareOptions {
+    let mut options = IndexOptions {
         method: typed.shadows.method(),
         grid: typed.cost.grid.unwrap_or_default(),
         refinement: typed.cost.refinement(Refine::Lazy),
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
-    let predicted = gathered.predict(chosen.lights.len(), &options, Some(point_count))?;
+    let predicted =
+        options.predict(gathered.occluders(), chosen.lights.len(), Some(point_count))?;
     need.set_index(gathered.memory_bytes(), predicted);
     need.check(limit)?;
     options.memory_limit = need.left_for_index(limit);
@@ -243,7 +246,7 @@ fn index(
         .map(|&light| scene.lights[light].clone());
     let lights: Vec<_> = lights.collect();
     let file = typed.kept.occlusion.as_deref();
-    let index = gathered.index_from(&lights, &options, file)?;
+    let index = options.build_from(gathered.occluders(), light_shapes(&lights), file)?;
     if let Some(path) = file {
         kept::tell(&index, &lights, path, screen);
     }

@@ -7,7 +7,7 @@ use crate::screen::Screen;
 use crate::typed;
 
 /// Generates and writes.
-pub(crate) fn run(typed: &typed::Scene, screen: &Screen) -> Result<Outcome, Failure> {
+pub fn run(typed: &typed::Scene, screen: &Screen) -> Result<Outcome, Failure> {
     let path = &typed.output;
     Outputs::none().add("--output", path, Content::Nff)?;
     let scene = scene_source::generate(&typed.name, typed.size, typed.lights)?;

@@ -1,6 +1,6 @@
 //! `antumbra verify`: every exact method against the reference.
 //!
-//! In: a scene and a number of queries. Out: each difference, and their number; of a rival that is not
+//! In: a scene and a number of queries. Out: each difference, and their number; of another method that is not
 //! exact the share of its wrong answers, which are no differences. Every query is asked alone, and of our
 //! methods once more with others of its light. The queries are a pure function of scene and seed: points
 //! as random views see them, points spread over all surfaces, points on edges, vertices, and free points;
@@ -16,10 +16,10 @@ mod tally;
 
 use std::ops::Range;
 
-use antumbra::{Counters, Method, Refine, Shadow, ShadowIndex};
-use antumbra_baselines::IndexMethod;
+use antumbra::{Answer, Counters, IndexOptions, Method, QueryError, Refine, Shadow, ShadowIndex};
 use antumbra_geometry::Start;
-use antumbra_render::prepare::{Gathered, PrepareError, PrepareOptions};
+use antumbra_render::prepare::StandIn;
+use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 use rayon::prelude::*;
 
@@ -36,10 +36,10 @@ use tally::{Difference, Tally};
 /// are together lie close together.
 const RUN_QUERIES: u64 = 1 << 14;
 
-/// Builds one index a method, asks, compares.
-pub(crate) fn run(typed: &Verify, screen: &Screen) -> Result<Outcome, Failure> {
+/// Builds one index a method, asks, compares; with `others` beside the methods that were typed.
+pub fn run(typed: &Verify, others: Vec<Other>, screen: &Screen) -> Result<Outcome, Failure> {
     let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
-    super::on_threads(&typed.threads, || work(typed, scene, screen))?
+    super::on_threads(&typed.threads, || work(typed, others, scene, screen))?
 }
 
 /// Returns the methods to compare: those typed, or all that the judge leaves.
@@ -50,21 +50,25 @@ fn methods(typed: &Verify) -> Vec<Shadows> {
             Against::Reference => true,
             Against::Bvh => !matches!(method, Shadows::Naive | Shadows::Bvh),
         };
-        methods = Shadows::OURS.into_iter().filter(is_wanted).collect();
+        methods = Shadows::ALL.into_iter().filter(is_wanted).collect();
     }
     methods
 }
 
-fn work(typed: &Verify, mut scene: Scene, screen: &Screen) -> Result<Outcome, Failure> {
+fn work(
+    typed: &Verify,
+    others: Vec<Other>,
+    mut scene: Scene,
+    screen: &Screen,
+) -> Result<Outcome, Failure> {
     let gathered = Gathered::of(&scene)?;
     if typed.more_lights > 0 {
         let options = options(typed, Method::Bvh, memory::limit(typed.cost.memory_limit));
-        let index = gathered.index(&scene.lights, &options)?;
+        let index = options.build(gathered.occluders(), light_shapes(&scene.lights))?;
         let surfaces = Surfaces::new(&scene, &gathered, &index);
         let more = lights::more(typed.more_lights, typed.seed, &surfaces);
         scene.lights.extend(more);
     }
-    let methods = methods(typed);
     let mut built = Built {
         typed,
         scene: &scene,
@@ -73,34 +77,43 @@ fn work(typed: &Verify, mut scene: Scene, screen: &Screen) -> Result<Outcome, Fa
     };
     // What answers are compared with; it also finds hits. The reference needs no values.
     let judge = built.index(Method::Bvh)?;
-    let mut indices = Vec::new();
-    for &method in &methods {
-        indices.push((method, built.method(method)?));
-        screen.detail(format!("{} is built", method.name()));
+    let mut candidates = Vec::new();
+    for shadows in methods(typed) {
+        candidates.push(Candidate {
+            name: shadows.name(),
+            is_exact: true,
+            index: built.index(shadows.method())?,
+            stand_in: None,
+        });
+        screen.detail(format!("{} is built", shadows.name()));
+    }
+    for other in others {
+        candidates.push(built.other(&other)?);
+        screen.detail(format!("{} is built", other.name));
     }
 
     let surfaces = Surfaces::new(&scene, &gathered, &judge);
-    let voxels = indices
+    let voxels = candidates
         .iter()
-        .find_map(|(_, method)| method.index().voxel_planes());
+        .find_map(|candidate| candidate.index.voxel_planes());
     let comparison = Comparison {
         typed,
         attack: typed
             .attack
             .then(|| Attack::new(&surfaces, typed.seed, voxels)),
         surfaces: &surfaces,
-        indices: &indices,
+        candidates: &candidates,
     };
     let mut tally = comparison.run(screen);
     let judge_name = match typed.against {
         Against::Reference => "reference",
         Against::Bvh => "bvh",
     };
-    tally.tell_differences(judge_name, &judge, screen);
+    tally.tell_differences(judge_name, &judge, &candidates, screen);
     if typed.attack {
-        tally.tell_counts(&methods, screen);
+        tally.tell_counts(&candidates, screen);
     }
-    tally.tell_inexact(&methods, typed.queries, screen);
+    tally.tell_inexact(&candidates, typed.queries, screen);
     let difference_count = tally.difference_count();
     screen.result(format!(
         "{} queries, {difference_count} differences",
@@ -113,13 +126,13 @@ fn work(typed: &Verify, mut scene: Scene, screen: &Screen) -> Result<Outcome, Fa
     })
 }
 
-fn options(typed: &Verify, method: Method, memory_limit: u64) -> PrepareOptions {
-    PrepareOptions {
+fn options(typed: &Verify, method: Method, memory_limit: u64) -> IndexOptions {
+    IndexOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
         refinement: typed.cost.refinement(Refine::Eager),
         memory_limit,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     }
 }
 
@@ -135,29 +148,65 @@ impl Built<'_> {
     fn index(&mut self, method: Method) -> Result<ShadowIndex, Failure> {
         let options = options(self.typed, method, self.memory_left);
         let lights = &self.scene.lights;
-        let predicted = self.gathered.predict(lights.len(), &options, None)?;
+        let predicted = options.predict(self.gathered.occluders(), lights.len(), None)?;
         let taken = predicted.total().min(self.memory_left);
-        let index = self.gathered.index(lights, &options)?;
+        let index = options.build(self.gathered.occluders(), light_shapes(lights))?;
         self.memory_left = self.memory_left.saturating_sub(taken);
         Ok(index)
     }
 
-    fn method(&mut self, shadows: Shadows) -> Result<IndexMethod, Failure> {
-        let index = self.index(shadows.method())?;
-        let options = PrepareOptions {
-            rival: shadows.rival(),
-            ..options(self.typed, shadows.method(), self.memory_left)
-        };
-        let rival = options.rival(&index).map_err(PrepareError::from)?;
-        Ok(match rival {
-            Some(rival) => {
-                let lights = 0..index.lights().len();
-                let taken: u64 = lights.map(|light| rival.bytes(light)).sum();
-                self.memory_left = self.memory_left.saturating_sub(taken);
-                IndexMethod::of_rival(rival, index)
-            }
-            None => IndexMethod::new(shadows.name(), index),
+    fn other(&mut self, other: &Other) -> Result<Candidate, Failure> {
+        let index = self.index(other.method)?;
+        let stand_in = (other.build)(&index, self.memory_left)?;
+        if let Some(stand_in) = &stand_in {
+            let lights = 0..index.lights().len();
+            let taken: u64 = lights.map(|light| stand_in.bytes(light)).sum();
+            self.memory_left = self.memory_left.saturating_sub(taken);
+        }
+        Ok(Candidate {
+            name: other.name,
+            is_exact: other.is_exact,
+            index,
+            stand_in,
         })
+    }
+}
+
+/// Makes a stand-in for an index, in so many bytes.
+pub type BuildStandIn =
+    dyn Fn(&ShadowIndex, u64) -> Result<Option<Box<dyn StandIn>>, Failure> + Send + Sync;
+
+/// Another method to compare, which answers in the place of an index.
+pub struct Other {
+    /// What it is called.
+    pub name: &'static str,
+    /// Whether its answers have to be the judge's.
+    pub is_exact: bool,
+    /// The index that it is built for.
+    pub method: Method,
+    /// Makes it.
+    pub build: Box<BuildStandIn>,
+}
+
+/// A method that is compared.
+struct Candidate {
+    name: &'static str,
+    is_exact: bool,
+    index: ShadowIndex,
+    stand_in: Option<Box<dyn StandIn>>,
+}
+
+impl Candidate {
+    fn shadow(
+        &self,
+        start: &Start,
+        light: usize,
+        counters: &mut Counters,
+    ) -> Result<Answer, QueryError> {
+        match &self.stand_in {
+            Some(other) => other.shadow(&self.index, start, light, counters, &mut 0),
+            None => self.index.shadow(start, light, counters),
+        }
     }
 }
 
@@ -166,14 +215,14 @@ struct Comparison<'a> {
     typed: &'a Verify,
     attack: Option<Attack<'a>>,
     surfaces: &'a Surfaces<'a>,
-    indices: &'a [(Shadows, IndexMethod)],
+    candidates: &'a [Candidate],
 }
 
 impl Comparison<'_> {
     fn run(&self, screen: &Screen) -> Tally {
         let query_count = self.typed.queries;
         let bar = screen.progress(query_count, "comparing");
-        let new = || Tally::new(self.indices.len());
+        let new = || Tally::new(self.candidates.len());
         let task = antumbra_task::current();
         let tally = (0..query_count.div_ceil(RUN_QUERIES))
             .into_par_iter()
@@ -218,23 +267,23 @@ impl Comparison<'_> {
             if let Some(kind) = kind {
                 tally.count_kind(kind);
             }
-            let difference = |method, found, expected| Difference {
+            let difference = |number, found, expected| Difference {
                 query,
                 kind,
                 start,
                 light,
-                method,
+                candidate: number,
                 found,
                 expected,
             };
             let expected = self.expected(&start, light);
-            for (number, &(method, ref answering)) in self.indices.iter().enumerate() {
-                let answer = answering.shadow(&start, light, tally.counters(number));
+            for (number, candidate) in self.candidates.iter().enumerate() {
+                let answer = candidate.shadow(&start, light, tally.counters(number));
                 let found = answer.expect(VALID).shadow;
-                if found != expected && !method.is_exact() {
+                if found != expected && !candidate.is_exact {
                     tally.count_wrong(number);
                 } else if found != expected {
-                    tally.add_difference(number, difference(method, found, expected));
+                    tally.add_difference(difference(number, found, expected));
                 }
             }
             asked[light].queries.push((query, kind));
@@ -249,11 +298,11 @@ impl Comparison<'_> {
     /// Asks our own methods the queries of one light again, all at once.
     fn ask_together(&self, light: usize, asked: &Asked, tally: &mut Tally) {
         let mut is_shadowed = vec![false; asked.starts.len()];
-        for (number, &(method, ref answering)) in self.indices.iter().enumerate() {
-            if method.rival().is_some() {
+        for (number, candidate) in self.candidates.iter().enumerate() {
+            if candidate.stand_in.is_some() {
                 continue;
             }
-            let index = answering.index();
+            let index = &candidate.index;
             index
                 .shadows(
                     &asked.starts,
@@ -281,11 +330,11 @@ impl Comparison<'_> {
                         kind,
                         start,
                         light,
-                        method,
+                        candidate: number,
                         found,
                         expected,
                     };
-                    tally.add_difference(number, difference);
+                    tally.add_difference(difference);
                 }
             }
         }

@@ -143,7 +143,7 @@ fn no_command_overwrites_what_it_reads() {
         "4",
     ];
     let render = ["render", scene, "--size", "8x8"];
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 16] = [
         (&query, &["-o", points]),
         (&query, &["-o", &round]),
         (&query, &["-o", &normals]),
@@ -160,10 +160,6 @@ fn no_command_overwrites_what_it_reads() {
         (&render, &["-o", &apng, "--stats-json", &sjson]),
         (&["bake", scene], &["-o", &svalues]),
         (&["convert", scene, &sglb], &[]),
-        (
-            &["bench", "shadows", scene, "--rounds", "1"],
-            &["--json", &sjson],
-        ),
     ];
     for (command, more) in cases {
         let output = antumbra(&[command, more].concat());
@@ -727,8 +723,7 @@ mod unix {
         let [scene, points] = [text(&world.scene), text(&world.points)];
         let out = |name: &str| world.path(name);
         let [npy, values, volume] = ["a.npy", "a.antumbra", "b.npy"].map(out);
-        let bench = ["--size", "16x16", "--rounds", "1"];
-        let commands: [&[&str]; 9] = [
+        let commands: [&[&str]; 8] = [
             &["inspect", scene],
             &["verify", scene, "--queries", "10", "--resolution", "64"],
             &["query", scene, "--points", points, "-o", &npy],
@@ -743,7 +738,6 @@ mod unix {
                 "-o",
                 &volume,
             ],
-            &[&["bench", "shadows", scene], &bench[..]].concat(),
             &["--help"],
             &["--version"],
             &["query", "--help"],

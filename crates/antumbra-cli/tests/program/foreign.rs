@@ -10,28 +10,12 @@ fn what_antumbra_did_not_write_is_not_replaced_under_a_name_that_nobody_gave() {
     let (folder, scene) = Folder::with_scene();
     let path = |name: &str| text(&folder.path(name)).to_owned();
     let names = || {
-        let folders = [folder.path(""), folder.path("report")];
-        let entries = folders
-            .iter()
-            .flat_map(|folder| fs::read_dir(folder).unwrap());
+        let entries = fs::read_dir(folder.path("")).unwrap();
         let mut names: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
         names.sort();
         names
     };
     let scene = text(&scene);
-    let report = path("report");
-    let bench = [
-        "bench",
-        "paper",
-        "--scene",
-        "tetra",
-        "--size",
-        "8x8",
-        "--rounds",
-        "1",
-        "--no-sweeps",
-    ];
-    let bench = [&bench[..], &["--html", &report]].concat();
     let picture = path("p.png");
     let layers = ["render", scene, "--size", "8x8", "--aov", "shadow,decided"];
     let layers = [&layers[..], &["-o", &picture]].concat();
@@ -43,12 +27,9 @@ fn what_antumbra_did_not_write_is_not_replaced_under_a_name_that_nobody_gave() {
                     end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     fs::write(&mesh, triangle).unwrap();
     let obj = path("mesh.obj");
-    fs::create_dir(&report).unwrap();
     // A page that only speaks of antumbra is somebody's, too.
     let foreign = b"<html><title>My notes on antumbra</title>";
     for (command, name) in [
-        (bench.clone(), "report/index.html"),
-        (bench, "report/README.md"),
         (layers.clone(), "p.decided-by.png"),
         (orbit(&frames), "f-0002.png"),
         (orbit(&floats), "f-0001.exr"),

@@ -3,7 +3,7 @@
 use super::support::{Folder, antumbra, assert_code, stderr, stdout, text};
 
 /// Every command, with the words that its help must have.
-const COMMANDS: [(&[&str], &[&str]); 14] = [
+const COMMANDS: [(&[&str], &[&str]); 8] = [
     (
         &["render"],
         &[
@@ -42,21 +42,6 @@ const COMMANDS: [(&[&str], &[&str]); 14] = [
         &["Scene:", "Output:", "sphereflake", "heightfield", "rooms"],
     ),
     (&["convert"], &["Files:", ".nff, .obj, .ply or .glb"]),
-    (&["bench"], &["Commands:"]),
-    (
-        &["bench", "shadows"],
-        &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
-    ),
-    (
-        &["bench", "frames"],
-        &["Scenes and lights:", "Frames:", "Rounds:", "Output:"],
-    ),
-    (
-        &["bench", "soft"],
-        &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
-    ),
-    (&["bench", "paper"], &["Scenes:", "Rounds:", "Output:"]),
-    (&["bench", "watertight"], &["Scenes and lights:", "Output:"]),
 ];
 
 fn help(command: &[&str], flag: &str) -> String {
@@ -68,10 +53,7 @@ fn help(command: &[&str], flag: &str) -> String {
 #[test]
 fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
     let all = COMMANDS.iter().copied();
-    for (command, words) in all.chain([
-        (&[][..], &["Exit codes"][..]),
-        (&["bench", "kept"], &["Output:"]),
-    ]) {
+    for (command, words) in all.chain([(&[][..], &["Exit codes"][..])]) {
         for flag in ["--help", "-h"] {
             let text = help(command, flag);
             for line in text.lines() {
@@ -97,11 +79,6 @@ fn north_is_stated_wherever_a_sun_can_be_typed() {
         &["verify"],
         &["bake"],
         &["export"],
-        &["bench", "shadows"],
-        &["bench", "frames"],
-        &["bench", "soft"],
-        &["bench", "watertight"],
-        &["bench", "kept"],
     ] {
         let text = help(command, "--help");
         let words: Vec<&str> = text.split_whitespace().collect();

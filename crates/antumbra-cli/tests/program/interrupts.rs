@@ -2,7 +2,6 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -13,7 +12,7 @@ use super::support::{Folder, antumbra, assert_code, stderr, text};
 const PROMISED: Duration = Duration::from_secs(2);
 
 /// By then a command has read its scene and works.
-const WORKING: When = When::After(Duration::from_millis(2500));
+const WORKING: Duration = Duration::from_millis(2500);
 
 fn scene(folder: &Folder, name: &str, size: &str) -> std::path::PathBuf {
     let path = folder.path("scene.nff");
@@ -33,33 +32,19 @@ fn start(arguments: &[&str]) -> Child {
         .unwrap()
 }
 
-/// When Ctrl-C is pressed.
-enum When {
-    After(Duration),
-    /// The program has said this on standard error.
-    Said(&'static str),
-}
-
 /// Presses Ctrl-C, and returns what came of it.
-fn interrupted(arguments: &[&str], when: When) -> Output {
-    stopped(start(arguments), arguments, when, ("-INT", 130))
+fn interrupted(arguments: &[&str], wait: Duration) -> Output {
+    stopped(start(arguments), arguments, wait, ("-INT", 130))
 }
 
 /// Sends a signal, and returns what came of it.
 fn stopped(
     mut child: Child,
     arguments: &[&str],
-    when: When,
+    wait: Duration,
     (signal, code): (&str, i32),
 ) -> Output {
-    match when {
-        When::After(wait) => std::thread::sleep(wait),
-        When::Said(words) => {
-            let said = child.stderr.as_mut().unwrap();
-            let mut lines = BufReader::new(said).lines().map(Result::unwrap);
-            assert!(lines.any(|line| line.contains(words)), "{words}");
-        }
-    }
+    std::thread::sleep(wait);
     assert!(
         child.try_wait().unwrap().is_none(),
         "{arguments:?} was done too early"
@@ -236,43 +221,4 @@ fn render_leaves_the_partial_picture_even_within_a_pixel() {
         "{}",
         stderr(&output)
     );
-}
-
-#[test]
-fn bench_paper_tells_and_writes_what_it_has_measured() {
-    let folder = Folder::new();
-    let (json, html) = (folder.path("figures.json"), folder.path("report"));
-    #[rustfmt::skip]
-    let bench = [
-        "bench",
-        "paper",
-        "--scene",
-        "graph",
-        "--scene",
-        "tetra",
-        "--size",
-        "32x24",
-        "--rounds",
-        "1",
-        "--sweep-rounds",
-        "1000",
-        "--json",
-        text(&json),
-        "--html",
-        text(&html),
-        "--verbose",
-    ];
-    let output = interrupted(&bench, When::Said("graph: measured"));
-    let figures: serde_json::Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
-    assert_eq!(figures["is_complete"], false);
-    assert!(
-        !figures["scenes"].as_array().unwrap().is_empty(),
-        "{figures}"
-    );
-    let said = stderr(&output);
-    assert!(
-        said.contains("stopped after") && said.contains("the report is not written"),
-        "{said}"
-    );
-    assert!(!html.join("index.html").exists());
 }

@@ -10,7 +10,6 @@ mod lazy;
 mod lights;
 mod outputs;
 mod query;
-mod rivals;
 mod support;
 mod terminal;
 
@@ -33,14 +32,13 @@ fn help_names_every_command_and_the_exit_codes() {
         "convert",
         "bake",
         "export",
-        "bench",
         "Exit codes",
         "130",
     ] {
         assert!(stdout(&output).contains(part), "{part}");
     }
     for command in [
-        "render", "inspect", "query", "verify", "scene", "convert", "bake", "export", "bench",
+        "render", "inspect", "query", "verify", "scene", "convert", "bake", "export",
     ] {
         assert_code(&antumbra(&[command, "--help"]), 0);
     }

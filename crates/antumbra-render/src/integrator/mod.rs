@@ -50,9 +50,9 @@ pub struct Tally {
     pub out_of_cone: u64,
     /// Samples of lights with size, which do not count under `queries`.
     pub area: AreaTally,
-    /// What the shadow index, or the rival in its place, counted.
+    /// What the shadow index, or its stand-in, counted.
     pub counters: Counters,
-    /// What a rival found listed where its queries looked; 0 without a rival.
+    /// What a stand-in found listed where its queries looked; 0 without one.
     pub candidates: u64,
 }
 
@@ -82,7 +82,7 @@ pub enum LightQuery {
     OutOfCone,
     /// Asked.
     Asked {
-        /// The answer: exact, unless a rival gave it that is not.
+        /// The answer: exact, unless a stand-in gave it that is not.
         answer: Answer,
         /// Share of the light's power sent into this direction, above 0, at most 1.
         cone_share: f64,

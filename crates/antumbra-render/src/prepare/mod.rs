@@ -1,113 +1,34 @@
 //! Scene meets accelerator: the only place.
 //!
-//! In: a [`Scene`]. Out: [`Gathered`] (its surfaces, and which object each came from), then
-//! [`Prepared`] (with the shadow index). Invariant: elements are numbered in the order of the
-//! file: each polygon, each face of a mesh, each sphere, cone and disk is one element, unless its
-//! alpha says that it is nowhere there. A surface blocks as its material's
-//! [`shadow_kind`](antumbra_scene::model::Material::shadow_kind) says.
+//! In: a [`Scene`] and its surfaces ([`Gathered`]). Out: [`Prepared`], with the shadow index.
 //!
 //! | module | what |
 //! |---|---|
-//! | `gathered` | objects become numbered surfaces |
-//! | `masks` | masks become holes |
-//! | `emissive` | surfaces that emit become lights with size |
 //! | `surface` | what a hit looks like: normals, texture, coverage |
-//! | `memory` | what all this takes |
+//! | `stand_in` | another method in the place of the index, for comparisons |
 
-mod emissive;
-mod gathered;
-mod masks;
-mod memory;
+mod stand_in;
 mod surface;
 
 use std::path::Path;
 
-use antumbra::{
-    Answer, BuildError, Counters, GridResolution, Method, QueryError, QuickCheck, RayMethod,
-    Refinement, ShadowIndex,
-};
-use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
-use antumbra_geometry::{DVec3, OccludersError, Start};
+use antumbra::{Answer, BuildError, Counters, IndexOptions, QueryError, ShadowIndex};
+use antumbra_geometry::Start;
+use antumbra_scene::gather::{GatherError, Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 
-pub use emissive::emissive_lights;
-pub use gathered::{Gathered, Place};
-pub use memory::{scene_bytes, surface_bytes};
+pub use stand_in::StandIn;
 pub use surface::Look;
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
-    /// An object's numbers are out of range.
-    #[error("object {object}{}: {source}", named(name))]
-    BadObject {
-        /// Index into [`Scene::objects`].
-        object: usize,
-        /// The object's name, may be empty.
-        name: String,
-        /// What is wrong.
-        source: OccludersError,
-    },
-    /// An object names a material, a texture, a position or a face end that is not there.
-    #[error("object {object}{}: {what} is out of range", named(name))]
-    BadIndex {
-        /// Index into [`Scene::objects`].
-        object: usize,
-        /// The object's name, may be empty.
-        name: String,
-        /// Which index it is.
-        what: &'static str,
-    },
+    /// The surfaces of the scene cannot be gathered.
+    #[error(transparent)]
+    Gather(#[from] GatherError),
     /// The index refuses the lights or a setting, or needs too much memory.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The rival needs too much memory.
-    #[error(transparent)]
-    Rival(#[from] RivalError),
-}
-
-fn named(name: &str) -> String {
-    if name.is_empty() {
-        String::new()
-    } else {
-        format!(" ({name})")
-    }
-}
-
-/// How a scene is accelerated.
-#[derive(Clone, Copy, Debug)]
-pub struct PrepareOptions {
-    /// How shadow queries are answered; by a rival's own shadow rays where there is a rival.
-    pub method: Method,
-    /// Who answers them instead.
-    pub rival: Option<RivalKind>,
-    /// Where the scene is seen from, world space, which one rival asks for.
-    pub viewpoint: Option<DVec3>,
-    /// What finds nearest hits.
-    pub rays: RayMethod,
-    /// How fine the grid is.
-    pub grid: GridResolution,
-    /// What the quick check of Paper 7.3 does.
-    pub quick_check: QuickCheck,
-    /// How far the values of [`Method::Voxel`] are refined.
-    pub refinement: Refinement,
-    /// Most bytes that grid, tree and values may take, and again most that a rival may.
-    pub memory_limit: u64,
-}
-
-impl Default for PrepareOptions {
-    fn default() -> Self {
-        Self {
-            method: Method::default(),
-            rival: None,
-            viewpoint: None,
-            rays: RayMethod::default(),
-            grid: GridResolution::default(),
-            quick_check: QuickCheck::default(),
-            refinement: Refinement::default(),
-            memory_limit: u64::MAX,
-        }
-    }
 }
 
 /// A scene ready to be looked at: its data, its surfaces and its shadow index.
@@ -116,24 +37,7 @@ pub struct Prepared {
     scene: Scene,
     gathered: Gathered,
     index: ShadowIndex,
-    rival: Option<Box<dyn Rival>>,
-}
-
-impl PrepareOptions {
-    /// Prepares the rival that is asked for, if one is, over an index that was built with these options.
-    ///
-    /// # Errors
-    /// It needs more memory than the limit.
-    pub fn rival(&self, index: &ShadowIndex) -> Result<Option<Box<dyn Rival>>, RivalError> {
-        let options = RivalOptions {
-            viewpoint: self.viewpoint,
-            memory_limit: self.memory_limit,
-            ..RivalOptions::default()
-        };
-        self.rival
-            .map(|kind| kind.build(index, &options))
-            .transpose()
-    }
+    stand_in: Option<Box<dyn StandIn>>,
 }
 
 impl Prepared {
@@ -143,7 +47,7 @@ impl Prepared {
     /// # Errors
     /// The scene or a setting is out of range, or the memory limit is too small; the need is
     /// predicted and compared before any of it is taken.
-    pub fn new(scene: Scene, options: &PrepareOptions) -> Result<Self, PrepareError> {
+    pub fn new(scene: Scene, options: &IndexOptions) -> Result<Self, PrepareError> {
         let gathered = Gathered::of(&scene)?;
         Self::of_gathered(scene, gathered, options)
     }
@@ -156,29 +60,29 @@ impl Prepared {
     pub fn of_gathered(
         scene: Scene,
         gathered: Gathered,
-        options: &PrepareOptions,
+        options: &IndexOptions,
     ) -> Result<Self, PrepareError> {
         Self::of_gathered_from(scene, gathered, options, None)
     }
 
     /// Builds the index as [`Prepared::of_gathered`] does, with the values that a file has of the lights
-    /// ([`Gathered::index_from`]).
+    /// ([`IndexOptions::build_from`]).
     ///
     /// # Errors
     /// As [`Prepared::new`], or the file is refused.
     pub fn of_gathered_from(
         scene: Scene,
         gathered: Gathered,
-        options: &PrepareOptions,
+        options: &IndexOptions,
         occlusion: Option<&Path>,
     ) -> Result<Self, PrepareError> {
-        let index = gathered.index_from(&scene.lights, options, occlusion)?;
-        let rival = options.rival(&index)?;
+        let lights = light_shapes(&scene.lights);
+        let index = options.build_from(gathered.occluders(), lights, occlusion)?;
         Ok(Self {
             scene,
             gathered,
             index,
-            rival,
+            stand_in: None,
         })
     }
 
@@ -197,13 +101,15 @@ impl Prepared {
         &self.index
     }
 
-    /// Returns the rival that answers shadow queries in place of the index, if one does.
-    pub fn rival(&self) -> Option<&dyn Rival> {
-        self.rival.as_deref()
+    /// Lets another method, which was built for this index, answer shadow queries in its place.
+    #[must_use]
+    pub fn with_stand_in(mut self, stand_in: Box<dyn StandIn>) -> Self {
+        self.stand_in = Some(stand_in);
+        self
     }
 
-    /// Answers a shadow query by the rival or the index. Counts under `counters`; `candidates` grows by what
-    /// a rival found listed where it looked.
+    /// Answers a shadow query by the index or its stand-in. Counts under `counters`; `candidates` grows by what
+    /// a stand-in found listed where it looked.
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
@@ -214,22 +120,18 @@ impl Prepared {
         counters: &mut Counters,
         candidates: &mut u64,
     ) -> Result<Answer, QueryError> {
-        let Some(rival) = &self.rival else {
-            return self.index.shadow(start, light, counters);
-        };
-        let mut work = Work::default();
-        let answer = rival.shadow(&self.index, start, light, &mut work);
-        counters.add(&work.counters);
-        *candidates += work.candidates;
-        answer
+        match &self.stand_in {
+            Some(other) => other.shadow(&self.index, start, light, counters, candidates),
+            None => self.index.shadow(start, light, counters),
+        }
     }
 
-    /// Returns the bytes kept for shadow queries, mean over the lights: of a rival all that it keeps; of an
-    /// index values, lists and tables. Surfaces, grid and tree are left out.
+    /// Returns the bytes kept for shadow queries, mean over the lights: of a stand-in all that it keeps; of
+    /// an index values, lists and tables. Surfaces, grid and tree are left out.
     pub fn bytes_per_light(&self) -> f64 {
         let lights = 0..self.index.lights().len();
-        let bytes = match &self.rival {
-            Some(rival) => lights.clone().map(|light| rival.bytes(light)).sum(),
+        let bytes = match &self.stand_in {
+            Some(other) => lights.clone().map(|light| other.bytes(light)).sum(),
             None => self.index.occlusion_bytes() + self.index.table_bytes(),
         };
         bytes as f64 / lights.len().max(1) as f64

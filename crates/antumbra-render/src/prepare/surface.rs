@@ -5,10 +5,10 @@
 //! that the file does not know (where an outline crosses itself) is flat and untextured.
 
 use antumbra_geometry::{DVec3, Hit, Opacity, SurfaceId};
+use antumbra_scene::gather::face_of;
 use antumbra_scene::model::{Alpha, Color, Corner, Material, Mesh, Shape};
 
 use super::Prepared;
-use super::gathered::face_of;
 use crate::vector::unit;
 
 /// How a surface looks in one place.
@@ -96,7 +96,7 @@ impl Prepared {
         if !is_there(mesh) {
             return None;
         }
-        let corners = self.gathered.occluders.corners(hit.surface)?;
+        let corners = self.gathered.occluders().corners(hit.surface)?;
         let face = face_of(mesh, place.face as usize)?;
         let value_of = |corner: &Corner| value_of(mesh, corner);
         if face.iter().any(|corner| value_of(corner).is_none()) {
@@ -112,14 +112,14 @@ impl Prepared {
 
     /// Returns whether the geometry asks a coverage about this surface.
     fn has_holes(&self, surface: SurfaceId) -> bool {
-        let occluders = &self.gathered.occluders;
+        let occluders = self.gathered.occluders();
         let element = &occluders.elements()[occluders.element_of(surface).0 as usize];
         matches!(element.opacity, Opacity::AlphaTested(_))
     }
 
     /// Returns the unit geometric normal at a hit: by the winding, or outwards.
     pub fn geometric_normal(&self, hit: &Hit) -> DVec3 {
-        self.gathered.occluders.normal_at(hit.surface, hit.point)
+        self.gathered.occluders().normal_at(hit.surface, hit.point)
     }
 
     /// Returns the unit shading normal at a hit: the vertex normals weighted by the hit's place in
@@ -146,12 +146,12 @@ impl Prepared {
         let place = self.gathered.place_of(surface);
         match &self.scene.objects[place.object as usize].shape {
             Shape::Polygon(polygon) if !polygon.normals.is_empty() => {
-                let corners = self.gathered.occluders.corners(surface)?;
+                let corners = self.gathered.occluders().corners(surface)?;
                 Some(corners.map(|corner| polygon.normals.get(corner as usize).copied()))
             }
             shape => {
                 let mesh = shape.mesh().filter(|mesh| !mesh.normals.is_empty())?;
-                let corners = self.gathered.occluders.corners(surface)?;
+                let corners = self.gathered.occluders().corners(surface)?;
                 let face = face_of(mesh, place.face as usize)?;
                 Some(corners.map(|corner| {
                     let normal = face.get(corner as usize)?.normal as usize;

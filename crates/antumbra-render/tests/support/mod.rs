@@ -2,11 +2,11 @@
 
 #![allow(dead_code, reason = "each file of tests uses some of it")]
 
-use antumbra::Method;
+use antumbra::{IndexOptions, Method};
 use antumbra_geometry::DVec3;
 use antumbra_render::camera::View;
 use antumbra_render::film::{RenderSettings, Rendered, Watch, render};
-use antumbra_render::prepare::{PrepareOptions, Prepared};
+use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::{Camera, Corner, Filter, Mesh, Object, Scene, Shape, Texture, Wrap};
 use antumbra_task::Task;
 
@@ -75,9 +75,9 @@ pub(crate) fn camera(height: f64) -> Camera {
 }
 
 pub(crate) fn prepared(scene: Scene, method: Method) -> Prepared {
-    let options = PrepareOptions {
+    let options = IndexOptions {
         method,
-        ..PrepareOptions::default()
+        ..IndexOptions::default()
     };
     Prepared::new(scene, &options).unwrap()
 }

@@ -3,49 +3,19 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders};
+use antumbra_geometry::{LightShape, Occluders};
 
-use super::predict::{Asked, Prediction};
-use super::settings::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
-use super::{LARGEST, ShadowIndex};
-use crate::bvh::Tree;
-use crate::grid::{Grid, Layout, affordable_resolution};
+use super::ShadowIndex;
+use super::needs::{check_light, knowledge, layout, needs_bvh, needs_grid};
+use super::predict::Asked;
+use super::refused::BuildError;
+use crate::accel::bvh::Tree;
+use crate::accel::grid::Grid;
+use crate::accel::parts::{Parts, Split};
 #[cfg(feature = "file")]
-use crate::kept::Kept;
-use crate::kept::LoadError;
-use crate::occlusion::{AdaptiveValues, Knowledge, mark, quick_check};
-use crate::parts::{Parts, Split};
-
-/// Why an index cannot be built.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum BuildError {
-    /// A light is not finite, too large, or a zero direction.
-    #[error(
-        "light {light}: position or direction must be finite, at most 2^100 and not a zero direction"
-    )]
-    BadLight {
-        /// Index of the light.
-        light: usize,
-    },
-    /// A grid resolution is out of range.
-    #[error(
-        "grid resolution {0:?}: each axis takes 1 to 2048 voxels, and all together fewer than 2^32 - 1 \
-         (about 1625 an axis)"
-    )]
-    BadResolution([u32; 3]),
-    /// The grid, the tree and the values of the grid would need more memory than allowed.
-    #[error("{} bytes are needed, more than the limit of {limit}: {predicted}", predicted.needed())]
-    Memory {
-        /// What is predicted, without what lights know of [`Method::Voxel`]: that takes what is left.
-        predicted: Prediction,
-        /// Allowed bytes.
-        limit: u64,
-    },
-    /// A file of occlusion values is refused.
-    #[error(transparent)]
-    Occlusion(#[from] LoadError),
-}
+use crate::file::Kept;
+use crate::occlusion::{AdaptiveValues, mark, quick_check};
+use crate::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
 
 /// Collects settings for a [`ShadowIndex`].
 #[derive(Clone, Debug)]
@@ -291,56 +261,9 @@ impl Builder {
     }
 }
 
-/// Returns whether the settings ask for the grid.
-pub(super) fn needs_grid(method: Method, rays: RayMethod) -> bool {
-    matches!(method, Method::Voxel1990 | Method::Grid)
-        || rays == RayMethod::Grid
-        || !needs_bvh(method, rays)
-}
-
-pub(super) fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
-    let (x, weight) = light.homogeneous();
-    let is_fine =
-        x.is_finite() && x.abs().max_element() <= LARGEST && (weight != 0.0 || x != DVec3::ZERO);
-    if is_fine {
-        Ok(())
-    } else {
-        Err(BuildError::BadLight { light: index })
-    }
-}
-
-/// Returns whether the settings ask for the tree.
-pub(super) fn needs_bvh(method: Method, rays: RayMethod) -> bool {
-    matches!(method, Method::Bvh | Method::Voxel | Method::Auto) || rays == RayMethod::Bvh
-}
-
-/// Returns what lights know with a method.
-pub(super) fn knowledge(method: Method) -> Option<Knowledge> {
-    match method {
-        Method::Auto => Some(Knowledge::Maps),
-        Method::Voxel => Some(Knowledge::Values),
-        _ => None,
-    }
-}
-
-pub(super) fn layout(
-    occluders: &Occluders,
-    bounds: Bounds,
-    resolution: GridResolution,
-) -> Result<Layout, BuildError> {
-    let resolution = match resolution {
-        GridResolution::Automatic => {
-            let usual = Layout::automatic_resolution(bounds, occluders.elements().len());
-            affordable_resolution(occluders, bounds, usual)
-        }
-        GridResolution::Fixed(resolution) => resolution,
-    };
-    // Voxels are numbered in 32 bits. Axes within their range cannot overflow the product.
-    let is_fine = resolution.iter().all(|n| (1..=2048).contains(n))
-        && resolution.iter().map(|&n| u64::from(n)).product::<u64>() < u64::from(u32::MAX);
-    if is_fine {
-        Ok(Layout::new(bounds, resolution))
-    } else {
-        Err(BuildError::BadResolution(resolution))
+impl ShadowIndex {
+    /// Starts an index over `occluders` for `lights`; queries name lights by their place here.
+    pub fn builder(occluders: Arc<Occluders>, lights: Vec<LightShape>) -> Builder {
+        Builder::new(occluders, lights)
     }
 }

@@ -7,14 +7,15 @@ use std::cell::OnceCell;
 
 use antumbra_geometry::LightShape;
 
-use super::builder::{BuildError, check_light, needs_bvh, needs_grid};
+use super::ShadowIndex;
+use super::needs::{check_light, needs_bvh, needs_grid};
 use super::predict::Asked;
-use super::{Method, Refinement, ShadowIndex};
-use crate::GridResolution;
-use crate::bvh::Tree;
-use crate::grid::Grid;
-use crate::kept::KeptLight;
+use super::refused::BuildError;
+use crate::accel::bvh::Tree;
+use crate::accel::grid::Grid;
+use crate::file::KeptLight;
 use crate::occlusion::{DenseValues, mark};
+use crate::{GridResolution, Method, Refinement};
 
 /// Why a light cannot be added, moved or removed. The index is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -3,64 +3,17 @@
 //! In: surfaces and settings. Out: bytes, by what takes them. Grid and tree are made once, and take more while they
 //! are made; what lights know of method `voxel` keeps to a limit of its own, so that it is never too much.
 
-use std::fmt;
-
 use antumbra_geometry::Occluders;
 
-use super::builder::{BuildError, knowledge, layout};
-use super::settings::{GridResolution, Method, Refinement};
-use crate::bvh::Bvh;
-use crate::grid::Grid;
+use super::ShadowIndex;
+use super::needs::{knowledge, layout, needs_bvh, needs_grid};
+use super::prediction::Prediction;
+use super::refused::BuildError;
+use crate::accel::bvh::Bvh;
+use crate::accel::grid::Grid;
+use crate::accel::parts::{Parts, Split};
 use crate::occlusion::{AdaptiveValues, DenseValues, mark_bytes};
-use crate::parts::{Parts, Split};
-
-/// Bytes that building and asking an index takes at the height, by what takes them. Surfaces, lights and answers come
-/// beside.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Prediction {
-    /// The uniform grid.
-    pub grid: u64,
-    /// The tree over the surfaces, while it is built.
-    pub tree: u64,
-    /// The values of [`Method::Voxel1990`], and what marking them takes.
-    pub values: u64,
-    /// What lights know of [`Method::Voxel`], as far as it comes beside the height of the tree; within
-    /// [`Refinement::memory`].
-    pub knowledge: u64,
-}
-
-impl Prediction {
-    /// Returns the sum of all.
-    pub fn total(&self) -> u64 {
-        self.needed().saturating_add(self.knowledge)
-    }
-
-    /// Returns the sum of what an index cannot do without: all but what lights know, which takes what is left.
-    pub fn needed(&self) -> u64 {
-        let Self {
-            grid,
-            tree,
-            values,
-            knowledge: _,
-        } = *self;
-        grid.saturating_add(tree).saturating_add(values)
-    }
-}
-
-impl fmt::Display for Prediction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            grid,
-            tree,
-            values,
-            knowledge: _,
-        } = self;
-        write!(
-            f,
-            "the grid {grid}, the tree {tree}, occlusion values {values}"
-        )
-    }
-}
+use crate::{GridResolution, Method, RayMethod, Refinement};
 
 /// What an index is asked to be.
 #[derive(Clone, Copy, Debug)]
@@ -119,5 +72,45 @@ impl Asked<'_> {
             values,
             knowledge: (tree + known).saturating_sub(tree_height),
         })
+    }
+}
+
+impl ShadowIndex {
+    /// Returns about how many bytes an index takes at its height, before any is taken: while it is built, and with
+    /// what so many queries of each light make it know, or any number if that is not said.
+    ///
+    /// # Errors
+    /// The resolution is out of range.
+    pub fn predict(
+        occluders: &Occluders,
+        light_count: usize,
+        resolution: GridResolution,
+        (method, rays): (Method, RayMethod),
+        refinement: Refinement,
+        query_count: Option<u64>,
+    ) -> Result<Prediction, BuildError> {
+        Asked {
+            occluders,
+            light_count,
+            resolution,
+            has_grid: needs_grid(method, rays),
+            method,
+            has_tree: needs_bvh(method, rays),
+            refinement,
+            query_count,
+        }
+        .predict()
+    }
+
+    /// Returns the resolution that a setting means for a scene.
+    ///
+    /// # Errors
+    /// The resolution is out of range.
+    pub fn resolve_grid(
+        occluders: &Occluders,
+        resolution: GridResolution,
+    ) -> Result<[u32; 3], BuildError> {
+        let bounds = Parts::near_bounds(occluders, Split::Narrow);
+        Ok(layout(occluders, bounds, resolution)?.resolution)
     }
 }

@@ -262,7 +262,7 @@ mod tests {
     use super::super::forms::START_ROOM;
     use super::super::testing::Random;
     use super::*;
-    use crate::frame::Frame;
+    use crate::accel::frame::Frame;
 
     /// A scene of two spheres: one is started from, one blocks. They are apart, touch, meet or are one
     /// in the other.

@@ -9,8 +9,8 @@ use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Relation, Sh
 use super::forms::{BOUND, EightForms, Forms, Verdict};
 use super::tables::{Contour, CurvedCaster, NONE, Tables};
 use super::value::Audience;
-use crate::bvh::{Bvh, Region};
-use crate::frame::Frame;
+use crate::accel::bvh::{Bvh, Region};
+use crate::accel::frame::Frame;
 
 /// A scene's surfaces as one light sees them.
 #[derive(Clone, Copy, Debug)]

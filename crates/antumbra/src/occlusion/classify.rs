@@ -362,8 +362,8 @@ mod tests {
     use super::super::tables::{LightTables, SceneTables, Tables};
     use super::super::testing::Random;
     use super::*;
-    use crate::bvh::Bvh;
-    use crate::frame::Frame;
+    use crate::accel::bvh::Bvh;
+    use crate::accel::frame::Frame;
 
     /// Triangles that share corners, doubled ones, panes, balls; numbers are whole half the time.
     fn scene(random: &mut Random) -> Occluders {

@@ -6,7 +6,7 @@
 use antumbra_geometry::{DVec2, DVec3, Occluders, SurfaceId};
 
 use super::views::View;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 /// A triangle in a view, cut to what it shows: `A`, `B` and `Z` of its corners.
 #[derive(Clone, Copy, Debug)]

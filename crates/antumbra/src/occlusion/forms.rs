@@ -13,7 +13,7 @@ use antumbra_geometry::{DVec3, LightShape};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x8, f32x16, mask32x8};
 
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 /// How far a start may lie from its point as given, in any coordinate, for values and lists to be asked,
 /// in the frame's units.

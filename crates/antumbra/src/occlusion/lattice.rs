@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
 
 use super::forms::START_ROOM;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 /// Cells of an octree over the scene, and the bricks of 4^3 of them that hold their values.
 #[derive(Clone, Copy, Debug)]

@@ -9,92 +9,19 @@ use fearless_simd::{Simd, dispatch};
 use super::adaptive::{AdaptiveValues, Known, Lists, PackedLight};
 use super::bricks::{Finder, Leaf, Store};
 use super::forms::{EightForms, Verdict};
+pub(crate) use super::found::{BLOCK, Found, Looked};
 use super::lattice::Code;
 use super::links::Link;
+pub(super) use super::looking::Lookup;
+pub(crate) use super::looking::Source;
 use super::many::{MANY, Told};
 use super::packed::{self, Packed};
 use super::starts::{Asks, Entry, Moved};
 use super::sync::{AtomicU32, Ordering};
-use super::tables::Tables;
 use super::value::Audience;
-use crate::Decided;
-
-/// Starts that are looked up together.
-pub(crate) const BLOCK: usize = 32;
 
 /// Of a start's code, the first bits are its key: cells of 16^3.
 const KEY_BITS: u32 = 12;
-
-/// What is known of a start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Found(u8);
-
-impl Found {
-    /// Nothing; perhaps the start is no start at all.
-    pub(crate) const NOTHING: Self = Self(0b100);
-    const SHADOWED: u8 = 0b01;
-    const BY_LIST: u8 = 0b10;
-
-    #[inline(always)]
-    pub(super) fn by_value(is_shadowed: bool) -> Self {
-        Self(u8::from(is_shadowed))
-    }
-
-    #[inline(always)]
-    pub(super) fn by_list(is_shadowed: bool) -> Self {
-        Self(u8::from(is_shadowed) | Self::BY_LIST)
-    }
-
-    /// Returns whether the start is in shadow, if something is known.
-    #[inline(always)]
-    pub(crate) fn is_shadowed(self) -> bool {
-        self.0 & Self::SHADOWED != 0
-    }
-
-    /// Returns whether nothing is known.
-    #[inline(always)]
-    pub(crate) fn is_nothing(self) -> bool {
-        self == Self::NOTHING
-    }
-
-    /// Returns by what an answer was decided that is known.
-    #[inline(always)]
-    pub(crate) fn decided(self) -> Decided {
-        if self.is_by_list() {
-            Decided::BlockerList
-        } else {
-            Decided::FirstPass
-        }
-    }
-
-    /// Counts a kind, without branches.
-    #[inline(always)]
-    pub(crate) fn count(all: &[Self; BLOCK], is_one: impl Fn(Self) -> bool) -> u64 {
-        let count: u8 = all.iter().map(|&found| u8::from(is_one(found))).sum();
-        count.into()
-    }
-
-    /// Returns whether a list said so.
-    #[inline(always)]
-    pub(crate) fn is_by_list(self) -> bool {
-        self.0 & Self::BY_LIST != 0
-    }
-}
-
-/// What is known of a block of starts.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Looked {
-    pub(crate) found: [Found; BLOCK],
-    /// Where the links of their cells stand; 0 where that does not matter.
-    pub(crate) places: [u32; BLOCK],
-}
-
-impl Looked {
-    const NOTHING: Self = Self {
-        found: [Found::NOTHING; BLOCK],
-        places: [0; BLOCK],
-    };
-}
 
 impl AdaptiveValues {
     /// Finds what is known of at most [`BLOCK`] starts.
@@ -231,26 +158,6 @@ impl AdaptiveValues {
         let x = self.frame.point_in_frame(point);
         [x.x as f32, x.y as f32, x.z as f32]
     }
-}
-
-/// Where values are.
-#[derive(Clone, Copy)]
-pub(crate) enum Source<'a> {
-    /// Values are not asked.
-    Nothing,
-    Growing(&'a Store),
-    Packed(&'a Packed),
-}
-
-/// What is needed to look up a start.
-pub(super) struct Lookup<'a, S> {
-    pub(super) simd: S,
-    pub(super) values: &'a AdaptiveValues,
-    /// Of the light.
-    pub(super) number: usize,
-    pub(super) tables: Tables<'a>,
-    pub(super) source: Source<'a>,
-    pub(super) occluders: &'a Occluders,
 }
 
 /// A surface of a list.

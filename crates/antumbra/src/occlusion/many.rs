@@ -18,69 +18,13 @@ use super::packed::{Leaf, Packed};
 use super::pairs::{Pairs, widened};
 use super::planes::{StartPlane, tell};
 use super::starts::Entry;
+pub(super) use super::told::{FEW, Numbers, Places, first_bits};
+pub(crate) use super::told::{MANY, Told};
 use super::value::Audience;
 use super::vectors::four_points;
 
-/// Starts that are looked up together; a bit each.
-pub(crate) const MANY: usize = 64;
-
-/// So few starts are answered one after the other.
-pub(super) const FEW: usize = 16;
-
 /// So many planes are not in the near caches: all that a block needs are fetched at once.
 pub(super) const FAR_PLANES: usize = 1 << 13;
-
-/// What is known of some starts, a bit for each.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Told {
-    pub(crate) shadowed: u64,
-    /// What a list said.
-    pub(crate) listed: u64,
-    /// Of which nothing is known.
-    pub(crate) unknown: u64,
-}
-
-impl Told {
-    pub(super) fn nothing(count: usize) -> Self {
-        Self {
-            unknown: first_bits(count),
-            ..Self::default()
-        }
-    }
-
-    pub(super) fn add(&mut self, number: usize, found: Found) {
-        self.shadowed |= u64::from(found.is_shadowed() & !found.is_nothing()) << number;
-        self.listed |= u64::from(found.is_by_list() & !found.is_nothing()) << number;
-        self.unknown |= u64::from(found.is_nothing()) << number;
-    }
-}
-
-/// As many bits as there are starts, at most [`MANY`].
-pub(super) fn first_bits(count: usize) -> u64 {
-    let spare = MANY.saturating_sub(count) as u32;
-    u64::MAX.checked_shr(spare).unwrap_or(0)
-}
-
-/// The numbers of the bits that are set.
-#[derive(Clone, Copy)]
-pub(super) struct Numbers(pub(super) u64);
-
-impl Iterator for Numbers {
-    type Item = usize;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<usize> {
-        if self.0 == 0 {
-            return None;
-        }
-        let number = self.0.trailing_zeros() as usize;
-        self.0 &= self.0 - 1;
-        Some(number % MANY)
-    }
-}
-
-/// Where starts are, coordinate by coordinate.
-pub(super) type Places = [[f32; MANY]; 3];
 
 /// Where in the root tables starts are looked up.
 type Roots = [u32; MANY];

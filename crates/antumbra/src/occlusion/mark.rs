@@ -11,7 +11,7 @@ use antumbra_geometry::{ElementId, LightShape, Occluders, Shaft, Umbra};
 use antumbra_task::checked;
 
 use super::{DenseValues, Occlusion};
-use crate::grid::{Block, Grid};
+use crate::accel::grid::{Block, Grid};
 use crate::threads::{self, prelude::*};
 
 /// Blocks of more voxels than this are marked in parallel.

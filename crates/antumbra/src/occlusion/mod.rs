@@ -10,16 +10,20 @@ mod arena;
 mod balls;
 mod bricks;
 mod budget;
+mod by_map;
 mod candidates;
 mod classify;
 mod footprint;
 mod forms;
+mod found;
 mod lattice;
 mod links;
+mod looking;
 mod lookup;
 mod many;
 mod map;
 mod mark;
+mod misfit;
 mod packed;
 mod pairs;
 mod planes;
@@ -33,10 +37,12 @@ mod sync;
 mod tables;
 #[cfg(test)]
 pub(crate) mod testing;
+mod told;
 mod value;
 mod vectors;
 mod views;
 mod volume;
+mod when;
 
 pub(crate) use adaptive::{
     AdaptiveValues, KeptValues, Knowledge, Known, Lists, Making, PackedLight, Scene,
@@ -48,9 +54,11 @@ pub(crate) use many::MANY;
 pub(crate) use map::{Map, Spent};
 pub(crate) use mark::{mark, mark_bytes};
 pub(crate) use packed::RUNS;
+pub use quick_check::QuickCheckVerdict;
 pub(crate) use quick_check::quick_check;
 pub(crate) use refine::Depth;
 pub(crate) use store::DenseValues;
 pub(crate) use stream::Misfit;
 pub(crate) use value::Occlusion;
 pub(crate) use volume::{Cells, LIT, MIXED, SHADOWED};
+pub use when::Refine;

@@ -17,7 +17,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8, mask32x8, u32x4, u32x8};
 
 use super::forms::START_ROOM;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 /// A triangle that queries start from, for one light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

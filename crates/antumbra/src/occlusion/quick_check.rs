@@ -3,8 +3,19 @@
 use antumbra_geometry::Occluders;
 use antumbra_task::checked;
 
-use crate::QuickCheckVerdict;
-use crate::grid::Grid;
+use crate::accel::grid::Grid;
+
+/// What the quick check of Paper 7.3 found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct QuickCheckVerdict {
+    /// Mean share of the grid's voxels that an element occupies, 0..1.
+    pub occupied_share: f64,
+    /// The share below which the check advises against.
+    pub threshold: f64,
+    /// Whether the check advises voxel occlusion testing.
+    pub is_advised: bool,
+}
 
 /// The share of the grid below which the mean element is too small to darken whole voxels. With it
 /// the paper's own loser (Tetra, 4096 small triangles) is advised against and its Flakes, two

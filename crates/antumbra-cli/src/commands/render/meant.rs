@@ -3,12 +3,12 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use antumbra::IndexOptions;
 use antumbra_render::aov::Aovs;
 use antumbra_render::camera::View;
 use antumbra_render::exr_file;
 use antumbra_render::film::{self, RenderSettings, Sampling};
 use antumbra_render::orbit::camera_of_frame;
-use antumbra_render::prepare::PrepareOptions;
 use antumbra_scene::model::Scene;
 
 use super::files::Format;
@@ -30,7 +30,7 @@ pub(super) struct Meant {
     pub(super) settings: RenderSettings,
     pub(super) exposure: Exposure,
     /// The memory limit in it is still the whole one.
-    pub(super) prepare: PrepareOptions,
+    pub(super) prepare: IndexOptions,
     pub(super) memory_limit: u64,
     /// What film and file take.
     pub(super) picture_bytes: u64,
@@ -87,15 +87,13 @@ impl Meant {
                 aovs,
             },
             exposure: exposure(typed, format, scene, screen),
-            prepare: PrepareOptions {
+            prepare: IndexOptions {
                 method: typed.shadows.method(),
-                rival: typed.shadows.rival(),
-                viewpoint: Some(camera.eye),
                 rays: typed.rays.method(),
                 grid: typed.cost.grid.unwrap_or_default(),
                 refinement: typed.cost.refinement(antumbra::Refine::Lazy),
                 quick_check: QuickCheckAction::quick_check(typed.quick_check),
-                ..PrepareOptions::default()
+                ..IndexOptions::default()
             },
             memory_limit: memory::limit(typed.cost.memory_limit),
             picture_bytes: film::predict_bytes(size, sampling, aovs, light_count) + file_bytes,

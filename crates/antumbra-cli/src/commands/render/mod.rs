@@ -12,9 +12,11 @@ mod meant;
 
 use std::time::{Duration, Instant};
 
+use antumbra::IndexOptions;
 use antumbra_render::film::{self, Watch};
 use antumbra_render::integrator::Tally;
-use antumbra_render::prepare::{self, Gathered, PrepareOptions, Prepared};
+use antumbra_render::prepare::Prepared;
+use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 
 use super::kept;
 use crate::failure::{Failure, Outcome};
@@ -30,11 +32,7 @@ use files::Format;
 use meant::Meant;
 
 /// Loads, prepares once, renders every frame, tells the figures.
-pub(crate) fn run(
-    typed: &Render,
-    screen: &Screen,
-    interrupt: &Interrupt,
-) -> Result<Outcome, Failure> {
+pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let format = Format::of(&typed.output)?;
     let mut outputs = Outputs::none();
     if typed.orbit.is_none() {
@@ -74,12 +72,6 @@ fn work(
     let prepare_time = begin.elapsed();
     say_prepared(&prepared, prepare_time, screen);
     let times = (predicted_bytes, lit.load_time, prepare_time);
-    if !typed.shadows.is_exact() {
-        screen.warning(format!(
-            "{} is not exact: the picture differs from that of all other methods",
-            typed.shadows.name()
-        ));
-    }
 
     // What is rendered when Ctrl-C comes is written.
     interrupt.keep_partial_results();
@@ -163,18 +155,20 @@ fn prepared(
     screen: &Screen,
 ) -> Result<(Prepared, u64), Failure> {
     let mut need = Need {
-        scene: prepare::scene_bytes(&scene),
-        surfaces: prepare::surface_bytes(&scene),
+        scene: scene_bytes(&scene),
+        surfaces: surface_bytes(&scene),
         picture: meant.picture_bytes,
         ..Need::default()
     };
     need.check(meant.memory_limit)?;
     let gathered = Gathered::of(&scene)?;
-    let predicted = gathered.predict(scene.lights.len(), &meant.prepare, None)?;
+    let predicted = meant
+        .prepare
+        .predict(gathered.occluders(), scene.lights.len(), None)?;
     need.set_index(gathered.memory_bytes(), predicted);
     need.check(meant.memory_limit)?;
     screen.detail(format!("memory predicted: {need}"));
-    let options = PrepareOptions {
+    let options = IndexOptions {
         memory_limit: need.left_for_index(meant.memory_limit),
         ..meant.prepare
     };

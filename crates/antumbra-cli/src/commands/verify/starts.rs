@@ -4,7 +4,7 @@
 //! turns; where a kind has no point (no triangle, nothing seen), a free point stands in.
 
 use antumbra_geometry::{Bounds, Start, SurfaceId};
-use antumbra_render::prepare::Gathered;
+use antumbra_scene::gather::Gathered;
 
 use super::random::Random;
 use super::surfaces::Surfaces;

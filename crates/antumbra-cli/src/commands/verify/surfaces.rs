@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use antumbra::{Counters, ShadowIndex};
 use antumbra_geometry::{Bounds, Cone, DVec3, Ray, Start, SurfaceId};
-use antumbra_render::prepare::Gathered;
+use antumbra_scene::gather::Gathered;
 use antumbra_scene::model::{Scene, Shape};
 
 use super::random::Random;

@@ -5,9 +5,9 @@
 use antumbra::{Counters, Shadow, ShadowIndex};
 use antumbra_geometry::{LightShape, Start};
 
+use super::Candidate;
 use super::attack::Kind;
 use crate::screen::Screen;
-use crate::typed::Shadows;
 
 /// Differences told one by one.
 const MOST_TOLD: usize = 20;
@@ -19,7 +19,8 @@ pub(super) struct Difference {
     pub(super) kind: Option<Kind>,
     pub(super) start: Start,
     pub(super) light: usize,
-    pub(super) method: Shadows,
+    /// Place among those that are compared.
+    pub(super) candidate: usize,
     pub(super) found: Shadow,
     pub(super) expected: Shadow,
 }
@@ -53,8 +54,8 @@ impl Tally {
         &mut self.methods[method].0
     }
 
-    pub(super) fn add_difference(&mut self, method: usize, difference: Difference) {
-        self.methods[method].1 += 1;
+    pub(super) fn add_difference(&mut self, difference: Difference) {
+        self.methods[difference.candidate].1 += 1;
         self.first.push(difference);
         self.forget();
     }
@@ -65,12 +66,12 @@ impl Tally {
     }
 
     /// Tells how often methods that are not exact were wrong.
-    pub(super) fn tell_inexact(&self, methods: &[Shadows], query_count: u64, screen: &Screen) {
-        for (method, wrong) in methods.iter().zip(&self.wrong) {
-            if !method.is_exact() {
+    pub(super) fn tell_inexact(&self, candidates: &[Candidate], query_count: u64, screen: &Screen) {
+        for (candidate, wrong) in candidates.iter().zip(&self.wrong) {
+            if !candidate.is_exact {
                 screen.result(format!(
                     "{} is not exact: {wrong} of {query_count} answers are wrong, {:.3} %",
-                    method.name(),
+                    candidate.name,
                     100.0 * *wrong as f64 / query_count as f64
                 ));
             }
@@ -103,7 +104,7 @@ impl Tally {
 
     fn sort(&mut self) {
         self.first
-            .sort_by_key(|difference| (difference.query, difference.method as u8));
+            .sort_by_key(|difference| (difference.query, difference.candidate));
         self.first.truncate(MOST_TOLD);
     }
 
@@ -112,13 +113,19 @@ impl Tally {
     }
 
     /// Tells the first differences.
-    pub(super) fn tell_differences(&mut self, judge: &str, index: &ShadowIndex, screen: &Screen) {
+    pub(super) fn tell_differences(
+        &mut self,
+        judge: &str,
+        index: &ShadowIndex,
+        candidates: &[Candidate],
+        screen: &Screen,
+    ) {
         self.sort();
         for difference in &self.first {
             let Difference {
                 start,
                 light,
-                method,
+                candidate,
                 found,
                 expected,
                 ..
@@ -147,24 +154,24 @@ impl Tally {
                  {}: {} says {found:?}, the {judge} {expected:?}{reference}",
                 difference.query,
                 light_text(&index.lights()[*light]),
-                method.name()
+                candidates[*candidate].name
             ));
         }
     }
 
     /// Tells kinds of queries and how methods decided.
-    pub(super) fn tell_counts(&self, methods: &[Shadows], screen: &Screen) {
+    pub(super) fn tell_counts(&self, candidates: &[Candidate], screen: &Screen) {
         for (kind, count) in Kind::ALL.into_iter().zip(self.kinds) {
             screen.result(format!("{:<26} {count:>12}", kind.name()));
         }
-        for (method, (counters, differences)) in methods.iter().zip(&self.methods) {
+        for (candidate, (counters, differences)) in candidates.iter().zip(&self.methods) {
             let shadow = &counters.shadow;
             let all = shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays;
             let share = |count: u64| 100.0 * count as f64 / all.max(1) as f64;
             screen.result(format!(
                 "{:<10} {differences} differences; first pass {:.2} %, intermediate {:.2} %, list \
                  {:.2} %, ray {:.2} %; shadowed {:.2} %",
-                method.name(),
+                candidate.name,
                 share(shadow.first_pass),
                 share(shadow.intermediate),
                 share(shadow.blocker_list),

@@ -10,18 +10,11 @@ use super::super::budget::Account;
 use super::super::links::{Link, charge, claim, publish, read};
 use super::super::map::{Map, Spent};
 use super::super::refine::Care;
-use super::making::Scene;
+use super::scene::{HASTE, Scene, UNIT};
 use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
 use crate::clock::Reading;
 use crate::draw::SAMPLED;
-
-/// A unit of cost in links, in nanoseconds, as a power of two.
-pub(super) const UNIT: u32 = 4;
-
-/// A cell is worth so many times what it has cost: more queries will come, and the account of all
-/// cells bounds what is spent in vain.
-pub(super) const HASTE: u64 = 4;
 
 /// Turns, for each light that knows something, after which one that was not asked meanwhile may lose it.
 const LONG_AGO: u32 = 4;

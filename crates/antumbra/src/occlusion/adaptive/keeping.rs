@@ -15,14 +15,8 @@ use super::super::refine::Depth;
 use super::super::stream::{self, Misfit, Section, Stored, Told};
 use super::super::value::Audience;
 use super::super::volume::Cells;
+use super::kept::KeptValues;
 use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
-
-/// What is known of one light, to be kept.
-pub(crate) struct KeptValues<'a> {
-    pub(crate) runs: Runs<'a>,
-    /// Links and lists in whose place finer cells may be made.
-    pub(crate) pending_count: u64,
-}
 
 /// Returns a light's map, as far as there is one.
 fn keep_map(known: &Known) -> KeptValues<'static> {

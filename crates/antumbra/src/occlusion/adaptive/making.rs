@@ -17,21 +17,11 @@ use super::super::refine::{Care, Refiner};
 use super::super::room::Share;
 use super::super::tables::{LightTables, SceneTables, Tables};
 use super::super::value::Audience;
-use super::demand::{HASTE, UNIT};
+use super::scene::{HASTE, LOOK_PRICE, Scene, UNIT};
 use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
 use crate::Refine;
-use crate::bvh::Bvh;
+use crate::accel::bvh::Bvh;
 use crate::threads::prelude::*;
-
-/// What is worked with while values are made.
-#[derive(Clone, Copy)]
-pub(crate) struct Scene<'a> {
-    pub(crate) occluders: &'a Occluders,
-    pub(crate) bvh: &'a Bvh,
-}
-
-/// What a first look at a cell at the root costs, as a power of two of units.
-pub(super) const LOOK_PRICE: u32 = 9;
 
 /// Bricks so many halvings below the root are made quickly.
 const QUICK_LEVELS: u32 = 2;

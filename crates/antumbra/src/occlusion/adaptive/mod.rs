@@ -8,9 +8,11 @@
 
 mod demand;
 mod keeping;
+mod kept;
 mod lights;
 mod making;
 mod predict;
+mod scene;
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -30,11 +32,11 @@ use super::room::{Room, Share};
 use super::tables::{LightTables, SceneTables, Tables};
 use super::value::Audience;
 use crate::Refine;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
-pub(crate) use self::keeping::KeptValues;
-use self::making::LOOK_PRICE;
-pub(crate) use self::making::Scene;
+pub(crate) use self::kept::KeptValues;
+use self::scene::LOOK_PRICE;
+pub(crate) use self::scene::Scene;
 
 /// Values of a scene for its lights.
 #[derive(Debug)]

@@ -13,7 +13,7 @@ use super::super::tables::{LightTables, SceneTables};
 use super::demand::{CURVED_NS, TABLE_NS};
 use super::{AdaptiveValues, Knowledge, Making};
 use crate::Refine;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_TABLES};
 
 /// Bytes of packed values and lists for a surface and light; fewer where cells are so coarse that shadows cross few of

@@ -4,7 +4,7 @@ use fearless_simd::{Level, dispatch};
 
 use super::super::testing::Random;
 use super::*;
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 
 const ROOT_PRICE: u32 = 3;
 const PRICE: u32 = 5;

@@ -7,7 +7,8 @@
 
 mod build;
 mod facet;
-mod lookup;
+mod runs;
+
 mod prices;
 mod saved;
 #[cfg(test)]
@@ -25,14 +26,13 @@ use fearless_simd::{Level, Simd, dispatch, f32x8};
 use self::build::{AGAIN, Builder, LEVELS, Made, Owned, Queries, digit, place_codes};
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
-pub(super) use self::saved::MapRuns;
-use self::words::{
-    Arena, BIAS, COUNTS, HEAD, NODE_CELLS, SLANT_WORDS, Word, entry_counts, rough_depth,
-};
+pub(super) use self::runs::MapRuns;
+use self::words::{Arena, COUNTS, HEAD, NODE_CELLS, SLANT_WORDS, entry_counts};
+pub(super) use self::words::{BIAS, Word, rough_depth};
 use super::room::Share;
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
-use crate::frame::Frame;
+use crate::accel::frame::Frame;
 use crate::threads::prelude::*;
 
 /// What a light's directions know so far.
@@ -568,7 +568,7 @@ impl Map {
     /// Returns what a cell says of free starts that are not past its threshold: a depth before which they are lit, or a
     /// list.
     #[inline(always)]
-    fn free(&self, tile: u32, cell: u32) -> Word {
+    pub(super) fn free(&self, tile: u32, cell: u32) -> Word {
         Word(match cell {
             0 => self.free[tile as usize].load(Ordering::Relaxed),
             cell => self.arena.read(cell as usize + NODE_CELLS),

@@ -17,6 +17,7 @@ use super::super::tables::Tables;
 use super::super::views::Views;
 use super::build::{LEVELS, LONGEST};
 use super::facet::Depths;
+pub(in super::super) use super::runs::MapRuns;
 use super::words::{
     ALIGNED, Arena, COUNTS, HEAD, NODE_CELLS, NODE_WORDS, NOT_CUT, SLANT_WORDS, Word, entry_counts,
 };
@@ -25,9 +26,6 @@ use super::{Map, TRIES, tile_count};
 /// In place of words that lead somewhere.
 const NODE: Word = Word::node(0);
 const SLANT: Word = Word::slant(0);
-
-/// Words of a map: of its tiles, where the surfaces of each tile begin, these surfaces.
-pub(in super::super) type MapRuns<'a> = [Cow<'a, [u32]>; 3];
 
 /// Words of tiles.
 struct Writer<'a> {

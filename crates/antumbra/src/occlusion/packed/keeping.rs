@@ -10,13 +10,8 @@ use super::super::lattice::{Code, Lattice};
 use super::super::links::Link;
 use super::super::stream::Misfit;
 use super::super::value::Audience;
+pub(crate) use super::runs::{RUNS, Runs};
 use super::{Brick, Leaf, Packed, STRIDE, Whole};
-
-/// Words of one light in a few rows: values as a stream in the first and nothing in the others, or the tables of
-/// what is packed: roots, bricks, leaves, entries.
-pub(crate) type Runs<'a> = [Cow<'a, [u32]>; RUNS];
-
-pub(crate) const RUNS: usize = 4;
 
 const BRICK_WORDS: usize = size_of::<Brick>() / 4;
 
@@ -194,7 +189,7 @@ mod tests {
     use antumbra_geometry::{Bounds, DVec3};
 
     use super::*;
-    use crate::frame::Frame;
+    use crate::accel::frame::Frame;
 
     fn lattices() -> [Lattice; 3] {
         let bounds = Bounds {

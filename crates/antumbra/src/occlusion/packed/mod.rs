@@ -8,8 +8,9 @@
 
 mod keeping;
 mod packer;
+mod runs;
 
-pub(crate) use keeping::{RUNS, Runs};
+pub(crate) use runs::{RUNS, Runs};
 
 use bytemuck::{Pod, Zeroable};
 

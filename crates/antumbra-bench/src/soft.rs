@@ -1,0 +1,382 @@
+//! `antumbra-bench soft`: shadow rays to 64 samples of a light with a size.
+//!
+//! The starts are those of one frame. The light is a square around the scene's point light that faces the scene's
+//! middle, or as many directions around that of light from afar; it spans some angle seen from there. Samples are
+//! jittered cells of 8 by 8, others for each start, in an order in which 16 in a row lie in one quarter of the
+//! light, as packets like it. Starts are asked in the frame's order.
+
+use std::path::Path;
+
+use antumbra::{IndexOptions, Method};
+use antumbra_baselines::embree::{Embree, EmbreeWay};
+use antumbra_baselines::{LoadedBatch, LoadedTargets, TargetBatch, TargetWay};
+use antumbra_geometry::{DVec3, LightShape};
+use antumbra_render::sampler::uniform;
+use antumbra_scene::gather::light_shapes;
+use serde::Serialize;
+
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::outputs::write_json;
+use antumbra_cli::screen::Screen;
+
+use super::head::Head;
+use super::measure::{self, Measured, Stopwatch, geometric_mean};
+use super::record::{self, Aim};
+use super::subject::{self, Subject};
+use super::typed::Soft;
+
+/// Who can be timed.
+pub(super) const WAYS: [&str; 5] = ["ours", "rays", "embree", "embree8", "embree16"];
+
+/// Samples a start.
+const SAMPLES: usize = 64;
+
+/// The reference tells of so many starts, evenly among all, whether the rays that all answers are compared with
+/// are right.
+const CHECKED_STARTS: usize = 24;
+
+/// Result of one scene and one angle. Times are in nanoseconds per ray.
+#[derive(Debug, Serialize)]
+struct SceneReport {
+    name: String,
+    degrees: f64,
+    starts: usize,
+    /// Starts all of whose samples have one answer.
+    uniform_share: f64,
+    occluded_share: f64,
+    /// By the walk of many targets: nothing is known before, so warm and cold are one.
+    ours_ns: f64,
+    /// The first pass of all.
+    cold_ns: f64,
+    /// By a ray of ours a sample.
+    rays_ns: Option<f64>,
+    embree_ns: Option<f64>,
+    embree8_ns: Option<f64>,
+    embree16_ns: Option<f64>,
+    embree_best_ns: Option<f64>,
+    /// Points answered by a value for the whole light; walks use none.
+    by_value_share: f64,
+    /// Bits of ours that are not those of single rays, or not the reference's where it was asked.
+    mismatches: u64,
+    /// Bits of Embree's fastest way that are others.
+    embree_differences: u64,
+}
+
+/// Everything that was measured.
+#[derive(Debug, Serialize)]
+struct Report {
+    head: Head,
+    scenes: Vec<SceneReport>,
+}
+
+/// Measures all scenes, then tells.
+pub(super) fn run(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
+    let threads = antumbra_cli::typed::Threads {
+        threads: Some(typed.subjects.threads),
+    };
+    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
+}
+
+fn work(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
+    if let Some(degrees) = typed.degrees.iter().find(|d| !(0.0..=90.0).contains(*d)) {
+        return Err(Failure::input(
+            format!("a light cannot span {degrees} degrees"),
+            "give --degrees numbers from 0 to 90",
+        ));
+    }
+    let thread_count = usize::from(typed.subjects.threads);
+    let stopwatch = Stopwatch::new(thread_count);
+    let (embree, where_it_is) = subject::find_embree(thread_count, screen);
+    let mut report = Report {
+        head: Head::new(
+            stopwatch.name(),
+            thread_count,
+            typed.rounds,
+            typed.size,
+            where_it_is,
+        ),
+        scenes: Vec::new(),
+    };
+    screen.result(report.head.text());
+    for path in &typed.subjects.scenes {
+        scene(path, typed, embree.as_ref(), stopwatch, screen, &mut report)?;
+    }
+    screen.result(means(&report.scenes));
+    if let Some(path) = &typed.subjects.json {
+        write_json(path, &report)?;
+    }
+    let is_clean = report.scenes.iter().all(|scene| scene.mismatches == 0);
+    Ok(if is_clean {
+        Outcome::Done
+    } else {
+        Outcome::Differences
+    })
+}
+
+/// Measures one scene under lights of all angles.
+fn scene(
+    path: &Path,
+    typed: &Soft,
+    embree: Option<&Embree>,
+    stopwatch: Stopwatch,
+    screen: &Screen,
+    report: &mut Report,
+) -> Result<(), Failure> {
+    let subject = Subject::load(path, &typed.subjects, typed.size, screen)?;
+    let recorder = &subject.recorder;
+    let recorded = record::frame(recorder, &subject.view(0, 1)?, 0, Aim::Middle).batch;
+    let options = IndexOptions {
+        method: Method::Bvh,
+        ..IndexOptions::default()
+    };
+    let gathered = recorder.gathered();
+    let index = options.build(gathered.occluders(), light_shapes(&recorder.scene().lights))?;
+    let geometry = subject.geometry();
+    let rival = embree
+        .map(|embree| subject::rival(embree, &geometry, stopwatch))
+        .transpose()?;
+    let middle = gathered.occluders().bounds().center();
+    for &degrees in &typed.degrees {
+        let light = Square::new(&recorded.light_shape, middle, degrees);
+        let targets = (0..recorded.starts.len() as u64)
+            .flat_map(|start| light.samples(typed.subjects.seed, start));
+        let batch = TargetBatch {
+            starts: recorded.starts.clone(),
+            normals: recorded.normals.clone(),
+            targets: targets.collect(),
+            per_start: SAMPLES,
+        };
+        let mut ways: Vec<(&str, Box<dyn LoadedBatch + '_>)> = vec![
+            (
+                "ours",
+                Box::new(LoadedTargets::new(&index, &batch, TargetWay::Together)),
+            ),
+            (
+                "rays",
+                Box::new(LoadedTargets::new(&index, &batch, TargetWay::Rays)),
+            ),
+        ];
+        if let Some((scene, _)) = &rival {
+            for (name, way) in [
+                ("embree", EmbreeWay::Single),
+                ("embree8", EmbreeWay::Packets8),
+                ("embree16", EmbreeWay::Packets16),
+            ] {
+                ways.push((name, scene.load_targets(&batch, way)));
+            }
+        }
+        let rays = LoadedTargets::new(&index, &batch, TargetWay::Rays);
+        let is_chosen =
+            |name: &str| typed.ways.is_empty() || typed.ways.iter().any(|way| way == name);
+        ways.retain(|(name, _)| is_chosen(name));
+        let found = measured(&index, &batch, &rays, ways, typed.rounds, stopwatch);
+        let found = SceneReport {
+            name: subject.name.clone(),
+            degrees,
+            ..found
+        };
+        screen.result(found.row());
+        report.scenes.push(found);
+    }
+    Ok(())
+}
+
+/// Times all ways and compares their answers with those of single rays.
+fn measured(
+    index: &antumbra::ShadowIndex,
+    batch: &TargetBatch,
+    rays: &LoadedTargets,
+    ways: Vec<(&str, Box<dyn LoadedBatch + '_>)>,
+    rounds: u32,
+    stopwatch: Stopwatch,
+) -> SceneReport {
+    let count = batch.targets.len();
+    let (names, loaded): (Vec<_>, Vec<_>) = ways.into_iter().unzip();
+    let mut expected = vec![false; count];
+    let together = LoadedTargets::new(index, batch, TargetWay::Together);
+    let (_, cold) = stopwatch.time(|| together.answer(0, &mut expected));
+    let first = expected.clone();
+    rays.answer(0, &mut expected);
+    let different = first.iter().zip(&expected).filter(|(a, b)| a != b).count() as u64;
+    let all = measure::interleave(&loaded, &expected, rounds, stopwatch);
+    let of = |name: &str| {
+        let number = names.iter().position(|&other| other == name)?;
+        Some(&all[number])
+    };
+    let best = ["embree", "embree8", "embree16"]
+        .into_iter()
+        .filter_map(of)
+        .min_by(|a, b| a.median_ns().total_cmp(&b.median_ns()));
+    let starts = expected.chunks(SAMPLES);
+    let uniform = starts.filter(|bits| bits.iter().all(|bit| *bit == bits[0]));
+    let share = |part: usize, of: usize| part as f64 / of.max(1) as f64;
+    let median = |name| of(name).map(Measured::median_ns);
+    SceneReport {
+        name: String::new(),
+        degrees: 0.0,
+        starts: batch.starts.len(),
+        uniform_share: share(uniform.count(), batch.starts.len()),
+        occluded_share: share(expected.iter().filter(|&&bit| bit).count(), count),
+        ours_ns: median("ours").unwrap_or(f64::NAN),
+        cold_ns: cold.as_secs_f64() * 1e9 / count.max(1) as f64,
+        rays_ns: median("rays"),
+        embree_ns: median("embree"),
+        embree8_ns: median("embree8"),
+        embree16_ns: median("embree16"),
+        embree_best_ns: best.map(Measured::median_ns),
+        by_value_share: 0.0,
+        mismatches: of("ours").map_or(0, |ours| ours.differences).max(different)
+            + wrong_by_reference(index, batch, &expected),
+        embree_differences: best.map_or(0, |best| best.differences),
+    }
+}
+
+/// Returns how many of some answers are not the reference's.
+fn wrong_by_reference(
+    index: &antumbra::ShadowIndex,
+    batch: &TargetBatch,
+    expected: &[bool],
+) -> u64 {
+    let occluders = index.occluders();
+    let step = batch.starts.len().div_ceil(CHECKED_STARTS).max(1);
+    let starts = batch.starts.iter().enumerate().step_by(step);
+    let mut wrong = 0;
+    for (number, start) in starts {
+        // One sample of each quarter.
+        for sample in (0..SAMPLES).step_by(SAMPLES / 4) {
+            let query = number * SAMPLES + sample;
+            let segment = occluders.segment(start, &batch.targets[query]);
+            let is_blocked = occluders
+                .surfaces()
+                .any(|surface| occluders.blocks(surface, &segment));
+            wrong += u64::from(is_blocked != expected[query]);
+        }
+    }
+    wrong
+}
+
+/// A light of samples.
+struct Square {
+    middle: DVec3,
+    /// Half of its sides.
+    across: [DVec3; 2],
+    is_afar: bool,
+}
+
+impl Square {
+    /// Makes the square that spans an angle seen from a point.
+    fn new(light: &LightShape, seen_from: DVec3, degrees: f64) -> Self {
+        let (middle, is_afar) = match *light {
+            LightShape::Point(point) => (point, false),
+            LightShape::Direction(direction) => (direction, true),
+        };
+        let towards = light.towards(seen_from);
+        let half = towards.length() * libm::tan(0.5 * degrees.to_radians());
+        let axis = if towards.x.abs() < 0.7 * towards.length() {
+            DVec3::X
+        } else {
+            DVec3::Y
+        };
+        let u = towards.cross(axis).normalize_or_zero();
+        let v = towards.cross(u).normalize_or_zero();
+        Self {
+            middle,
+            across: [half * u, half * v],
+            is_afar,
+        }
+    }
+
+    /// Returns a start's samples.
+    fn samples(&self, seed: u64, start: u64) -> impl Iterator<Item = LightShape> {
+        (0..SAMPLES as u64).map(move |sample| {
+            let place = [0, 1].map(|axis: u64| {
+                // Every other bit of the sample's number is one of the cell's along the axis.
+                let cell = (0..3).fold(0, |cell, bit| {
+                    cell | (sample >> (2 * bit + axis) & 1) << bit
+                });
+                (cell as f64 + uniform(&[seed, start, sample, axis])) / 4.0 - 1.0
+            });
+            let at = self.middle + place[0] * self.across[0] + place[1] * self.across[1];
+            if self.is_afar {
+                LightShape::Direction(at)
+            } else {
+                LightShape::Point(at)
+            }
+        })
+    }
+}
+
+impl SceneReport {
+    /// Returns it for people.
+    fn row(&self) -> String {
+        let by = |ns: Option<f64>| match ns {
+            Some(ns) => format!("{ns:6.1} ns ({:5.2}x)", ns / self.ours_ns),
+            None => "  none".to_owned(),
+        };
+        format!(
+            "{:<16} {:>4} deg, {:3.0} % of {} starts uniform: ours {:6.1} ns a ray, single rays {}, Embree 1 {}, \
+             best {}, mismatches {}",
+            self.name,
+            self.degrees,
+            100.0 * self.uniform_share,
+            self.starts,
+            self.ours_ns,
+            by(self.rays_ns),
+            by(self.embree_ns),
+            by(self.embree_best_ns),
+            self.mismatches,
+        )
+    }
+}
+
+/// Returns the geometric means over all scenes and angles.
+fn means(scenes: &[SceneReport]) -> String {
+    let mean = |of: &dyn Fn(&SceneReport) -> Option<f64>| {
+        geometric_mean(
+            scenes
+                .iter()
+                .filter_map(|scene| Some(of(scene)? / scene.ours_ns)),
+        )
+    };
+    format!(
+        "geometric means over ours: single rays {:.2}, Embree 1 {:.2}, Embree's fastest {:.2}",
+        mean(&|scene| scene.rays_ns),
+        mean(&|scene| scene.embree_ns),
+        mean(&|scene| scene.embree_best_ns),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_samples_in_a_row_lie_in_a_quarter() {
+        let light = LightShape::Point(DVec3::new(0.0, 0.0, 10.0));
+        let square = Square::new(&light, DVec3::ZERO, 6.0);
+        let reach = 10.0 * libm::tan(3.0_f64.to_radians());
+        let samples: Vec<DVec3> = square
+            .samples(1, 7)
+            .map(|sample| sample.homogeneous().0 - DVec3::new(0.0, 0.0, 10.0))
+            .collect();
+        assert_eq!(samples.len(), SAMPLES);
+        for quarter in samples.chunks(16) {
+            for axis in [0, 1] {
+                assert!(
+                    quarter
+                        .iter()
+                        .all(|at| at[axis].abs() <= reach && at.z == 0.0)
+                );
+                let sign = quarter[0][axis].signum();
+                assert!(quarter.iter().all(|at| at[axis].signum() == sign));
+            }
+        }
+        assert_ne!(
+            samples,
+            square
+                .samples(1, 8)
+                .map(|s| s.homogeneous().0)
+                .collect::<Vec<_>>()
+        );
+    }
+}

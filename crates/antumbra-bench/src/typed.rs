@@ -1,0 +1,299 @@
+//! What was typed after `antumbra-bench`.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use antumbra_cli::failure::Failure;
+use antumbra_cli::light_values::LightValue;
+use antumbra_cli::outputs::{Content, Outputs};
+use antumbra_cli::typed::{
+    self as cli, EXIT_CODES, HELP_WIDTH, IndexCost, SUN_HELP, SceneFile, Threads, Up, Verbosity,
+};
+use antumbra_cli::values::{self, CameraParts, PointLight, Sun};
+
+use super::contender::Contender;
+use super::record::Aim;
+
+/// Measure antumbra against Embree, and against the rivals of the paper's time.
+#[derive(Debug, Parser)]
+#[command(name = "antumbra-bench", version, after_help = EXIT_CODES, max_term_width = HELP_WIDTH)]
+pub(crate) struct Bench {
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
+
+    #[command(subcommand)]
+    pub(crate) what: What,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum What {
+    /// Time recorded shadow queries, and judge every different answer
+    Shadows(Shadows),
+    /// Time frame after frame from the first query on, with values computed on the way
+    Frames(Frames),
+    /// Rebuild the tables of the paper on its scenes
+    Paper(Paper),
+    /// Time a new process until its first million answers, with saved values and without
+    Kept(super::kept::Kept),
+    /// Time shadow rays to many samples of a light with a size
+    Soft(Soft),
+    /// Count rays that leak through the vertices and edges they are aimed at
+    Watertight(Watertight),
+    /// Compare rivals of the paper's time with the reference, beside our methods
+    Verify(Box<Verify>),
+}
+
+/// Scenes and the light to ask about.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Scenes and lights")]
+pub(crate) struct LightOfScenes {
+    /// Axis that points up, for formats that do not say, default cameras and suns
+    #[arg(long, value_name = "AXIS")]
+    up: Option<Up>,
+
+    /// Light that replaces the files' lights: point:X,Y,Z
+    #[arg(long, value_name = "LIGHT", value_parser = values::light, allow_hyphen_values = true)]
+    light: Option<PointLight>,
+
+    #[arg(long, help = SUN_HELP, value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true, conflicts_with = "light")]
+    sun: Option<Sun>,
+}
+
+impl LightOfScenes {
+    /// Returns what would have been typed for one scene alone.
+    pub(super) fn file(&self, scene: &std::path::Path) -> SceneFile {
+        SceneFile {
+            scene: scene.to_owned(),
+            up: self.up,
+            lights: self.light.into_iter().map(LightValue::Point).collect(),
+            sun: self.sun,
+            // Nobody sees it.
+            background: None,
+        }
+    }
+
+    /// Returns whether a light was typed.
+    pub(super) fn is_given(&self) -> bool {
+        self.light.is_some() || self.sun.is_some()
+    }
+}
+
+/// What is asked about, and of whom.
+#[derive(Args, Debug)]
+pub(crate) struct Subjects {
+    /// Scene files
+    #[arg(
+        help_heading = "Scenes and lights",
+        required = true,
+        value_name = "SCENE"
+    )]
+    pub(crate) scenes: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) light: LightOfScenes,
+
+    /// Number of the scene's light to ask about, from 0
+    #[arg(
+        help_heading = "Scenes and lights",
+        long,
+        value_name = "N",
+        default_value_t = 0
+    )]
+    pub(crate) light_number: usize,
+
+    /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES [default: the file's, else one that frames
+    /// the scene]
+    #[arg(help_heading = "Queries", long, value_name = "PARTS", value_parser = values::camera, allow_hyphen_values = true)]
+    pub(crate) camera: Option<CameraParts>,
+
+    /// Number of differing answers, per scene and set of queries, to judge by testing every surface
+    #[arg(
+        help_heading = "Queries",
+        long,
+        value_name = "N",
+        default_value_t = 200
+    )]
+    pub(crate) judge: usize,
+
+    /// Seed of shuffling, jitter and free points
+    #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// File to write the figures to, as JSON
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    /// Number of threads; with 1 processor time is measured, with more wall-clock time
+    #[arg(help_heading = "Threads", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: u16,
+}
+
+impl Subjects {
+    /// Returns what is written, which is none of the scenes.
+    pub(super) fn outputs(&self) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::none();
+        outputs.add_if("--json", self.json.as_ref(), Content::Json)?;
+        outputs.spare(&self.scenes)?;
+        Ok(outputs)
+    }
+
+    /// Returns where eye rays go through pixels in one of several jittered frames.
+    pub(super) fn jitter(&self, frame: u32) -> Aim {
+        Aim::Jittered(self.seed.wrapping_mul(1024).wrapping_add(frame.into()))
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Shadows {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of the frame whose eye rays find the points that are asked about
+    #[arg(help_heading = "Queries", long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub(crate) size: [u32; 2],
+
+    /// Method to time; repeatable [default: all of ours but naive]
+    #[arg(
+        help_heading = "Method",
+        long = "shadows",
+        value_enum,
+        value_name = "METHOD"
+    )]
+    pub(crate) methods: Vec<Contender>,
+
+    /// Number of rounds, in each of which all methods take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Also print how many queries lie in voxels, of a 64^3 and a 256^3 grid, whose surface points all
+    /// have the same answer
+    #[arg(help_heading = "Queries", long)]
+    pub(crate) oracle: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Soft {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of the frame whose eye rays find the points that are asked about
+    #[arg(help_heading = "Queries", long, value_name = "WxH", value_parser = values::size, default_value = "128x128")]
+    pub(crate) size: [u32; 2],
+
+    /// Angles that the light spans seen from the middle of the scene, in degrees
+    #[arg(
+        help_heading = "Queries",
+        long,
+        value_name = "DEGREES",
+        value_delimiter = ',',
+        default_value = "0.5,2,6,15"
+    )]
+    pub(crate) degrees: Vec<f64>,
+
+    /// Way to time; repeatable: ours, rays, embree, embree8, embree16 [default: all]
+    #[arg(help_heading = "Method", long = "way", value_name = "WAY", value_parser = super::soft::WAYS)]
+    pub(crate) ways: Vec<String>,
+
+    /// Number of rounds, in each of which all methods take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Frames {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of each frame
+    #[arg(help_heading = "Frames", long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub(crate) size: [u32; 2],
+
+    /// Number of frames of the fly-around, once around the scene, with one sample per pixel
+    #[arg(help_heading = "Frames", long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=9999))]
+    pub(crate) frames: u32,
+
+    /// Samples per pixel of the still frame
+    #[arg(help_heading = "Frames", long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) samples: u32,
+
+    /// Number of rounds, each with new indices without values; in each frame all methods take turns;
+    /// figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Paper {
+    /// Scene of the paper to measure; repeatable [default: all six]
+    #[arg(help_heading = "Scenes", long = "scene", value_name = "NAME", value_parser = super::paper::NAMES)]
+    pub(crate) scenes: Vec<String>,
+
+    /// Size of the pictures; sweeps use half of it, and from an eighth to twice of it
+    #[arg(help_heading = "Scenes", long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub(crate) size: [u32; 2],
+
+    /// Number of rounds, in each of which all methods prepare anew and take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Number of rounds for each grid level, picture size and number of lights
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) sweep_rounds: u32,
+
+    /// Skip the sweeps over grid levels, picture sizes and numbers of lights
+    #[arg(help_heading = "Rounds", long)]
+    pub(crate) no_sweeps: bool,
+
+    /// File to write the figures to, as JSON
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Folder to write the report to: index.html with plots and pictures, and README.md
+    #[arg(help_heading = "Output", long, value_name = "DIR")]
+    pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Watertight {
+    /// Files of closed meshes beside the built-in height field and sphere
+    #[arg(help_heading = "Scenes and lights", value_name = "MESH")]
+    pub(crate) meshes: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) light: LightOfScenes,
+
+    /// File to write the figures to, as JSON
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) cost: IndexCost,
+
+    #[command(flatten)]
+    pub(crate) threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) ours: cli::Verify,
+
+    /// Rival to compare, too; repeatable. For shadow-map the share of wrong answers is printed; they do not count as
+    /// differences
+    #[arg(help_heading = "Comparison", long = "rival", value_parser = rivals(), value_name = "RIVAL")]
+    pub(crate) rivals: Vec<Contender>,
+}
+
+/// Returns what reads the name of a rival and offers no others.
+fn rivals() -> impl TypedValueParser<Value = Contender> {
+    let names = Contender::value_variants()
+        .iter()
+        .filter(|contender| matches!(contender, Contender::Rival(_)))
+        .filter_map(ValueEnum::to_possible_value);
+    PossibleValuesParser::new(names).try_map(|name| Contender::from_str(&name, false))
+}

@@ -1,0 +1,314 @@
+//! Which surfaces may meet the shaft of a box.
+//!
+//! In: a shaft and the box that it starts from. Out: every surface whose box in the tree may meet the
+//! shaft. Invariant: no surface that meets it is left out.
+
+use antumbra_geometry::{Bounds, Shaft, SurfaceId};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f32x8};
+
+use super::data::{Bvh, Child, ChildKind, Node};
+use crate::accel::frame::Frame;
+
+/// The planes of a shaft and its box, in the frame's units.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    /// Outward normals with largest component 1, and offsets: four planes, coordinate by coordinate.
+    fours: [[[f32; 4]; 4]; 3],
+    plane_count: usize,
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+/// What a height in `f32` may be off, for boxes within 2 of the frame's middle and planes through points
+/// within 3: with `u = 2^-24`, normals, offset and place `15 u`, products and sums `24 u`, and what
+/// `outer_planes` grants, `9 u`.
+const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
+
+impl Region {
+    pub(crate) fn new(frame: &Frame, shaft: &Shaft, bounds: &Bounds) -> Self {
+        // All is above a plane that is nowhere.
+        let mut fours = [[[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]]; 3];
+        let planes = shaft
+            .outer_planes()
+            .map(|(normal, point)| (normal, -normal.dot(frame.point_in_frame(point))))
+            // Others start from corners of the box.
+            .filter(|(_, offset)| offset.abs() < 9.0);
+        let mut plane_count = 0;
+        for ((n, offset), number) in planes.zip(0..12) {
+            let plane = [n.x as f32, n.y as f32, n.z as f32, offset as f32];
+            for (row, value) in plane.into_iter().enumerate() {
+                fours[number / 4][row][number % 4] = value;
+            }
+            plane_count = number + 1;
+        }
+        let narrow = |v: antumbra_geometry::DVec3| v.to_array().map(|x| x as f32);
+        Self {
+            fours,
+            plane_count,
+            min: narrow(frame.point_in_frame(bounds.min)).map(|x| x - BOUND),
+            max: narrow(frame.point_in_frame(bounds.max)).map(|x| x + BOUND),
+        }
+    }
+}
+
+impl Region {
+    /// Returns whether the hull of some points is surely beyond one plane.
+    #[inline]
+    pub(crate) fn misses(&self, points: impl Iterator<Item = [f32; 3]> + Clone) -> bool {
+        self.fours[..self.plane_count.div_ceil(4)]
+            .iter()
+            .any(|[nx, ny, nz, offset]| {
+                let mut is_above = [true; 4];
+                for [x, y, z] in points.clone() {
+                    for i in 0..4 {
+                        let height = nx[i] * x + ny[i] * y + (nz[i] * z + offset[i]);
+                        is_above[i] &= height > BOUND;
+                    }
+                }
+                is_above.contains(&true)
+            })
+    }
+}
+
+impl Bvh {
+    /// Calls `visit` with every surface that may meet a region, and whether it may meet its box.
+    pub(crate) fn cull(&self, region: &Region, mut visit: impl FnMut(SurfaceId, bool)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut pending = vec![0_usize];
+        while let Some(index) = pending.pop() {
+            let node = &self.nodes[index];
+            let (meets_shaft, meets_box) = dispatch!(self.level, simd => meets(simd, node, region));
+            for (number, &child) in node.children.iter().enumerate() {
+                if meets_shaft >> number & 1 == 0 || child == Child::NONE {
+                    continue;
+                }
+                let is_near = meets_box >> number & 1 != 0;
+                let members = match child.kind() {
+                    ChildKind::Node => {
+                        pending.push(child.index());
+                        continue;
+                    }
+                    ChildKind::Other => {
+                        visit(self.others[child.index()], is_near);
+                        continue;
+                    }
+                    ChildKind::Triangles => &self.triangles[child.index()].members,
+                    ChildKind::Spheres => &self.spheres[child.index()].members,
+                };
+                for (lane, &surface) in members.surfaces.iter().enumerate() {
+                    if members.present >> lane & 1 != 0 {
+                        visit(surface, is_near);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A bit for each child whose box may meet the shaft, and for each whose box may meet the box.
+#[inline(always)]
+fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
+    let row = |row: usize| f32x8::from_slice(simd, &node.planes[row]);
+    let (low, high) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
+    let mut is_met = u32::MAX;
+    for number in 0..region.plane_count {
+        let [x, y, z, offset] = region.fours[number / 4].map(|row| row[number % 4]);
+        // The corner that lies deepest behind the plane.
+        let lowest = |axis: usize, n: f32| {
+            if n > 0.0 {
+                low[axis] * n
+            } else {
+                high[axis] * n
+            }
+        };
+        let height = lowest(0, x) + lowest(1, y) + (lowest(2, z) + offset);
+        is_met &= height.simd_le(BOUND).to_bitmask() as u32;
+    }
+    let mut is_near = is_met;
+    for axis in 0..3 {
+        is_near &= low[axis].simd_le(region.max[axis]).to_bitmask() as u32;
+        is_near &= high[axis].simd_ge(region.min[axis]).to_bitmask() as u32;
+    }
+    (is_met, is_near)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use antumbra_geometry::{Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start};
+
+    use super::*;
+    use crate::occlusion::testing::Random;
+
+    /// Triangles of all sizes, balls, cones and disks in a box, some of them flat along an axis.
+    fn scene(random: &mut Random) -> Occluders {
+        let within = random.scene();
+        let size = within.size().max_element();
+        let mut builder = Occluders::builder();
+        for _ in 0..1 + random.below(120) {
+            let middle = random.in_box(&within);
+            let reach = size * random.pick(&[1e-6, 0.01, 0.05, 0.3]);
+            let flat = random.below(6);
+            let corners = [(); 3].map(|()| {
+                let mut corner = middle + reach * random.of_cube();
+                if flat < 3 {
+                    corner[flat] = middle[flat];
+                }
+                corner
+            });
+            let opacity = random.pick(&[Opacity::Opaque, Opacity::Opaque, Opacity::Transparent]);
+            // Some have no area.
+            let added = match random.below(8) {
+                0 => builder.add_sphere(
+                    Sphere {
+                        center: middle,
+                        radius: reach,
+                    },
+                    opacity,
+                ),
+                1 => builder.add_cone(
+                    Cone {
+                        base: middle,
+                        base_radius: 0.3 * reach,
+                        apex: corners[0],
+                        apex_radius: 0.1 * reach,
+                        is_closed: flat == 0,
+                    },
+                    opacity,
+                ),
+                2 => builder.add_disk(
+                    Disk {
+                        center: middle,
+                        normal: random.in_cube(),
+                        radius: reach,
+                    },
+                    opacity,
+                ),
+                _ => builder.add_face(&corners, opacity),
+            };
+            drop(added);
+        }
+        builder.build()
+    }
+
+    /// A part of a scene's box, as cells are.
+    fn part(bounds: &Bounds, random: &mut Random) -> Bounds {
+        let center = random.in_box(bounds);
+        let half = bounds.size().max_element() * random.pick(&[0.3, 0.05, 0.01, 0.001]);
+        Bounds {
+            min: center,
+            max: center,
+        }
+        .inflated(DVec3::splat(half))
+    }
+
+    #[test]
+    fn nothing_that_meets_a_shaft_is_left_out() {
+        let random = &mut Random(1);
+        let (mut visited_count, mut all_count) = (0, 0);
+        let (mut in_shaft_count, mut near_count, mut blocked_count) = (0, 0, 0);
+        for _ in 0..150 {
+            let occluders = scene(random);
+            if occluders.surface_count() == 0 {
+                continue;
+            }
+            let bvh = Bvh::build(&occluders);
+            let scene = occluders.bounds();
+            for _ in 0..12 {
+                let bounds = part(&scene, random);
+                // Around the box, far away, at infinity, and in the box.
+                let light = match random.below(5) {
+                    0 => LightShape::Point(random.in_box(&bounds)),
+                    _ => random.light(&scene),
+                };
+                let shaft = Shaft::new(bounds, light);
+                let region = Region::new(&bvh.frame, &shaft, &bounds);
+                let mut visited = HashMap::new();
+                bvh.cull(&region, |surface, is_near| {
+                    let before = visited.insert(surface, is_near);
+                    assert_eq!(before, None, "{surface:?} is visited twice");
+                });
+                let label = || format!("{bounds:?} {light:?}");
+                for surface in occluders.surfaces() {
+                    let corners = occluders.triangle_positions(surface);
+                    if corners.is_some_and(|corners| !shaft.misses_triangle(&corners)) {
+                        in_shaft_count += 1;
+                        assert!(visited.contains_key(&surface), "{} {surface:?}", label());
+                    }
+                    if occluders.surface_bounds(surface).overlaps(&bounds) {
+                        near_count += 1;
+                        assert_eq!(visited.get(&surface), Some(&true), "{}", label());
+                    }
+                }
+                for _ in 0..8 {
+                    let start = Start {
+                        point: bounds.center() + 0.5 * bounds.size() * random.of_cube(),
+                        surface: None,
+                    };
+                    let segment = occluders.segment(&start, &light);
+                    for surface in occluders.surfaces() {
+                        if occluders.blocks(surface, &segment) {
+                            blocked_count += 1;
+                            let is_visited = visited.contains_key(&surface);
+                            assert!(is_visited, "{} {start:?} {surface:?}", label());
+                        }
+                    }
+                }
+                visited_count += visited.len();
+                all_count += occluders.surface_count();
+            }
+        }
+        assert!(
+            in_shaft_count > 5_000 && near_count > 2_000 && blocked_count > 2_000,
+            "{in_shaft_count} {near_count} {blocked_count}"
+        );
+        assert!(2 * visited_count < all_count, "{visited_count} {all_count}");
+    }
+
+    /// What `Region::misses` says of a hull must hold for all that it holds.
+    #[test]
+    fn hulls_that_are_said_to_miss_a_shaft_block_nothing_there() {
+        let random = &mut Random(2);
+        let (mut missed_count, mut met_count) = (0, 0);
+        for _ in 0..150 {
+            let occluders = scene(random);
+            if occluders.surface_count() == 0 {
+                continue;
+            }
+            let frame = Frame::new(occluders.bounds());
+            for _ in 0..6 {
+                let bounds = part(&occluders.bounds(), random);
+                let light = random.light(&occluders.bounds());
+                let region = Region::new(&frame, &Shaft::new(bounds, light), &bounds);
+                let starts = [(); 8].map(|()| Start {
+                    point: bounds.center() + 0.5 * bounds.size() * random.of_cube(),
+                    surface: None,
+                });
+                let segments = starts.map(|start| occluders.segment(&start, &light));
+                for surface in occluders.surfaces() {
+                    let Some(corners) = occluders.triangle_positions(surface) else {
+                        continue;
+                    };
+                    let corners = corners
+                        .map(|corner| frame.point_in_frame(corner).to_array().map(|x| x as f32));
+                    if region.misses(corners.into_iter()) {
+                        missed_count += 1;
+                        for segment in &segments {
+                            assert!(!occluders.blocks(surface, segment), "{bounds:?} {light:?}");
+                        }
+                    } else {
+                        met_count += 1;
+                    }
+                }
+            }
+        }
+        assert!(
+            missed_count > 10_000 && met_count > 2_000,
+            "{missed_count} {met_count}"
+        );
+    }
+}

@@ -1,0 +1,80 @@
+//! `VoxelOcclusionShadow` of Paper 6: first pass, intermediate test, walk.
+
+use antumbra_geometry::{Occluders, Segment};
+
+use crate::accel::grid::{Grid, Mailbox, Walk};
+use crate::occlusion::DenseValues;
+use crate::{Answer, Counters, Decided};
+
+/// Answers by occlusion values where they know, by a walk where they do not.
+pub(crate) fn by_voxel_1990(
+    occluders: &Occluders,
+    grid: &Grid,
+    values: &DenseValues,
+    segment: &Segment,
+    counters: &mut Counters,
+) -> Answer {
+    if let Some(is_shadowed) = first_pass(occluders, grid, values, segment) {
+        return Answer::new(is_shadowed, Decided::FirstPass);
+    }
+    if !may_believe(occluders, grid, segment) {
+        return super::by_grid(occluders, grid, segment, counters);
+    }
+
+    // The walk, with an intermediate test in every voxel but the first.
+    let mut mailbox = Mailbox::new();
+    for visit in Walk::new(&grid.layout, segment) {
+        counters.steps += 1;
+        if !visit.is_first {
+            let holds_surface = !grid.surfaces(visit.voxel).is_empty();
+            if let Some(is_shadowed) = values.get(visit.voxel).of_any_point(holds_surface) {
+                return Answer::new(is_shadowed, Decided::Intermediate);
+            }
+        }
+        if grid.is_blocked_in(occluders, visit.voxel, segment, &mut mailbox, counters) {
+            return Answer::new(true, Decided::Ray);
+        }
+    }
+    Answer::new(false, Decided::Ray)
+}
+
+/// Returns whether values speak of a start. What covers a voxel may be the start's own solid, which covers no start
+/// that lies on it with its side to the light; a start off a curved surface, on either side, is none of those.
+fn may_believe(occluders: &Occluders, grid: &Grid, segment: &Segment) -> bool {
+    grid.can_walk(segment)
+        && segment.start().surface.is_none_or(|own| {
+            let reach = 0.5 * grid.layout.margin;
+            occluders.is_surely_near_curved(own, segment.origin(), reach)
+        })
+}
+
+/// Returns what the own rule and the value of the start's voxel know.
+pub(crate) fn first_pass(
+    occluders: &Occluders,
+    grid: &Grid,
+    values: &DenseValues,
+    segment: &Segment,
+) -> Option<bool> {
+    // Null-one speaks of the side that faces the light; the other side of a curved shape is dark by
+    // its own rule, which needs no voxel.
+    if occluders.own_rule_blocks(segment) {
+        return Some(true);
+    }
+    if !may_believe(occluders, grid, segment) {
+        return None;
+    }
+    let voxel = grid.layout.voxel_holding(segment.origin())?;
+    let voxel = grid.layout.index(voxel);
+    let value = values.get(voxel);
+    let surfaces = grid.surfaces(voxel);
+    match segment.start().surface {
+        None => value.of_any_point(!surfaces.is_empty()),
+        Some(own) => value.of_surface_point().filter(|_| {
+            // A start that is not on its surface is not what the values speak of.
+            let own = occluders.element_of(own);
+            surfaces
+                .iter()
+                .any(|&surface| occluders.element_of(surface) == own)
+        }),
+    }
+}

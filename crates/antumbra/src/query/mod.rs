@@ -1,0 +1,27 @@
+//! What can be asked of an index: one point, slices, batches, rays, targets and lights with size.
+//!
+//! In: points, rays, lights. Out: answers in the caller's memory. Absent here: how a query is answered (`method`), and
+//! what is known (`occlusion`).
+
+mod ask;
+mod batch;
+mod beam;
+mod fraction;
+mod locate;
+mod named;
+mod off_surface;
+mod own_rays;
+mod points;
+mod rays;
+mod refused;
+mod run;
+
+pub use beam::Targets;
+pub use fraction::{LightSamples, LightSampling, ReceiverSide};
+pub use locate::Sample;
+pub use named::OffSurfaces;
+pub use off_surface::OffSurface;
+pub use own_rays::{AnyHit, WithRays};
+pub use points::{Batch, BatchKind, Coordinates, Nearness, SurfaceNumber};
+pub use rays::{Hits, RayBatch, Towards};
+pub use refused::BatchError;
