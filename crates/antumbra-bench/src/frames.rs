@@ -184,13 +184,8 @@ impl Bench<'_> {
         for built in &mut self.ours {
             built.method.index_mut().forget_values();
         }
-        let singles = self.rival.as_ref().map(EmbreeScene::single);
-        let packets = self.rival.as_ref().map(EmbreeScene::packets);
-        let rivals: Vec<&dyn ShadowMethod> = singles
-            .iter()
-            .map(|method| method as &dyn ShadowMethod)
-            .chain(packets.iter().map(|method| method as &dyn ShadowMethod))
-            .collect();
+        let rivals = self.rival.as_ref().map(EmbreeScene::methods);
+        let rivals = rivals.as_ref().map_or(&[][..], |methods| methods);
         let names = OURS.map(Contender::name).into_iter();
         let names = names.chain(rivals.iter().map(|method| method.name()));
         let mut series = Series::new(names, self.typed.rounds as usize);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use antumbra_baselines::embree::EmbreeWay;
 use serde::Serialize;
 
 use super::head::Head;
@@ -11,7 +12,13 @@ use super::report::{Preparation, Shares};
 use super::shadows::fastest;
 
 /// Rows that exist in the JSON, `null` without Embree.
-const KEYS: [&str; 4] = ["auto_ns", "bvh_ns", "embree_ns", "embree8_ns"];
+const KEYS: [&str; 5] = [
+    "auto_ns",
+    "bvh_ns",
+    "embree_ns",
+    "embree8_ns",
+    "embree16_ns",
+];
 
 /// All figures of a run.
 #[derive(Debug, Serialize)]
@@ -114,7 +121,8 @@ impl Timing {
             timing.times_ns.insert(format!("{name}_ns"), time);
             timing.spread.insert(name.clone(), measured.spread());
             let is_embree = name.starts_with("embree");
-            if let Some(best) = fastest(["embree", "embree8"].map(of)).filter(|_| !is_embree) {
+            let ways = EmbreeWay::ALL.map(|way| of(way.name()));
+            if let Some(best) = fastest(ways).filter(|_| !is_embree) {
                 let ratio = best.ratio_to(measured);
                 timing.embree_best_by.insert(name.clone(), ratio);
             }

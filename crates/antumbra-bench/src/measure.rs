@@ -158,9 +158,11 @@ pub(super) fn count_differences(
     slice: usize,
     stopwatch: Stopwatch,
 ) -> u64 {
+    /// Rays of the largest packets: no call begins within one.
+    const PACKET: usize = 16;
     // Fewer a call where one call would leave threads without.
     let share = expected.len().div_ceil(rayon::current_num_threads());
-    let slice = slice.min(share.next_multiple_of(8).max(8));
+    let slice = slice.min(share.next_multiple_of(PACKET).max(PACKET));
     let run = |(number, (found, expected)): (usize, (&mut [bool], &[bool]))| {
         method.answer(first + number * slice, found);
         let pairs = found.iter().zip(expected);

@@ -19,7 +19,7 @@ use super::measure::Stopwatch;
 use super::report::Preparation;
 
 /// Rows that exist for every scene in the JSON, `null` where there is no such method.
-pub(super) const KEYS: [&str; 12] = [
+pub(super) const KEYS: [&str; 13] = [
     "auto_warm_ns",
     "auto_cold_ns",
     "voxel_warm_ns",
@@ -32,6 +32,7 @@ pub(super) const KEYS: [&str; 12] = [
     "shadow_map_ns",
     "embree_ns",
     "embree8_ns",
+    "embree16_ns",
 ];
 
 /// Returns the methods to measure: those typed, or all of ours that a user would choose for speed.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use antumbra::Refine;
-use antumbra_baselines::embree::{Embree, EmbreeScene};
+use antumbra_baselines::embree::{Embree, EmbreeScene, EmbreeWay};
 use antumbra_baselines::{Batch, LoadedBatch, ShadowMethod};
 use antumbra_render::prepare::Prepared;
 
@@ -180,7 +180,7 @@ fn short(name: &str) -> String {
 }
 
 /// Returns what was faster of Embree's ways.
-pub(super) fn fastest(ways: [Option<&Measured>; 2]) -> Option<&Measured> {
+pub(super) fn fastest(ways: [Option<&Measured>; 3]) -> Option<&Measured> {
     let ways = ways.into_iter().flatten();
     ways.min_by(|a, b| a.median_ns().total_cmp(&b.median_ns()))
 }
@@ -198,14 +198,17 @@ impl Bench<'_> {
     /// Measures a set; what cold values took for it is measured already.
     fn set(&self, recorded: &Recorded, cold: Option<&Measured>) -> SetReport {
         let Recorded { batch, is_shadowed } = recorded;
-        let singles = self.rival.map(EmbreeScene::single);
-        let packets = self.rival.map(EmbreeScene::packets);
+        let rivals = self.rival.map(EmbreeScene::methods);
         let methods: Vec<&dyn ShadowMethod> = self
             .ours
             .iter()
             .map(|built| &built.method as &dyn ShadowMethod)
-            .chain(singles.iter().map(|method| method as &dyn ShadowMethod))
-            .chain(packets.iter().map(|method| method as &dyn ShadowMethod))
+            .chain(
+                rivals
+                    .iter()
+                    .flatten()
+                    .map(|method| method as &dyn ShadowMethod),
+            )
             .collect();
         let loaded: Vec<Box<dyn LoadedBatch + '_>> =
             methods.iter().map(|method| method.load(batch)).collect();
@@ -227,7 +230,7 @@ impl Bench<'_> {
             Some(&all[number])
         };
         let embree = measured_of("embree");
-        let best = fastest([embree, measured_of("embree8")]);
+        let best = fastest(EmbreeWay::ALL.map(|way| measured_of(way.name())));
         if let Some(best) = best {
             let time = Some(best.median_ns());
             report.times_ns.insert("embree_best_ns".into(), time);

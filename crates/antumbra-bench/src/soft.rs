@@ -22,6 +22,7 @@ use antumbra_cli::screen::Screen;
 use super::head::Head;
 use super::measure::{self, Measured, Stopwatch, geometric_mean};
 use super::record::{self, Aim};
+use super::shadows::fastest;
 use super::subject::{self, Subject};
 use super::typed::Soft;
 
@@ -157,12 +158,8 @@ fn scene(
             ),
         ];
         if let Some((scene, _)) = &rival {
-            for (name, way) in [
-                ("embree", EmbreeWay::Single),
-                ("embree8", EmbreeWay::Packets8),
-                ("embree16", EmbreeWay::Packets16),
-            ] {
-                ways.push((name, scene.load_targets(&batch, way)));
+            for way in EmbreeWay::ALL {
+                ways.push((way.name(), scene.load_targets(&batch, way)));
             }
         }
         let rays = LoadedTargets::new(&index, &batch, TargetWay::Rays);
@@ -203,10 +200,7 @@ fn measured(
         let number = names.iter().position(|&other| other == name)?;
         Some(&all[number])
     };
-    let best = ["embree", "embree8", "embree16"]
-        .into_iter()
-        .filter_map(of)
-        .min_by(|a, b| a.median_ns().total_cmp(&b.median_ns()));
+    let best = fastest(EmbreeWay::ALL.map(|way| of(way.name())));
     let starts = expected.chunks(SAMPLES);
     let uniform = starts.filter(|bits| bits.iter().all(|bit| *bit == bits[0]));
     let share = |part: usize, of: usize| part as f64 / of.max(1) as f64;

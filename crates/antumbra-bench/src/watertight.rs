@@ -5,7 +5,7 @@
 //! segments go exactly through what they aim at, so that every sign is a tie. Under the other
 //! nothing is exact, and segments go by on either side by a rounding.
 
-use antumbra_baselines::embree::{Embree, Geometry};
+use antumbra_baselines::embree::{Embree, EmbreeWay, Geometry};
 use antumbra_baselines::{Batch, ShadowMethod};
 use antumbra_geometry::{DVec3, LightShape, Start};
 use antumbra_scene::gather::Gathered;
@@ -158,7 +158,7 @@ fn leaks(
             let scene = scene
                 .as_ref()
                 .map_err(|error| subject::failure(error.clone()))?;
-            tell(&scene.single(), name, false);
+            tell(&scene.method(EmbreeWay::Single), name, false);
         }
     }
     Ok(all)

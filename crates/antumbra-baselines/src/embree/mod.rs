@@ -126,31 +126,80 @@ pub struct EmbreeScene {
 }
 
 impl EmbreeScene {
-    /// Returns the method that asks one query a call: `rtcOccluded1`.
-    pub fn single(&self) -> EmbreeSingle<'_> {
-        EmbreeSingle(self)
+    /// Returns the methods that ask by each way, those of [`EmbreeWay::ALL`].
+    pub fn methods(&self) -> [EmbreeMethod<'_>; 3] {
+        EmbreeWay::ALL.map(|way| self.method(way))
     }
 
-    /// Returns the method that asks eight queries a call: `rtcOccluded8`.
-    pub fn packets(&self) -> EmbreePackets<'_> {
-        EmbreePackets(self)
+    /// Returns the method that asks by a way.
+    pub fn method(&self, way: EmbreeWay) -> EmbreeMethod<'_> {
+        EmbreeMethod { scene: self, way }
+    }
+
+    fn load(
+        &self,
+        rays: impl Iterator<Item = RayToLight>,
+        way: EmbreeWay,
+        is_coherent: bool,
+    ) -> Box<dyn LoadedBatch + '_> {
+        let scene = &self.scene;
+        let rays: Vec<_> = rays.collect();
+        match way {
+            EmbreeWay::Single => Box::new(LoadedSingle { scene, rays }),
+            EmbreeWay::Packets8 => Box::new(LoadedPackets::<8> {
+                scene,
+                packets: rays.chunks(8).map(Packet::of).collect(),
+                is_coherent,
+            }),
+            EmbreeWay::Packets16 => Box::new(LoadedPackets::<16> {
+                scene,
+                packets: rays.chunks(16).map(Packet::of).collect(),
+                is_coherent,
+            }),
+        }
     }
 }
 
-/// `rtcOccluded1`.
-#[derive(Debug)]
-pub struct EmbreeSingle<'a>(&'a EmbreeScene);
+/// How Embree is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmbreeWay {
+    /// `rtcOccluded1`, a query after the other.
+    Single,
+    /// `rtcOccluded8`, neighbouring queries together.
+    Packets8,
+    /// `rtcOccluded16`, as eight.
+    Packets16,
+}
 
-impl ShadowMethod for EmbreeSingle<'_> {
+impl EmbreeWay {
+    /// All ways.
+    pub const ALL: [Self; 3] = [Self::Single, Self::Packets8, Self::Packets16];
+
+    /// Returns the name of rows and figures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Single => "embree",
+            Self::Packets8 => "embree8",
+            Self::Packets16 => "embree16",
+        }
+    }
+}
+
+/// Embree, asked by one of its ways.
+#[derive(Clone, Copy, Debug)]
+pub struct EmbreeMethod<'a> {
+    scene: &'a EmbreeScene,
+    way: EmbreeWay,
+}
+
+impl ShadowMethod for EmbreeMethod<'_> {
     fn name(&self) -> &str {
-        "embree"
+        self.way.name()
     }
 
     fn load<'a>(&'a self, batch: &'a Batch) -> Box<dyn LoadedBatch + 'a> {
-        Box::new(LoadedSingle {
-            scene: &self.0.scene,
-            rays: rays::rays_of(batch, self.0.lift).collect(),
-        })
+        let rays = rays::rays_of(batch, self.scene.lift);
+        self.scene.load(rays, self.way, batch.is_coherent)
     }
 }
 
@@ -165,25 +214,6 @@ impl LoadedBatch for LoadedSingle<'_> {
         for (&ray, is_shadowed) in rays.iter().zip(is_shadowed) {
             *is_shadowed = self.scene.is_occluded(ray);
         }
-    }
-}
-
-/// `rtcOccluded8`.
-#[derive(Debug)]
-pub struct EmbreePackets<'a>(&'a EmbreeScene);
-
-impl ShadowMethod for EmbreePackets<'_> {
-    fn name(&self) -> &str {
-        "embree8"
-    }
-
-    fn load<'a>(&'a self, batch: &'a Batch) -> Box<dyn LoadedBatch + 'a> {
-        let rays: Vec<_> = rays::rays_of(batch, self.0.lift).collect();
-        Box::new(LoadedPackets::<8> {
-            scene: &self.0.scene,
-            packets: rays.chunks(8).map(Packet::of).collect(),
-            is_coherent: batch.is_coherent,
-        })
     }
 }
 
@@ -230,17 +260,6 @@ impl LoadedBatch for LoadedPackets<'_, 16> {
     }
 }
 
-/// How starts with many targets are asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EmbreeWay {
-    /// `rtcOccluded1`, a target after the other.
-    Single,
-    /// `rtcOccluded8`, neighbouring targets together, with the coherent flag.
-    Packets8,
-    /// `rtcOccluded16`, as eight.
-    Packets16,
-}
-
 impl EmbreeScene {
     /// Brings starts with their targets into the form that a way takes. A query is a pair of a start and a target;
     /// those of a start lie together.
@@ -249,21 +268,7 @@ impl EmbreeScene {
         batch: &TargetBatch,
         way: EmbreeWay,
     ) -> Box<dyn LoadedBatch + 'a> {
-        let scene = &self.scene;
-        let rays: Vec<_> = rays::rays_to(batch, self.lift).collect();
-        let is_coherent = true;
-        match way {
-            EmbreeWay::Single => Box::new(LoadedSingle { scene, rays }),
-            EmbreeWay::Packets8 => Box::new(LoadedPackets::<8> {
-                scene,
-                packets: rays.chunks(8).map(Packet::of).collect(),
-                is_coherent,
-            }),
-            EmbreeWay::Packets16 => Box::new(LoadedPackets::<16> {
-                scene,
-                packets: rays.chunks(16).map(Packet::of).collect(),
-                is_coherent,
-            }),
-        }
+        // Samples of one light lie close together.
+        self.load(rays::rays_to(batch, self.lift), way, true)
     }
 }
