@@ -114,6 +114,13 @@ impl Rays {
     }
 }
 
+/// An axis that can be up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Up {
+    Y,
+    Z,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

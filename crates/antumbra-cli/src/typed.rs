@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use antumbra::{GridResolution, QuickCheck, Refine, Refinement};
+use antumbra::{GridResolution, QuickCheck, Refine, Refinement, Volume};
 use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::light_values::{self, LightValue};
-pub use crate::methods::{Against, Rays, Shadows};
+pub use crate::methods::{Against, Rays, Shadows, Up};
 use crate::values::{self, CameraParts, Exposure, LightChoice, Sun};
 
 /// What ends the help of a program.
@@ -60,9 +61,9 @@ pub enum Command {
     /// Compare every exact shadow method with the reference
     Verify(Verify),
     /// Precompute all occlusion values of a scene and save them to a file
-    Bake(crate::commands::bake::Bake),
+    Bake(Bake),
     /// Write occlusion values as a regular grid of cells
-    Export(crate::commands::export::Export),
+    Export(Export),
     /// Write one of the built-in test scenes
     Scene(Scene),
     /// Write a scene in another format
@@ -251,7 +252,7 @@ pub struct Render {
     pub quick_check: Option<QuickCheckAction>,
 
     #[command(flatten)]
-    pub kept: crate::commands::kept::KeptFiles,
+    pub kept: crate::saved::KeptFiles,
 
     #[command(flatten)]
     pub cost: IndexCost,
@@ -428,7 +429,62 @@ pub struct Query {
     pub shadows: Shadows,
 
     #[command(flatten)]
-    pub kept: crate::commands::kept::KeptFiles,
+    pub kept: crate::saved::KeptFiles,
+
+    #[command(flatten)]
+    pub cost: IndexCost,
+
+    #[command(flatten)]
+    pub threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub struct Bake {
+    #[command(flatten)]
+    pub file: SceneFile,
+
+    /// File to write. What it already has is kept, for all lights that have not changed
+    #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
+    pub output: PathBuf,
+
+    /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
+    /// computes exact shadow maps, in about a second a light, which take about as long to load
+    #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
+    pub shadows: Shadows,
+
+    #[command(flatten)]
+    pub cost: IndexCost,
+
+    #[command(flatten)]
+    pub threads: Threads,
+}
+
+/// Returns what reads the name of a method that keeps what it knows.
+pub fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
+    PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
+}
+
+#[derive(Args, Debug)]
+pub struct Export {
+    #[command(flatten)]
+    pub file: SceneFile,
+
+    /// File of values to load, which `antumbra bake` wrote; lights that it lacks are computed
+    #[arg(long, help_heading = "Saved values", value_name = "FILE.antumbra")]
+    pub occlusion: Option<PathBuf>,
+
+    /// Number of cells along the longest axis, rounded up to a power of two
+    #[arg(long, help_heading = "Output", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
+    pub cells: u32,
+
+    /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2
+    /// otherwise or where it is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
+    #[arg(long, short, help_heading = "Output", value_name = "OUT.npy")]
+    pub output: PathBuf,
+
+    /// File to write the place of the cells and the names of the lights to, as JSON
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
+    pub json: Option<PathBuf>,
 
     #[command(flatten)]
     pub cost: IndexCost,
@@ -477,13 +533,6 @@ pub enum Aov {
     Decided,
     /// No layer
     None,
-}
-
-/// An axis that can be up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Up {
-    Y,
-    Z,
 }
 
 /// What to do with the quick check.

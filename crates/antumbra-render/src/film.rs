@@ -6,10 +6,11 @@
 //! in order, and counts are integers. A cancelled picture holds every finished tile and black
 //! elsewhere.
 
-use antumbra_scene::model::{Color, Scene};
+use antumbra_scene::model::Color;
 use antumbra_task::{Task, check};
 use rayon::prelude::*;
 
+pub use crate::aov::light_count;
 use crate::aov::{Aovs, Layer};
 use crate::camera::View;
 use crate::exposure::Metering;
@@ -137,11 +138,6 @@ pub fn predict_bytes(size: [u32; 2], sampling: Sampling, aovs: Aovs, light_count
     // The layers are there twice while they are sorted into planes.
     let layers = 2 * aovs.channel_count(light_count) * size_of::<f32>();
     work(size, sampling) * (size_of::<[f32; 3]>() + layers) as u64
-}
-
-/// Returns how many lights have a shadow layer.
-pub fn light_count(scene: &Scene) -> usize {
-    scene.lights.len() + scene.area_lights.len()
 }
 
 fn lattice(size: [u32; 2], sampling: Sampling) -> [u64; 2] {

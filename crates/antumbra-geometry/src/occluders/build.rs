@@ -498,3 +498,10 @@ fn solid_key(shape: &CurvedShape) -> Vec<u64> {
     }
     key
 }
+
+impl Occluders {
+    /// Starts a collection.
+    pub fn builder() -> OccludersBuilder {
+        OccludersBuilder::default()
+    }
+}

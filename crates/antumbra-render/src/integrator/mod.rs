@@ -13,17 +13,20 @@
 //! coverage alone: not on shading normals, colours or earlier answers.
 
 mod area;
+mod area_query;
+mod surface_point;
 mod terms;
 
 use antumbra::{Answer, Counters, LightSamples, Shadow, ShadowIndex};
-use antumbra_geometry::{DVec3, Hit, Ray, Start};
+use antumbra_geometry::{DVec3, Ray, Start};
 use antumbra_scene::model::{Color, Facing, Scene};
 
 use crate::prepare::{Look, Prepared};
 use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
 
-pub use area::{AreaQuery, AreaTally, Region};
+pub use area_query::{AreaQuery, AreaTally, Region};
+pub use surface_point::SurfacePoint;
 
 /// How often the rays of one chain go on behind a surface that does not cover everything. The
 /// next surface counts as whole, so that stacks of glass panes cost what they show, and no more.
@@ -115,21 +118,6 @@ struct Chain {
     depth: u32,
     /// How many went on straight.
     passed: u32,
-}
-
-/// A hit with its normals.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
-    /// The hit.
-    pub hit: Hit,
-    /// Unit normal by winding, or outwards.
-    pub geometric_normal: DVec3,
-    /// Unit normal for shading, on the same side.
-    pub shading_normal: DVec3,
-    /// Unit vector back along the ray.
-    pub towards_viewer: DVec3,
-    /// Which side is looked at: 1 the side of the geometric normal, -1 the other, 0 edge-on.
-    pub viewer_side: i8,
 }
 
 /// Why no query of the integrator is refused: hits lie on surfaces of the index, whose coordinates
@@ -434,17 +422,6 @@ impl<'a> Integrator<'a> {
             ..chain
         };
         self.trace(from.ray_towards(direction), chain, None, tally)
-    }
-}
-
-impl SurfacePoint {
-    /// Returns the ray that leaves the surface here.
-    fn ray_towards(&self, direction: DVec3) -> Ray {
-        Ray {
-            origin: self.hit.point,
-            direction,
-            leaves: Some(self.hit.surface),
-        }
     }
 }
 

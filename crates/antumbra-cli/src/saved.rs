@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use antumbra::{KeptLight, LoadError, Refusal, Saved, ShadowIndex};
+use antumbra::{KeptLight, Saved, ShadowIndex};
 use antumbra_files::Identity;
 use antumbra_render::aov::light_names;
 use antumbra_scene::model::Light;
@@ -82,23 +82,4 @@ pub fn save_if_typed(
         screen.detail(format!("values in {path}: {} bytes", saved.bytes));
     }
     Ok(())
-}
-
-/// Returns what to do about a file that is refused.
-pub fn help(error: &LoadError) -> &'static str {
-    match error.reason {
-        Refusal::Stale(_) => {
-            "write it again for this scene and these settings: antumbra bake SCENE -o FILE.antumbra"
-        }
-        Refusal::Version { .. }
-        | Refusal::Length { .. }
-        | Refusal::Damaged(_)
-        | Refusal::Malformed { .. } => "write it again: antumbra bake SCENE -o FILE.antumbra",
-        Refusal::Foreign | Refusal::Unreadable(_) => "give a file that antumbra bake wrote",
-        Refusal::NoValues => "leave --shadows or --occlusion out",
-        Refusal::OtherMethod => {
-            "write another with antumbra bake SCENE --shadows voxel -o FILE.antumbra, or leave --shadows out"
-        }
-        _ => "leave --occlusion out",
-    }
 }
