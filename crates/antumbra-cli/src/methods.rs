@@ -3,7 +3,7 @@
 use antumbra::{Method, RayMethod};
 use clap::ValueEnum;
 
-/// Who answers shadow queries.
+/// Method that answers shadow queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Shadows {
     /// Whatever is fastest: an exact shadow map for each light, where it pays, and rays for the rest

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::outputs::{self, Content, Outputs};
 use crate::screen::Screen;
 
-/// Where values come from and go to.
+/// Files that values are loaded from and saved to.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Saved values")]
 pub struct KeptFiles {

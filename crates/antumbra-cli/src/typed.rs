@@ -12,7 +12,7 @@ use crate::light_values::{self, LightValue};
 pub use crate::methods::{Against, Rays, Shadows, Up};
 use crate::values::{self, CameraParts, Exposure, LightChoice, Sun};
 
-/// What ends the help of a program.
+/// End of the help of a program.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done
@@ -126,7 +126,7 @@ pub struct SceneFile {
     pub background: Option<Color>,
 }
 
-/// What a scene and its index cost.
+/// Options about the cost of a scene and its index.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Index and memory")]
 pub struct IndexCost {
@@ -535,7 +535,7 @@ pub enum Aov {
     None,
 }
 
-/// What to do with the quick check.
+/// Action on the quick check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum QuickCheckAction {
     /// Say what it advises
@@ -554,7 +554,7 @@ impl QuickCheckAction {
     }
 }
 
-/// What a picture shows.
+/// Subject of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ShowWhat {
     /// The scene

@@ -34,7 +34,7 @@ pub struct Aovs {
     pub decided: bool,
 }
 
-/// What became of a question about a light.
+/// Outcome of a query about a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecidedBy {
     /// A blocker list answered.

@@ -26,7 +26,7 @@ const MAX_SPP: u32 = 1 << 16;
 /// enough that a small picture still feeds many threads.
 const TILE_SAMPLES: usize = 1024;
 
-/// Where the rays of a pixel go.
+/// Places in a pixel that rays go through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// So many stratified samples a pixel; one is the centre.
@@ -38,7 +38,7 @@ pub enum Sampling {
     Corners,
 }
 
-/// What the picture shows.
+/// Subject of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Show {
     /// The shaded scene.
@@ -51,7 +51,7 @@ pub enum Show {
 /// Everything but the camera that a picture depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RenderSettings {
-    /// Where rays go.
+    /// Places in a pixel that rays go through.
     pub sampling: Sampling,
     /// The longest chain of rays, the eye ray counted ([`Integrator::new`]).
     pub max_depth: u32,
@@ -60,7 +60,7 @@ pub struct RenderSettings {
     pub light_samples: u32,
     /// Changes the jitter, and the samples of lights with size.
     pub seed: u64,
-    /// What to show.
+    /// Subject of the picture.
     pub show: Show,
     /// Which layers to make beside it.
     pub aovs: Aovs,
@@ -98,7 +98,7 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// What [`render`] gives back.
+/// Result of [`render`].
 #[derive(Clone, Debug)]
 pub struct Rendered {
     /// The picture.

@@ -43,7 +43,7 @@ pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
     }
 }
 
-/// What a ray sees that hits nothing, for formats that say nothing about it (OBJ, PLY, STL, glTF):
+/// Color that a ray sees that hits nothing, for formats that say nothing about it (OBJ, PLY, STL, glTF):
 /// a quiet grey-blue, sRGB (166, 176, 189), against which dark and bright things stand out.
 pub const SKY: Color = Color::new(0.38, 0.43, 0.51);
 

@@ -20,7 +20,7 @@ pub struct Mesh {
     pub colors: Vec<[f32; 4]>,
     /// All corners of all faces, face after face.
     pub corners: Vec<Corner>,
-    /// Where each face ends in `corners`; face `i` is `ends[i - 1]..ends[i]`. At least 3 corners each.
+    /// End of each face in `corners`; face `i` is `ends[i - 1]..ends[i]`. At least 3 corners each.
     pub face_ends: Vec<u32>,
 }
 

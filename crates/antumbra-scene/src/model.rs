@@ -26,7 +26,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Pictures; materials name them by index.
     pub textures: Vec<Texture>,
-    /// What is there.
+    /// Objects of the scene.
     #[serde(with = "crate::shared")]
     pub objects: Vec<Object>,
     /// Point, spot and directional lights.
@@ -36,7 +36,7 @@ pub struct Scene {
     pub area_lights: Vec<AreaLight>,
     /// The view, if the file has one.
     pub camera: Option<Camera>,
-    /// What a ray sees that hits nothing.
+    /// Color that a ray sees that hits nothing.
     pub background: Color,
     /// Light that reaches every point from everywhere, times the diffuse colour.
     pub ambient: Color,
@@ -148,7 +148,7 @@ pub struct Material {
     /// Index into [`Scene::textures`]: a picture whose colour multiplies `diffuse` and whose alpha
     /// multiplies `opacity`.
     pub diffuse_texture: Option<usize>,
-    /// What the alpha value (`opacity` times the texture's) means.
+    /// Meaning of the alpha value (`opacity` times the texture's).
     pub alpha: Alpha,
     /// The alpha value without a texture, 0 to 1.
     pub opacity: f64,
@@ -169,7 +169,7 @@ pub struct Material {
     pub emission: Color,
 }
 
-/// What a material's alpha value means.
+/// Meaning of a material's alpha value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Alpha {
     /// Nothing: the surface is whole.
@@ -209,7 +209,7 @@ impl Default for Material {
 pub struct Light {
     /// A name for messages, options and image layers.
     pub name: String,
-    /// Where the light comes from.
+    /// Place or direction that the light comes from.
     pub kind: LightKind,
     /// Intensity (where it falls off) or irradiance, linear RGB; [`Scene::is_photometric`] says
     /// in which unit.
@@ -218,7 +218,7 @@ pub struct Light {
     pub falls_off: bool,
 }
 
-/// Where light comes from.
+/// Place or direction that light comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightKind {
     /// A point, world space.
@@ -249,7 +249,7 @@ pub enum LightKind {
 pub struct AreaLight {
     /// A name for messages and image layers.
     pub name: String,
-    /// Where the light comes from.
+    /// Place or direction that the light comes from.
     pub shape: AreaShape,
     /// Linear RGB. For a sun disc: the irradiance of a surface that faces all of it, as for a directional light. For
     /// the sky: its radiance times pi, so that open ground has it. Else as `falls_off` says.

@@ -1,6 +1,6 @@
 //! How a material blocks light.
 
-/// What a surface does to shadow rays.
+/// Effect of a surface on shadow rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadowKind {
     /// Blocks all of them.

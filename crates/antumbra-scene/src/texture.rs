@@ -38,13 +38,13 @@ pub struct Texture {
     /// Red, green, blue (sRGB-encoded) and alpha (linear); rows from the top down, each from left
     /// to right.
     pub texels: Vec<[u8; 4]>,
-    /// What is beyond the left and right edge, and beyond the upper and lower one.
+    /// Wrapping beyond the left and right edge, and beyond the upper and lower one.
     pub wrap: [Wrap; 2],
-    /// What is between texels.
+    /// Filter between texels.
     pub filter: Filter,
 }
 
-/// What is beyond the edge of a picture.
+/// Wrapping beyond the edge of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Wrap {
     /// The picture again.
@@ -56,7 +56,7 @@ pub enum Wrap {
     ClampToEdge,
 }
 
-/// What is between texels.
+/// Filter between texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Filter {
     /// The nearest texel.

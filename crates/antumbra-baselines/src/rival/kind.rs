@@ -44,10 +44,10 @@ impl RivalKind {
     }
 }
 
-/// What rivals may be told.
+/// Options of rivals.
 #[derive(Clone, Copy, Debug)]
 pub struct RivalOptions {
-    /// Where the scene is seen from, world space: `hybrid` counts from there.
+    /// Viewpoint, world space: `hybrid` counts from there.
     pub viewpoint: Option<DVec3>,
     /// The most shadow polygons that `hybrid` tests before it sends a shadow ray; without it what costs least for
     /// some sample queries.
@@ -86,7 +86,7 @@ pub enum RivalError {
     },
 }
 
-/// What queries cost a rival.
+/// Cost of queries to a rival.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Steps: cells looked up, and voxels entered. Intersections: surfaces asked of the exact rule, shadow

@@ -24,6 +24,8 @@ pub mod formulas;
 mod hybrid;
 mod kind;
 mod light_buffer;
+mod plane;
+mod projected;
 mod projection;
 mod shadow_map;
 mod shadow_volumes;

@@ -23,7 +23,7 @@ pub enum Opacity {
     AlphaTested(CoverageId),
 }
 
-/// What an element is.
+/// Kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ElementKind {
     /// A polygon, cut into triangles.
@@ -42,7 +42,7 @@ pub enum ElementKind {
 /// One object of the scene in the paper's sense.
 #[derive(Clone, Debug)]
 pub struct Element {
-    /// What it is.
+    /// Kind.
     pub kind: ElementKind,
     /// Its surfaces, a run of ids.
     pub surfaces: Range<u32>,

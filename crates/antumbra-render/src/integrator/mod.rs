@@ -53,9 +53,9 @@ pub struct Tally {
     pub out_of_cone: u64,
     /// Samples of lights with size, which do not count under `queries`.
     pub area: AreaTally,
-    /// What the shadow index, or its stand-in, counted.
+    /// Counts of the shadow index, or of its stand-in.
     pub counters: Counters,
-    /// What a stand-in found listed where its queries looked; 0 without one.
+    /// Number of candidates that a stand-in found listed where its queries looked; 0 without one.
     pub candidates: u64,
 }
 
@@ -76,7 +76,7 @@ impl Tally {
     }
 }
 
-/// What became of one hit's question about one light.
+/// Outcome of one hit's query about one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightQuery {
     /// Not asked: the surface faces away.
@@ -92,12 +92,12 @@ pub enum LightQuery {
     },
 }
 
-/// What an eye ray saw first: the first surface that covers anything.
+/// First sight of an eye ray: the first surface that covers anything.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seen {
     /// Whether there is one.
     pub is_surface: bool,
-    /// What became of its question about each light of the scene, in order; empty without one.
+    /// Outcome of its query about each light of the scene, in order; empty without one.
     pub queries: Vec<LightQuery>,
     /// Queries of the lights with size, in the same order as these.
     pub areas: Vec<AreaQuery>,

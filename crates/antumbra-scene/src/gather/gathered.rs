@@ -13,7 +13,7 @@ use super::faces::face_of;
 use super::masks::Masks;
 use super::memory::Sizes;
 
-/// Where in the scene an element comes from.
+/// Place in the scene that an element comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Index into [`Scene::objects`].

@@ -21,13 +21,13 @@ pub(super) const PART: u64 = 1 << 24;
 pub struct Loaded {
     /// The scene, valid.
     pub scene: Scene,
-    /// What was ignored, repaired or guessed.
+    /// Warnings about all that was ignored, repaired or guessed.
     pub warnings: Vec<Warning>,
     /// The files that it was read from, the scene's own first; none where bytes were given.
     pub files: Vec<PathBuf>,
 }
 
-/// What a file leaves open, and how much it may take. The default takes what is usual for the format.
+/// Answers to what a file leaves open, and its memory limit. The default takes what is usual for the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
     /// Which axis of the file is up; used where the format does not say (OBJ: y by

@@ -1,11 +1,11 @@
 //! A point as the oracle is asked about it.
 
-/// What is known of a point that is meant to lie on a surface.
+/// A point that is meant to lie on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OraclePoint {
-    /// Where it is.
+    /// Position.
     pub point: [f64; 3],
-    /// What it looks at, if that is known; of any length.
+    /// Normal, if that is known; of any length.
     pub normal: Option<[f64; 3]>,
     /// Whether it was rounded to `f32`; else to `f64`.
     pub is_single: bool,

@@ -51,7 +51,7 @@ pub enum OracleShape {
 /// One surface of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OracleSurface {
-    /// Where it is.
+    /// Position.
     pub shape: OracleShape,
     /// Whether it blocks light. A transparent surface only receives.
     pub opaque: bool,
@@ -124,7 +124,7 @@ impl OracleSurface {
             .collect()
     }
 
-    /// The same surface, letting all light through.
+    /// Returns the surface letting all light through.
     pub fn transparent(self) -> Self {
         Self {
             opaque: false,

@@ -12,7 +12,7 @@ pub type BuildStandIn =
 
 /// Another method to compare, which answers in the place of an index.
 pub struct Other {
-    /// What it is called.
+    /// Name.
     pub name: &'static str,
     /// Whether its answers have to be the judge's.
     pub is_exact: bool,

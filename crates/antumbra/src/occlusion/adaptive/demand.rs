@@ -112,7 +112,7 @@ impl AdaptiveValues {
             .tables
             .get()
             .is_some_and(|(scene, _)| scene.mesh_bytes() > 0);
-        if (is_asked || values.prices.allow(Map::price(occluders, is_joined)))
+        if (is_asked || values.prices.allow(map::price(occluders, is_joined)))
             && let Some(_busy) = Busy::begin(&values.is_busy)
         {
             let begin = Reading::now();

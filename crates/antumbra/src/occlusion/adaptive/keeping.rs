@@ -181,8 +181,8 @@ impl AdaptiveValues {
         }
         let tables = self.tables(occluders, light, lists);
         let tables = tables.ok_or(Misfit::NoRoom)?;
-        let height = Map::height_bytes(occluders);
-        let held = self.room.hold(height + Map::most_words(occluders));
+        let height = map::height_bytes(occluders);
+        let held = self.room.hold(height + map::most_words(occluders));
         let words = held.bytes().checked_sub(height).ok_or(Misfit::NoRoom)?;
         let map = Map::of_runs(runs, occluders, &tables, words)?;
         let share = held.keep(map.bytes()).ok_or(Misfit::NoRoom)?;

@@ -390,8 +390,8 @@ impl AdaptiveValues {
             // For sheets; where there is no room for it there are none.
             scene.make_mesh(occluders, &self.room, false);
             let tables = self.tables(occluders, light, lists)?;
-            let height = Map::height_bytes(occluders);
-            let words = Map::most_words(occluders);
+            let height = map::height_bytes(occluders);
+            let words = map::most_words(occluders);
             let held = self.room.hold(height + words);
             let map = held.bytes().checked_sub(height).and_then(|words| {
                 let mut map = Map::new(occluders, &tables, words)?;
