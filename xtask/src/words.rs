@@ -8,7 +8,14 @@ use crate::run;
 
 /// First words of doc comments of public items: the first word is the thing ("Maximum number of ...", "Returns ...").
 const NO_FIRST_WORDS: &[&str] = &[
-    "As few ", "As many ", "So few ", "So many ", "The same ", "What ", "Where ", "Who ",
+    "As few ",
+    "As many ",
+    "So few ",
+    "So many ",
+    "The same ",
+    "What ",
+    "Where ",
+    "Who ",
 ];
 
 /// Words that stand nowhere in the source, each with the better one.
@@ -64,10 +71,15 @@ fn check_file(path: &Path, text: &str, faults: &mut Vec<String>) {
         let is_before = |line: &&&str| line.starts_with("///") || line.starts_with("#[");
         let item = lines[number..].iter().find(|line| !is_before(line));
         if item.is_some_and(|item| item.starts_with("pub "))
-            && let Some(first) = NO_FIRST_WORDS.iter().find(|first| words.starts_with(**first))
+            && let Some(first) = NO_FIRST_WORDS
+                .iter()
+                .find(|first| words.starts_with(**first))
         {
             let first = first.trim_end();
-            tell(number, format!("a doc comment begins with the thing, not with `{first}`"));
+            tell(
+                number,
+                format!("a doc comment begins with the thing, not with `{first}`"),
+            );
         }
     }
 }
@@ -83,7 +95,10 @@ mod tests {
             check_file(Path::new("a.rs"), text, &mut faults);
             faults
         };
-        assert_eq!(told("/// What it is.\n#[derive(Debug)]\npub struct A;\n").len(), 1);
+        assert_eq!(
+            told("/// What it is.\n#[derive(Debug)]\npub struct A;\n").len(),
+            1
+        );
         assert_eq!(told("/// What it is.\nstruct A;\n"), [""; 0]);
         assert_eq!(told("/// Kind.\n/// What else.\npub struct A;\n"), [""; 0]);
         assert_eq!(told("let colour = 1;\n").len(), 1);

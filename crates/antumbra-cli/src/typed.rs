@@ -120,7 +120,7 @@ pub struct SceneFile {
     #[arg(long, help = SUN_WITH_SIZE_HELP, value_name = "AZIMUTH,ELEVATION[,DIAMETER]", value_parser = values::sun_with_size, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
 
-    /// Colour behind the scene, linear RGB [default: the file's; for formats that have none a
+    /// Color behind the scene, linear RGB [default: the file's; for formats that have none a
     /// grey-blue, and black where lights are in candela and lux]
     #[arg(long, value_name = "R,G,B", value_parser = values::background, allow_hyphen_values = true)]
     pub background: Option<Color>,

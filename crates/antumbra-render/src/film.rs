@@ -14,7 +14,7 @@ pub use crate::aov::light_count;
 use crate::aov::{Aovs, Layer};
 use crate::camera::View;
 use crate::exposure::Metering;
-use crate::false_colour;
+use crate::false_color;
 use crate::integrator::{DEFAULT_LIGHT_SAMPLES, Integrator, Seen, Tally};
 use crate::prepare::Prepared;
 use crate::sampler::Sampler;
@@ -44,7 +44,7 @@ pub enum Show {
     /// The shaded scene.
     #[default]
     Scene,
-    /// How the shadow queries of each primary hit were decided ([`crate::false_colour`]).
+    /// How the shadow queries of each primary hit were decided ([`crate::false_color`]).
     Occlusion,
 }
 
@@ -249,7 +249,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Returns the colour of one pixel or pixel corner, and its shares for the layers.
+    /// Returns the color of one pixel or pixel corner, and its shares for the layers.
     fn pixel(&mut self, number: u64, [column, row]: [u64; 2], shares: &mut [f32]) -> [f32; 3] {
         let [column, row] = [column as f64, row as f64];
         self.sums.fill(0.0);
@@ -296,7 +296,7 @@ impl<'a> Tile<'a> {
             Show::Scene => integrator.radiance(&ray, tally, seen),
             Show::Occlusion => {
                 integrator.look_only(&ray, tally, seen);
-                false_colour::occlusion(seen)
+                false_color::occlusion(seen)
             }
         }
     }

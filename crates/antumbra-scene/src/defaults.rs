@@ -15,7 +15,7 @@ use crate::model::{Camera, Color, Light, LightKind, Material};
 pub const AMBIENT: Color = Color::splat(0.2);
 
 /// Returns SPD's suggestion for the intensity of each of `light_count` NFF lights without a
-/// colour, and of the ambient term: `sqrt(n) / (2 n)`; without any light, as for one.
+/// color, and of the ambient term: `sqrt(n) / (2 n)`; without any light, as for one.
 pub fn nff_intensity(light_count: usize) -> f64 {
     let n = light_count.max(1) as f64;
     n.sqrt() / (2.0 * n)

@@ -15,7 +15,7 @@ pub struct Mesh {
     /// transform, its reader has chosen the set of the material's texture and moved it.
     pub uvs: Vec<[f64; 2]>,
     /// Linear red, green, blue and alpha of each position, in the order of `positions`, or empty.
-    /// They multiply the material's diffuse colour and its opacity. Finite, not negative; alpha is
+    /// They multiply the material's diffuse color and its opacity. Finite, not negative; alpha is
     /// at most 1.
     pub colors: Vec<[f32; 4]>,
     /// All corners of all faces, face after face.

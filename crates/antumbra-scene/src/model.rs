@@ -38,14 +38,14 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// Color that a ray sees that hits nothing.
     pub background: Color,
-    /// Light that reaches every point from everywhere, times the diffuse colour.
+    /// Light that reaches every point from everywhere, times the diffuse color.
     pub ambient: Color,
     /// Which normal decides whether a surface faces a light.
     pub facing: Facing,
     /// Which way is up, world space, any length but zero: for a camera or a sun that the file
     /// does not give.
     pub up: DVec3,
-    /// Whether the lights' colours are photometric: candela for points and spots, lux for
+    /// Whether the lights' colors are photometric: candela for points and spots, lux for
     /// directional lights, so that a picture needs an exposure. Otherwise they are meant to be
     /// shown as they are.
     pub is_photometric: bool,
@@ -118,7 +118,7 @@ impl Shape {
         }
     }
 
-    /// Returns the mesh of a shape of faces: corners, places in textures and colours are those of
+    /// Returns the mesh of a shape of faces: corners, places in textures and colors are those of
     /// the shape, but positions and normals of an instance are in its own space. `None` for others.
     pub fn mesh(&self) -> Option<&Mesh> {
         match self {
@@ -145,7 +145,7 @@ pub struct Material {
     pub name: String,
     /// Lambertian weight per channel.
     pub diffuse: Color,
-    /// Index into [`Scene::textures`]: a picture whose colour multiplies `diffuse` and whose alpha
+    /// Index into [`Scene::textures`]: a picture whose color multiplies `diffuse` and whose alpha
     /// multiplies `opacity`.
     pub diffuse_texture: Option<usize>,
     /// Meaning of the alpha value (`opacity` times the texture's).

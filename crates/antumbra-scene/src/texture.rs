@@ -1,12 +1,12 @@
 //! Pictures on surfaces.
 //!
-//! In: the bytes of a PNG or JPEG; texels and a place in the picture. Out: a texture; linear colour
+//! In: the bytes of a PNG or JPEG; texels and a place in the picture. Out: a texture; linear color
 //! and alpha. Invariants: nothing is decoded before its [`Room`] is known to suffice; sampling
 //! gives the same bits on every platform: sRGB is decoded by a table that `libm` fills, and
 //! filtering uses additions and multiplications only.
 //!
 //! Pixels of PNG files are the same on every platform. JPEG leaves decoders some freedom, so
-//! colours from JPEG files may differ by a step or two between versions of the decoder; JPEG has
+//! colors from JPEG files may differ by a step or two between versions of the decoder; JPEG has
 //! no alpha.
 
 use std::{
@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_decoded_before_they_are_mixed() {
+    fn colors_are_decoded_before_they_are_mixed() {
         let texture = Texture {
             name: String::new(),
             width: 3,

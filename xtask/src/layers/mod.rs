@@ -76,7 +76,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "camera orbit prepare",
             "integrator",
             "aov statistics",
-            "false_colour",
+            "false_color",
             "film",
             "image_file",
             "exr_file",

@@ -3,7 +3,7 @@
 //! In: a shape, a receiver point, two numbers in `[0, 1)`. Out: an [`AreaSample`], a point or a
 //! direction that shadow queries are asked about (EXACTNESS.md, "Lights with size"; Paper 9.3).
 //! Invariants: mappings preserve area, length or solid angle; every bit is the same on every
-//! machine. Power and colour belong to the scene. Absent here: shadow queries.
+//! machine. Power and color belong to the scene. Absent here: shadow queries.
 //!
 //! | module | shape |
 //! |---|---|

@@ -84,7 +84,7 @@ impl Integrator<'_> {
     }
 }
 
-/// Returns how much of the light's colour a surface has that faces a sample, if all of the light were like it.
+/// Returns how much of the light's color a surface has that faces a sample, if all of the light were like it.
 fn share_of(light: &AreaLight, sample: &AreaSample) -> f64 {
     match light.shape {
         AreaShape::SunDisc(_) => 1.0,

@@ -1,7 +1,7 @@
 //! Whitted's model: what a ray sees.
 //!
 //! In: a ray and a prepared scene. Out: linear RGB, and every count of the work in a [`Tally`].
-//! At each hit: emission, ambient light times diffuse colour (times the texture), and for each
+//! At each hit: emission, ambient light times diffuse color (times the texture), and for each
 //! light a Lambertian and a Phong term if the light is in front, inside its cone and not blocked;
 //! for each light with size the mean of such terms over its samples that are lit (`area`);
 //! then a mirrored and a refracted ray. Where a surface covers only part of what is behind, the
@@ -10,7 +10,7 @@
 //! Invariants: each shaded hit asks one shadow query per light, unless the light is behind the
 //! surface (by the exact sign of `ShadowIndex::light_side`) or does not shine into that
 //! direction; a hit that covers nothing is not shaded. What is queried depends on geometry and
-//! coverage alone: not on shading normals, colours or earlier answers.
+//! coverage alone: not on shading normals, colors or earlier answers.
 
 mod area;
 mod area_query;

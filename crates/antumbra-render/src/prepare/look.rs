@@ -7,7 +7,7 @@ use antumbra_scene::model::{Color, Material};
 pub struct Look<'a> {
     /// The material, without its texture.
     pub material: &'a Material,
-    /// The diffuse colour, times the texture's and the vertices'.
+    /// The diffuse color, times the texture's and the vertices'.
     pub diffuse: Color,
     /// How much of what is behind the surface covers: 0, it is not there, to 1, it is whole.
     pub coverage: f64,

@@ -61,7 +61,7 @@ impl Prepared {
         )
     }
 
-    /// Returns the colour and alpha of the vertices at a hit, or `None` where the file gives none.
+    /// Returns the color and alpha of the vertices at a hit, or `None` where the file gives none.
     fn vertex_color(&self, hit: &Hit) -> Option<[f64; 4]> {
         self.between_corners(
             hit,

@@ -2,9 +2,9 @@
 //!
 //! In: what an eye ray saw first. Out: linear RGB. That surface is the first that is there at all:
 //! holes and transparent texels are looked through, a pane that covers a little is not. Its
-//! queries are coloured and averaged over the lights:
+//! queries are colored and averaged over the lights:
 //!
-//! | colour (sRGB) | query |
+//! | color (sRGB) | query |
 //! |---|---|
 //! | green `#009e73` | first pass: the value of the start's voxel |
 //! | blue `#56b4e9` | intermediate: the value of a voxel on the way |
@@ -22,7 +22,7 @@
 //! nothing is occluded.
 //!
 //! Shadowed points have a third of the brightness, so shadows stay visible. The hues are those of
-//! Okabe and Ito, which readers with any colour vision tell apart.
+//! Okabe and Ito, which readers with any color vision tell apart.
 
 use antumbra::Shadow;
 use antumbra_scene::model::Color;
@@ -42,7 +42,7 @@ const PENUMBRA: u32 = 0xe69f00;
 const UMBRA: u32 = 0x0072b2;
 const SHADOWED_SHARE: f64 = 1.0 / 3.0;
 
-/// Returns the colour of what an eye ray saw.
+/// Returns the color of what an eye ray saw.
 pub fn occlusion(seen: &Seen) -> Color {
     if !seen.is_surface {
         return linear(NO_HIT);
@@ -69,7 +69,7 @@ fn color_of_area(query: &AreaQuery) -> Color {
     })
 }
 
-/// Returns the colour of a way to decide, as of lit points.
+/// Returns the color of a way to decide, as of lit points.
 pub fn decided_color(way: DecidedBy) -> Color {
     linear(match way {
         DecidedBy::BlockerList => BLOCKER_LIST,
@@ -92,7 +92,7 @@ fn color_of(query: &LightQuery) -> Color {
     }
 }
 
-/// Returns the linear value of an sRGB colour `0xRRGGBB`.
+/// Returns the linear value of an sRGB color `0xRRGGBB`.
 fn linear(srgb: u32) -> Color {
     let channel = |shift: u32| {
         let encoded = f64::from((srgb >> shift) & 0xff) / 255.0;
@@ -111,7 +111,7 @@ mod tests {
     use crate::image_file::srgb_byte;
 
     #[test]
-    fn colours_come_out_of_the_image_file_as_documented() {
+    fn colors_come_out_of_the_image_file_as_documented() {
         for srgb in [
             FIRST_PASS,
             INTERMEDIATE,
