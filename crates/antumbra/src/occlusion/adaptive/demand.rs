@@ -8,7 +8,7 @@ use antumbra_geometry::{Occluders, Start};
 use super::super::bricks::Store;
 use super::super::budget::Account;
 use super::super::links::{Link, charge, claim, publish, read};
-use super::super::map::{Map, Spent};
+use super::super::map::{self, Map, Spent};
 use super::super::refine::Care;
 use super::scene::{HASTE, Scene, UNIT};
 use super::{AdaptiveValues, Known, Lists};

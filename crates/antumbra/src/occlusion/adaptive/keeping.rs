@@ -9,7 +9,7 @@ use super::super::bricks::Store;
 use super::super::candidates::Casters;
 use super::super::forms::{BOUND, START_ROOM};
 use super::super::lattice::Lattice;
-use super::super::map::{Map, MapRuns};
+use super::super::map::{self, Map, MapRuns};
 use super::super::packed::{Packed, Runs};
 use super::super::refine::Depth;
 use super::super::stream::{self, Misfit, Section, Stored, Told};

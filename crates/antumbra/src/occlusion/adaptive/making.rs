@@ -11,7 +11,7 @@ use super::super::bricks::{Decision, Store, cell_in_brick};
 use super::super::candidates::{Candidates, Casters};
 use super::super::lattice::Cell;
 use super::super::links::{Link, read};
-use super::super::map::Map;
+use super::super::map::{self, Map};
 use super::super::packed::Packed;
 use super::super::refine::{Care, Refiner};
 use super::super::room::Share;

@@ -8,7 +8,7 @@ use antumbra_geometry::{Mesh, Occluders};
 
 use super::super::bricks::Store;
 use super::super::lattice::Lattice;
-use super::super::map::Map;
+use super::super::map;
 use super::super::tables::{LightTables, SceneTables};
 use super::demand::{CURVED_NS, TABLE_NS};
 use super::{AdaptiveValues, Knowledge, Making};
