@@ -1,6 +1,6 @@
 //! A plane of cells before a light, and where it sees from.
 
-use antumbra_geometry::{Bounds, DVec3};
+use antumbra_geometry::DVec3;
 
 /// What cells are inflated by, round a point.
 pub(super) const POINT_MARGIN: f64 = 1.0 / (1 << 22) as f64;

@@ -22,7 +22,7 @@ use super::plane::{
 };
 pub(super) use super::plane::{Plane, Region};
 pub(super) use super::projected::Projected;
-use antumbra_geometry::{DVec3, LightShape, Occluders};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders};
 
 /// Planes round a light, and how a start finds its own.
 #[derive(Clone, Debug)]

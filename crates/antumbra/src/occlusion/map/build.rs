@@ -16,7 +16,6 @@ pub(super) use super::codes::{LEVELS, digit, place_codes};
 use super::facet::{Cells, Depths, Facet, ROOM};
 pub(super) use super::made::{Made, Owned};
 pub(super) use super::queries::Queries;
-use super::queries::longest;
 pub(super) use super::queries::{AGAIN, LONGEST};
 use super::sheet::{MOST_IN_SHEET, Sheet, Slant};
 use super::words::{ALIGNED, NODE_CELLS, NODE_WORDS, NOT_CUT, Word, counts, entry};

@@ -1,7 +1,5 @@
 //! Sheets of surfaces, and slants over them.
 
-use super::super::tables::NONE;
-
 /// Sheets are looked for among so many surfaces, and disjoint ones among so many.
 pub(super) const MOST_IN_SHEET: usize = 48;
 
