@@ -165,7 +165,7 @@ def render(
         light_samples: Samples of each light with size at each point, 1 to 65536; powers of two are spread best.
         max_depth: Longest chain of rays, the eye ray counted, 0 to 32.
         seed: Changes the samples' places.
-        show: `"scene"`, or `"occlusion"`: in false colours, how shadow queries were decided.
+        show: `"scene"`, or `"occlusion"`: in false colors, how shadow queries were decided.
         background: What a ray sees that hits nothing, linear RGB; by default the scene's.
         method: As of `ShadowIndex`, like all that follow. The picture does not depend on them.
         refine: When values are made.

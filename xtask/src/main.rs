@@ -4,6 +4,7 @@ mod layers;
 mod paths;
 mod python;
 mod run;
+mod words;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -19,8 +20,10 @@ chores:
   python   only the tests of the Python package
   wheel    the Python package's wheel for users, into target/wheels
   site     the documentation's site, into target/site
+  cli      the reference of the program in docs/cli.md, from what the program says of itself
   layers   only the check that crates and modules look downwards
   paths    only the check that files named in our Markdown exist
+  words    only the check of words that have a better one
   package  the packages of all published crates, built from nothing else, as a dry run of publishing them
   gallery  remakes the pictures of the README into docs/images
 ";
@@ -33,8 +36,10 @@ fn main() -> ExitCode {
         Some("python") => python::Tests::new().and_then(|tests| tests.run()),
         Some("wheel") => python::wheel(),
         Some("site") => python::site(),
+        Some("cli") => cli(),
         Some("layers") => layers::check(),
         Some("paths") => paths::check(),
+        Some("words") => words::check(),
         Some("package") => package(),
         Some("gallery") => gallery(),
         _ => {
@@ -67,6 +72,7 @@ fn test() -> Result<()> {
 fn lint() -> Result<()> {
     layers::check()?;
     paths::check()?;
+    words::check()?;
     run::cargo(&["fmt", "--all", "--check"], &[])?;
     let clippy = [
         "clippy",
@@ -112,6 +118,19 @@ fn licenses() -> Result<()> {
         return Ok(());
     }
     run::cargo(&["deny", "check"], &[])
+}
+
+/// The test that compares the reference writes it, too.
+fn cli() -> Result<()> {
+    let test = [
+        "test",
+        "--package",
+        "antumbra-cli",
+        "--test",
+        "reference",
+        "--locked",
+    ];
+    run::cargo(&test, &[("ANTUMBRA_WRITE", "1")])
 }
 
 /// Crates that are not published are left out.

@@ -9,7 +9,7 @@ pub struct Batch {
     pub light: usize,
     /// Its shape.
     pub light_shape: LightShape,
-    /// Where the queries start.
+    /// Starts of the queries.
     pub starts: Vec<Start>,
     /// For each start the unit normal of its surface on the light's side, for methods that lift
     /// starts off their surface; zero for free queries.
@@ -21,7 +21,7 @@ pub struct Batch {
 /// Shadow queries of starts that have targets of their own, in the order in which they are asked.
 #[derive(Clone, Debug, Default)]
 pub struct TargetBatch {
-    /// Where the queries start.
+    /// Starts of the queries.
     pub starts: Vec<Start>,
     /// As [`Batch::normals`].
     pub normals: Vec<DVec3>,

@@ -8,7 +8,7 @@ use crate::{LoadedBatch, TargetBatch};
 /// Batches hold queries that have an answer.
 const VALID: &str = "a batch's starts and targets are fine";
 
-/// Who answers starts with many targets.
+/// Method that answers starts with many targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TargetWay {
     /// `ShadowIndex::occluded_targets_of`.

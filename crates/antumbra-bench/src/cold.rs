@@ -7,9 +7,9 @@
 use std::time::Duration;
 
 use antumbra::Refine;
-use antumbra_baselines::{LoadedBatch, ShadowMethod};
-use serde::Serialize;
+use antumbra_baselines::{LoadedBatch, ShadowMethod as _};
 
+pub(super) use super::break_even::BreakEven;
 use super::measure::{self, Measured, SLICE, Stopwatch};
 use super::methods::Built;
 use super::record::Recorded;
@@ -23,32 +23,6 @@ pub(super) struct Cold {
     pub(super) measured: Measured,
     /// None without `bvh`.
     pub(super) break_even: Option<BreakEven>,
-}
-
-/// From how many queries on cold `auto` has taken less time in total than `bvh`.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct BreakEven {
-    /// Median over the rounds; null where `auto` is still behind after `most_frames`.
-    queries: Option<f64>,
-    most_frames: u32,
-    /// Queries of a frame.
-    frame_queries: usize,
-}
-
-impl BreakEven {
-    /// Returns it for people.
-    pub(super) fn row(&self) -> String {
-        match self.queries {
-            Some(queries) => format!(
-                "  cold auto has taken less time than bvh from {queries:.0} queries on, {:.2} frames",
-                queries / self.frame_queries as f64
-            ),
-            None => format!(
-                "  cold auto has not taken less time than bvh within {} frames",
-                self.most_frames
-            ),
-        }
-    }
 }
 
 /// Measures cold `auto`, if it is among the methods and makes its maps on the way. `more` records

@@ -6,66 +6,25 @@
 //! process; answers are compared inside the timed loop.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use antumbra::{Counters, IndexOptions, Refine, ShadowCounters, ShadowIndex};
 use antumbra_geometry::{DVec3, Start, SurfaceId};
 use antumbra_scene::gather::{Gathered, light_shapes};
-use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use antumbra_cli::commands::{bake, kept as files};
 use antumbra_cli::failure::{Failure, Outcome};
-use antumbra_cli::methods::Shadows;
 use antumbra_cli::outputs::{self, Outputs};
+use antumbra_cli::saved as files;
 use antumbra_cli::screen::Screen;
-use antumbra_cli::values;
-use antumbra_cli::{load, memory};
+use antumbra_cli::{load, memory, values};
 
 use super::head::Head;
 use super::measure::{SLICE, Stopwatch, median};
 use super::record::{self, Recorded};
 use super::subject::Subject;
-use super::typed::Subjects;
-
-#[derive(Args, Debug)]
-pub(crate) struct Kept {
-    #[command(flatten)]
-    pub(crate) subjects: Subjects,
-
-    /// Size of the jittered frames whose eye rays find the points that are asked about
-    #[arg(long, help_heading = "Queries", value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
-    pub(crate) size: [u32; 2],
-
-    /// Number of answers to time
-    #[arg(long, help_heading = "Queries", value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
-    pub(crate) queries: u64,
-
-    /// Method whose files are measured: auto or voxel
-    #[arg(long, value_parser = bake::kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
-    pub(crate) shadows: Shadows,
-
-    /// Save all values beforehand, as `antumbra bake` does
-    #[arg(long, help_heading = "Saved values")]
-    pub(crate) baked: bool,
-
-    /// Number of frames that an earlier process answers before it saves its values, without --baked
-    #[arg(long, help_heading = "Saved values", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(crate) learn: u32,
-
-    /// Number of pairs of processes, one with the file and one without; figures are medians
-    #[arg(long, help_heading = "Rounds", value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub(crate) rounds: u32,
-
-    /// Be the second process: answer these queries
-    #[arg(long, hide = true)]
-    child: Option<PathBuf>,
-
-    /// The file that it takes
-    #[arg(long, hide = true)]
-    occlusion: Option<PathBuf>,
-}
+use super::typed::Kept;
 
 /// What a process took, in seconds, and how it answered.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]

@@ -20,6 +20,7 @@
 //! | rivals of the paper's time against the reference | [`verify`] |
 
 mod aims;
+mod break_even;
 mod cold;
 mod contender;
 mod frames;

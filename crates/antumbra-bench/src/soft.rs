@@ -26,9 +26,6 @@ use super::shadows::fastest;
 use super::subject::{self, Subject};
 use super::typed::Soft;
 
-/// Who can be timed.
-pub(super) const WAYS: [&str; 5] = ["ours", "rays", "embree", "embree8", "embree16"];
-
 /// Samples a start.
 const SAMPLES: usize = 64;
 

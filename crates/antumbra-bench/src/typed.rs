@@ -7,9 +7,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use antumbra_cli::failure::Failure;
 use antumbra_cli::light_values::LightValue;
+use antumbra_cli::methods::Shadows as Ours;
 use antumbra_cli::outputs::{Content, Outputs};
 use antumbra_cli::typed::{
     self as cli, EXIT_CODES, HELP_WIDTH, IndexCost, SUN_HELP, SceneFile, Threads, Up, Verbosity,
+    kept_methods,
 };
 use antumbra_cli::values::{self, CameraParts, PointLight, Sun};
 
@@ -36,7 +38,7 @@ pub(crate) enum What {
     /// Rebuild the tables of the paper on its scenes
     Paper(Paper),
     /// Time a new process until its first million answers, with saved values and without
-    Kept(super::kept::Kept),
+    Kept(Kept),
     /// Time shadow rays to many samples of a light with a size
     Soft(Soft),
     /// Count rays that leak through the vertices and edges they are aimed at
@@ -196,7 +198,7 @@ pub(crate) struct Soft {
     pub(crate) degrees: Vec<f64>,
 
     /// Way to time; repeatable: ours, rays, embree, embree8, embree16 [default: all]
-    #[arg(help_heading = "Method", long = "way", value_name = "WAY", value_parser = super::soft::WAYS)]
+    #[arg(help_heading = "Method", long = "way", value_name = "WAY", value_parser = WAYS)]
     pub(crate) ways: Vec<String>,
 
     /// Number of rounds, in each of which all methods take turns; figures are medians
@@ -227,10 +229,13 @@ pub(crate) struct Frames {
     pub(crate) rounds: u32,
 }
 
+/// Names of the paper's scenes.
+pub(super) const PAPER_SCENES: [&str; 6] = ["graph", "quadric", "dgp", "bars", "flakes", "tetra"];
+
 #[derive(Args, Debug)]
 pub(crate) struct Paper {
     /// Scene of the paper to measure; repeatable [default: all six]
-    #[arg(help_heading = "Scenes", long = "scene", value_name = "NAME", value_parser = super::paper::NAMES)]
+    #[arg(help_heading = "Scenes", long = "scene", value_name = "NAME", value_parser = PAPER_SCENES)]
     pub(crate) scenes: Vec<String>,
 
     /// Size of the pictures; sweeps use half of it, and from an eighth to twice of it
@@ -276,6 +281,47 @@ pub(crate) struct Watertight {
 
     #[command(flatten)]
     pub(crate) threads: Threads,
+}
+
+/// Who can be timed.
+pub(super) const WAYS: [&str; 5] = ["ours", "rays", "embree", "embree8", "embree16"];
+
+#[derive(Args, Debug)]
+pub(crate) struct Kept {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of the jittered frames whose eye rays find the points that are asked about
+    #[arg(long, help_heading = "Queries", value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub(crate) size: [u32; 2],
+
+    /// Number of answers to time
+    #[arg(long, help_heading = "Queries", value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub(crate) queries: u64,
+
+    /// Method whose files are measured: auto or voxel
+    #[arg(long, value_parser = kept_methods(), default_value_t = Ours::Voxel, value_name = "METHOD", help_heading = "Method")]
+    pub(crate) shadows: Ours,
+
+    /// Save all values beforehand, as `antumbra bake` does
+    #[arg(long, help_heading = "Saved values")]
+    pub(crate) baked: bool,
+
+    /// Number of frames that an earlier process answers before it saves its values, without --baked
+    #[arg(long, help_heading = "Saved values", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) learn: u32,
+
+    /// Number of pairs of processes, one with the file and one without; figures are medians
+    #[arg(long, help_heading = "Rounds", value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// Be the second process: answer these queries
+    #[arg(long, hide = true)]
+    pub(crate) child: Option<PathBuf>,
+
+    /// The file that it takes
+    #[arg(long, hide = true)]
+    pub(crate) occlusion: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -3,7 +3,7 @@
 //! In: what went wrong. Out: an exit code by meaning and a report. The codes are part of the
 //! program's interface and listed in `--help`.
 
-use antumbra::BuildError;
+use antumbra::{BuildError, LoadError, Refusal};
 use antumbra_render::prepare::PrepareError;
 use antumbra_scene::ReadError;
 use antumbra_scene::gather::GatherError;
@@ -100,7 +100,7 @@ impl From<BuildError> for Failure {
                 }
             }
             BuildError::BadResolution(_) => "give --grid other numbers",
-            BuildError::Occlusion(refused) => crate::commands::kept::help(refused),
+            BuildError::Occlusion(refused) => help_with_file(refused),
             _ => "",
         };
         Self::input(error.to_string(), help)
@@ -113,5 +113,24 @@ impl From<PrepareError> for Failure {
             PrepareError::Gather(error) => error.into(),
             PrepareError::Build(error) => error.into(),
         }
+    }
+}
+
+/// Returns what to do about a file that is refused.
+fn help_with_file(error: &LoadError) -> &'static str {
+    match error.reason {
+        Refusal::Stale(_) => {
+            "write it again for this scene and these settings: antumbra bake SCENE -o FILE.antumbra"
+        }
+        Refusal::Version { .. }
+        | Refusal::Length { .. }
+        | Refusal::Damaged(_)
+        | Refusal::Malformed { .. } => "write it again: antumbra bake SCENE -o FILE.antumbra",
+        Refusal::Foreign | Refusal::Unreadable(_) => "give a file that antumbra bake wrote",
+        Refusal::NoValues => "leave --shadows or --occlusion out",
+        Refusal::OtherMethod => {
+            "write another with antumbra bake SCENE --shadows voxel -o FILE.antumbra, or leave --shadows out"
+        }
+        _ => "leave --occlusion out",
     }
 }

@@ -27,6 +27,8 @@ pub mod methods;
 #[doc(hidden)]
 pub mod outputs;
 #[doc(hidden)]
+pub mod saved;
+#[doc(hidden)]
 pub mod scene_source;
 #[doc(hidden)]
 pub mod screen;

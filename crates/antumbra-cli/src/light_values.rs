@@ -143,7 +143,7 @@ pub fn light(text: &str) -> Result<LightValue, String> {
 fn color_of(text: &str) -> Result<Color, String> {
     let color = Color::from(numbers::<3>(text, "R,G,B")?);
     if color.min_element() < 0.0 {
-        return Err("a light's colour must not be negative".into());
+        return Err("a light's color must not be negative".into());
     }
     Ok(color)
 }
@@ -238,7 +238,7 @@ mod tests {
                 "sphere:0,0,4,1/both",
                 "expected a finite number, found `both`",
             ),
-            ("sky:0,-1,0", "a light's colour must not be negative"),
+            ("sky:0,-1,0", "a light's color must not be negative"),
             ("spot:0,0,4/0,0,0/1,2", "the axis of a spot is zero"),
             ("spot:0,0,4/0,0,-1/30,20", "the half-angles are 30 and 20"),
         ];

@@ -3,7 +3,7 @@
 use antumbra::{Method, RayMethod};
 use clap::ValueEnum;
 
-/// Who answers shadow queries.
+/// Method that answers shadow queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Shadows {
     /// Whatever is fastest: an exact shadow map for each light, where it pays, and rays for the rest
@@ -112,6 +112,13 @@ impl Rays {
             Self::Grid => "grid",
         }
     }
+}
+
+/// An axis that can be up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Up {
+    Y,
+    Z,
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use crate::failure::Failure;
 
-/// Where and how much to print.
+/// Output of the program: where and how much to print.
 #[derive(Debug)]
 pub struct Screen {
     is_quiet: bool,

@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
-use antumbra::{GridResolution, QuickCheck, Refine, Refinement};
+use antumbra::{GridResolution, QuickCheck, Refine, Refinement, Volume};
 use antumbra_render::film::Show;
 use antumbra_scene::model::Color;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::light_values::{self, LightValue};
-pub use crate::methods::{Against, Rays, Shadows};
+pub use crate::methods::{Against, Rays, Shadows, Up};
 use crate::values::{self, CameraParts, Exposure, LightChoice, Sun};
 
-/// What ends the help of a program.
+/// End of the help of a program.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done
@@ -60,9 +61,9 @@ pub enum Command {
     /// Compare every exact shadow method with the reference
     Verify(Verify),
     /// Precompute all occlusion values of a scene and save them to a file
-    Bake(crate::commands::bake::Bake),
+    Bake(Bake),
     /// Write occlusion values as a regular grid of cells
-    Export(crate::commands::export::Export),
+    Export(Export),
     /// Write one of the built-in test scenes
     Scene(Scene),
     /// Write a scene in another format
@@ -119,13 +120,13 @@ pub struct SceneFile {
     #[arg(long, help = SUN_WITH_SIZE_HELP, value_name = "AZIMUTH,ELEVATION[,DIAMETER]", value_parser = values::sun_with_size, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
 
-    /// Colour behind the scene, linear RGB [default: the file's; for formats that have none a
+    /// Color behind the scene, linear RGB [default: the file's; for formats that have none a
     /// grey-blue, and black where lights are in candela and lux]
     #[arg(long, value_name = "R,G,B", value_parser = values::background, allow_hyphen_values = true)]
     pub background: Option<Color>,
 }
 
-/// What a scene and its index cost.
+/// Options about the cost of a scene and its index.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Index and memory")]
 pub struct IndexCost {
@@ -251,7 +252,7 @@ pub struct Render {
     pub quick_check: Option<QuickCheckAction>,
 
     #[command(flatten)]
-    pub kept: crate::commands::kept::KeptFiles,
+    pub kept: crate::saved::KeptFiles,
 
     #[command(flatten)]
     pub cost: IndexCost,
@@ -428,7 +429,62 @@ pub struct Query {
     pub shadows: Shadows,
 
     #[command(flatten)]
-    pub kept: crate::commands::kept::KeptFiles,
+    pub kept: crate::saved::KeptFiles,
+
+    #[command(flatten)]
+    pub cost: IndexCost,
+
+    #[command(flatten)]
+    pub threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub struct Bake {
+    #[command(flatten)]
+    pub file: SceneFile,
+
+    /// File to write. What it already has is kept, for all lights that have not changed
+    #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
+    pub output: PathBuf,
+
+    /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
+    /// computes exact shadow maps, in about a second a light, which take about as long to load
+    #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
+    pub shadows: Shadows,
+
+    #[command(flatten)]
+    pub cost: IndexCost,
+
+    #[command(flatten)]
+    pub threads: Threads,
+}
+
+/// Returns what reads the name of a method that keeps what it knows.
+pub fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
+    PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
+}
+
+#[derive(Args, Debug)]
+pub struct Export {
+    #[command(flatten)]
+    pub file: SceneFile,
+
+    /// File of values to load, which `antumbra bake` wrote; lights that it lacks are computed
+    #[arg(long, help_heading = "Saved values", value_name = "FILE.antumbra")]
+    pub occlusion: Option<PathBuf>,
+
+    /// Number of cells along the longest axis, rounded up to a power of two
+    #[arg(long, help_heading = "Output", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
+    pub cells: u32,
+
+    /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2
+    /// otherwise or where it is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
+    #[arg(long, short, help_heading = "Output", value_name = "OUT.npy")]
+    pub output: PathBuf,
+
+    /// File to write the place of the cells and the names of the lights to, as JSON
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
+    pub json: Option<PathBuf>,
 
     #[command(flatten)]
     pub cost: IndexCost,
@@ -479,14 +535,7 @@ pub enum Aov {
     None,
 }
 
-/// An axis that can be up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Up {
-    Y,
-    Z,
-}
-
-/// What to do with the quick check.
+/// Action on the quick check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum QuickCheckAction {
     /// Say what it advises
@@ -505,7 +554,7 @@ impl QuickCheckAction {
     }
 }
 
-/// What a picture shows.
+/// Subject of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ShowWhat {
     /// The scene

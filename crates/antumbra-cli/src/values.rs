@@ -220,7 +220,7 @@ pub fn light(text: &str) -> Result<PointLight, String> {
         None => (rest, Color::ONE),
     };
     if color.min_element() < 0.0 {
-        return Err("a light's colour must not be negative".into());
+        return Err("a light's color must not be negative".into());
     }
     Ok(PointLight {
         position: triple(position)?,
@@ -289,7 +289,7 @@ pub fn sun(text: &str) -> Result<Sun, String> {
     })
 }
 
-/// Reads a colour that is not negative.
+/// Reads a color that is not negative.
 pub fn background(text: &str) -> Result<Color, String> {
     let color = Color::from(numbers::<3>(text, "R,G,B")?);
     if color.min_element() < 0.0 {
@@ -450,10 +450,7 @@ mod tests {
             ),
             ("point:1,2", "expected X,Y,Z, found 2 numbers in `1,2`"),
             ("point:1,2,3/1", "expected R,G,B, found 1 numbers in `1`"),
-            (
-                "point:1,2,3/-1,0,0",
-                "a light's colour must not be negative",
-            ),
+            ("point:1,2,3/-1,0,0", "a light's color must not be negative"),
             ("point:1,2,1e999", "expected a finite number, found `1e999`"),
         ];
         for (text, expected) in errors {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::identity::folder_of;
 
-/// What stands where a file is to be written.
+/// Kind of thing that stands where a file is to be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Nothing: a file appears.

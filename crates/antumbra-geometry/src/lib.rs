@@ -7,6 +7,7 @@ mod area;
 mod bounds;
 mod coverage;
 mod flat;
+mod ids;
 mod intersect;
 mod light;
 mod mesh;

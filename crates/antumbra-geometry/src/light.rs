@@ -1,6 +1,6 @@
 //! The shapes of lights: where light comes from, never how much.
 //!
-//! Power, colour and a spot's cone belong to the scene; changing them changes no occlusion
+//! Power, color and a spot's cone belong to the scene; changing them changes no occlusion
 //! value (Paper 7.1).
 
 use glam::DVec3;

@@ -8,13 +8,16 @@
 //! refused where they cross themselves so often that time and memory would not be linear.
 
 mod even_odd;
+mod planar;
 
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
+pub(crate) use planar::PolygonCorner;
+use planar::{Planar, PlanarVertex, turn};
+use spade::handles::FixedVertexHandle;
 use spade::{
-    ConstrainedDelaunayTriangulation, HasPosition, Intersection, LineIntersectionIterator, Point2,
-    PositionInTriangulation, Triangulation, handles::FixedVertexHandle,
+    Intersection, LineIntersectionIterator, Point2, PositionInTriangulation, Triangulation as _,
 };
 
 /// An outline crosses itself too often to be cut, or so closely that rounding makes ever new crossings.
@@ -29,15 +32,6 @@ pub(crate) struct TooManyCrossings {
 /// what goes in.
 const fn most_crossings(corners: usize) -> usize {
     4 * corners + 4096
-}
-
-/// One corner of a triangle: a vertex of the outline, or a new point where the outline crosses
-/// itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PolygonCorner {
-    pub(crate) position: DVec3,
-    /// Index into the outline, if it is one of its vertices.
-    pub(crate) outline_index: Option<u32>,
 }
 
 /// Returns the triangles of a polygon; none if its area is zero.
@@ -204,11 +198,6 @@ impl Projection {
     }
 }
 
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
-    robust::orient2d(coord(a), coord(b), coord(c))
-}
-
 /// Returns whether every corner turns left, once round in all.
 fn is_strictly_convex(points: &[DVec2]) -> bool {
     let n = points.len();
@@ -217,20 +206,6 @@ fn is_strictly_convex(points: &[DVec2]) -> bool {
     // Left turns all the way go round once iff the direction changes its x sign twice.
     let rightward = |i: usize| points[(i + 1) % n].x > points[i % n].x;
     turns_left && (0..n).filter(|&i| rightward(i) != rightward(i + 1)).count() == 2
-}
-
-struct PlanarVertex {
-    flat: Point2<f64>,
-    corner: PolygonCorner,
-}
-
-type Planar = ConstrainedDelaunayTriangulation<PlanarVertex>;
-
-impl HasPosition for PlanarVertex {
-    type Scalar = f64;
-    fn position(&self) -> Point2<f64> {
-        self.flat
-    }
 }
 
 fn triangulate_any(

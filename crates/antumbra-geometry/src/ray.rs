@@ -7,9 +7,9 @@ use crate::SurfaceId;
 /// A half-line through the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where it starts, world space.
+    /// Starting point, world space.
     pub origin: DVec3,
-    /// Where it goes; any length but zero. Hit distances are in units of this length.
+    /// Direction; any length but zero. Hit distances are in units of this length.
     pub direction: DVec3,
     /// The surface it leaves, which is not hit again where it starts.
     pub leaves: Option<SurfaceId>,
@@ -20,7 +20,7 @@ pub struct Ray {
 pub struct Hit {
     /// Distance in units of the ray direction's length; not negative.
     pub distance: f64,
-    /// What was hit.
+    /// Surface that was hit.
     pub surface: SurfaceId,
     /// The hit point, world space, rounded.
     pub point: DVec3,

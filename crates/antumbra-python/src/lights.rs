@@ -6,7 +6,7 @@ use antumbra_scene::model::{Color, Light, LightKind};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// Kind, name, place or direction towards the light, axis, cosines of the inner and outer half-angle, colour,
+/// Kind, name, place or direction towards the light, axis, cosines of the inner and outer half-angle, color,
 /// whether it falls off. What a kind has no use for is zero.
 pub(crate) type LightTuple = (String, String, [f64; 3], [f64; 3], [f64; 2], [f64; 3], bool);
 

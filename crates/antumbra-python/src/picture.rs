@@ -1,6 +1,6 @@
 //! Rendering to arrays.
 //!
-//! In: a scene, lights, a camera, settings. Out: linear colours and layers as arrays, or a PNG of such colours.
+//! In: a scene, lights, a camera, settings. Out: linear colors and layers as arrays, or a PNG of such colors.
 //! Invariant: the picture is the program's for the same settings.
 
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ pub(crate) struct PictureSettings {
 
 /// Renders a picture. Lights and camera left out are the scene's, or a sun and a camera that frames the scene.
 ///
-/// Returns colours (height, width, 3), shares of samples that each light reaches (lights, height, width), how
+/// Returns colors (height, width, 3), shares of samples that each light reaches (lights, height, width), how
 /// queries were decided (ways, height, width), their names, the stops of an automatic exposure, counts.
 #[pyfunction]
 #[expect(clippy::type_complexity, reason = "a tuple for Python")]
@@ -162,9 +162,9 @@ pub(crate) fn render<'py>(
             }
         }
     }
-    let colours = rendered.picture.pixels.into_flattened();
+    let colors = rendered.picture.pixels.into_flattened();
     Ok((
-        PyArray1::from_vec(py, colours).reshape([height, width, 3])?,
+        PyArray1::from_vec(py, colors).reshape([height, width, 3])?,
         PyArray1::from_vec(py, masks).reshape([light_count, height, width])?,
         PyArray1::from_vec(py, decided).reshape([ways.len(), height, width])?,
         light_names,
@@ -193,36 +193,36 @@ fn counts<'py>(py: Python<'py>, rendered: &Rendered) -> PyResult<Bound<'py, PyDi
     Ok(counts)
 }
 
-/// Writes linear colours as PNG, brightened by two to the power of `stops`; never over one of the files `read`.
+/// Writes linear colors as PNG, brightened by two to the power of `stops`; never over one of the files `read`.
 #[pyfunction]
 pub(crate) fn write_png(
     py: Python<'_>,
     path: PathBuf,
-    colours: PyReadonlyArray3<'_, f32>,
+    colors: PyReadonlyArray3<'_, f32>,
     stops: f64,
     read: Vec<PathBuf>,
 ) -> PyResult<()> {
     check_target(&path, &read)?;
-    let picture = picture_of(&colours)?;
+    let picture = picture_of(&colors)?;
     stoppable(py, 0, |_| {
         image_file::write_png(&path, &picture, stops).map_err(|error| error.to_python())
     })?
 }
 
-/// Writes linear colours and layers as OpenEXR, never over one of the files `read`: `shadow` of shape (lights, height,
+/// Writes linear colors and layers as OpenEXR, never over one of the files `read`: `shadow` of shape (lights, height,
 /// width) with a name for each light, `decided` of shape (ways, height, width).
 #[pyfunction]
 pub(crate) fn write_exr(
     py: Python<'_>,
     path: PathBuf,
-    colours: PyReadonlyArray3<'_, f32>,
+    colors: PyReadonlyArray3<'_, f32>,
     light_names: Vec<String>,
     shadow: PyReadonlyArray3<'_, f32>,
     decided: PyReadonlyArray3<'_, f32>,
     read: Vec<PathBuf>,
 ) -> PyResult<()> {
     check_target(&path, &read)?;
-    let picture = picture_of(&colours)?;
+    let picture = picture_of(&colors)?;
     let pixels = picture.pixels.len();
     let planes = |array: &PyReadonlyArray3<'_, f32>| -> PyResult<Vec<Vec<f32>>> {
         if array.len() != array.shape()[0] * pixels {
@@ -249,14 +249,14 @@ pub(crate) fn write_exr(
     })?
 }
 
-/// Returns linear colours as sRGB bytes, brightened by two to the power of `stops`: those of the PNG.
+/// Returns linear colors as sRGB bytes, brightened by two to the power of `stops`: those of the PNG.
 #[pyfunction]
 pub(crate) fn to_srgb<'py>(
     py: Python<'py>,
-    colours: PyReadonlyArray3<'py, f32>,
+    colors: PyReadonlyArray3<'py, f32>,
     stops: f64,
 ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-    let picture = picture_of(&colours)?;
+    let picture = picture_of(&colors)?;
     let [width, height] = picture.size.map(|side| side as usize);
     let bytes = stoppable(py, 0, |_| image_file::srgb_bytes(&picture, stops))?;
     PyArray1::from_vec(py, bytes).reshape([height, width, 3])
@@ -276,15 +276,15 @@ fn check_target(path: &Path, read: &[PathBuf]) -> PyResult<()> {
     Ok(())
 }
 
-fn picture_of(colours: &PyReadonlyArray3<'_, f32>) -> PyResult<Picture> {
-    let shape = colours.shape();
+fn picture_of(colors: &PyReadonlyArray3<'_, f32>) -> PyResult<Picture> {
+    let shape = colors.shape();
     let size = [shape[1], shape[0]].map(u32::try_from);
     let ([Ok(width), Ok(height)], 3) = (size, shape[2]) else {
-        let message = format!("colours: expected shape (height, width, 3), found {shape:?}");
+        let message = format!("colors: expected shape (height, width, 3), found {shape:?}");
         return Err(PyValueError::new_err(message));
     };
     Ok(Picture {
         size: [width, height],
-        pixels: colours.as_slice()?.as_chunks().0.to_vec(),
+        pixels: colors.as_slice()?.as_chunks().0.to_vec(),
     })
 }

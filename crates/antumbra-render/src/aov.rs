@@ -18,8 +18,12 @@ use std::collections::{HashMap, HashSet};
 use antumbra::{Decided, Shadow};
 use antumbra_scene::model::{Light, Scene};
 
-use crate::film::light_count;
 use crate::integrator::{AreaQuery, LightQuery, Seen};
+
+/// Returns how many lights have a shadow layer.
+pub fn light_count(scene: &Scene) -> usize {
+    scene.lights.len() + scene.area_lights.len()
+}
 
 /// Which layers to make.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +34,7 @@ pub struct Aovs {
     pub decided: bool,
 }
 
-/// What became of a question about a light.
+/// Outcome of a query about a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecidedBy {
     /// A blocker list answered.

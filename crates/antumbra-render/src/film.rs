@@ -6,14 +6,15 @@
 //! in order, and counts are integers. A cancelled picture holds every finished tile and black
 //! elsewhere.
 
-use antumbra_scene::model::{Color, Scene};
+use antumbra_scene::model::Color;
 use antumbra_task::{Task, check};
 use rayon::prelude::*;
 
+pub use crate::aov::light_count;
 use crate::aov::{Aovs, Layer};
 use crate::camera::View;
 use crate::exposure::Metering;
-use crate::false_colour;
+use crate::false_color;
 use crate::integrator::{DEFAULT_LIGHT_SAMPLES, Integrator, Seen, Tally};
 use crate::prepare::Prepared;
 use crate::sampler::Sampler;
@@ -25,7 +26,7 @@ const MAX_SPP: u32 = 1 << 16;
 /// enough that a small picture still feeds many threads.
 const TILE_SAMPLES: usize = 1024;
 
-/// Where the rays of a pixel go.
+/// Places in a pixel that rays go through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// So many stratified samples a pixel; one is the centre.
@@ -37,20 +38,20 @@ pub enum Sampling {
     Corners,
 }
 
-/// What the picture shows.
+/// Subject of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Show {
     /// The shaded scene.
     #[default]
     Scene,
-    /// How the shadow queries of each primary hit were decided ([`crate::false_colour`]).
+    /// How the shadow queries of each primary hit were decided ([`crate::false_color`]).
     Occlusion,
 }
 
 /// Everything but the camera that a picture depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RenderSettings {
-    /// Where rays go.
+    /// Places in a pixel that rays go through.
     pub sampling: Sampling,
     /// The longest chain of rays, the eye ray counted ([`Integrator::new`]).
     pub max_depth: u32,
@@ -59,7 +60,7 @@ pub struct RenderSettings {
     pub light_samples: u32,
     /// Changes the jitter, and the samples of lights with size.
     pub seed: u64,
-    /// What to show.
+    /// Subject of the picture.
     pub show: Show,
     /// Which layers to make beside it.
     pub aovs: Aovs,
@@ -97,7 +98,7 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// What [`render`] gives back.
+/// Result of [`render`].
 #[derive(Clone, Debug)]
 pub struct Rendered {
     /// The picture.
@@ -137,11 +138,6 @@ pub fn predict_bytes(size: [u32; 2], sampling: Sampling, aovs: Aovs, light_count
     // The layers are there twice while they are sorted into planes.
     let layers = 2 * aovs.channel_count(light_count) * size_of::<f32>();
     work(size, sampling) * (size_of::<[f32; 3]>() + layers) as u64
-}
-
-/// Returns how many lights have a shadow layer.
-pub fn light_count(scene: &Scene) -> usize {
-    scene.lights.len() + scene.area_lights.len()
 }
 
 fn lattice(size: [u32; 2], sampling: Sampling) -> [u64; 2] {
@@ -253,7 +249,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Returns the colour of one pixel or pixel corner, and its shares for the layers.
+    /// Returns the color of one pixel or pixel corner, and its shares for the layers.
     fn pixel(&mut self, number: u64, [column, row]: [u64; 2], shares: &mut [f32]) -> [f32; 3] {
         let [column, row] = [column as f64, row as f64];
         self.sums.fill(0.0);
@@ -300,7 +296,7 @@ impl<'a> Tile<'a> {
             Show::Scene => integrator.radiance(&ray, tally, seen),
             Show::Occlusion => {
                 integrator.look_only(&ray, tally, seen);
-                false_colour::occlusion(seen)
+                false_color::occlusion(seen)
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Pictures as files: 8-bit PNG, sRGB for colours and linear for masks.
+//! Pictures as files: 8-bit PNG, sRGB for colors and linear for masks.
 //!
 //! In: linear values and an exposure. Out: a file that appears whole or not at all. Invariant:
 //! equal pictures give equal bytes on every platform; the transfer function uses libm, not the C

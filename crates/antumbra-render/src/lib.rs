@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | scene meets accelerator | [`prepare`] | `Scene` | [`Prepared`](prepare::Prepared) |
 //! | eye rays | [`camera`], [`sampler`], [`orbit`] | `Camera`, pixel, sample | `Ray` |
-//! | shading | [`integrator`], [`false_colour`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
+//! | shading | [`integrator`], [`false_color`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
 //! | picture | [`film`], [`aov`] | all samples | [`Picture`](film::Picture), [`Layer`](aov::Layer)s |
 //! | exposure | [`exposure`] | finished pixels | stops |
 //! | file | [`image_file`], [`exr_file`] | `Picture`, `Layer`s | PNG, OpenEXR |
@@ -18,7 +18,7 @@ pub mod aov;
 pub mod camera;
 pub mod exposure;
 pub mod exr_file;
-pub mod false_colour;
+pub mod false_color;
 pub mod film;
 pub mod image_file;
 pub mod integrator;

@@ -29,7 +29,7 @@ pub struct Statistics {
     pub preparations: u32,
     /// Whether no tile is missing.
     pub is_complete: bool,
-    /// What was asked for.
+    /// Settings that were asked for.
     pub settings: Settings,
     /// Rays.
     pub rays: Rays,
@@ -47,7 +47,7 @@ pub struct Statistics {
     pub quick_check: Option<Verdict>,
 }
 
-/// What was asked for.
+/// Settings that were asked for.
 #[derive(Clone, Debug, Serialize)]
 pub struct Settings {
     /// `auto`, `voxel`, `voxel-1990`, `grid`, `bvh` or `naive`.
@@ -57,7 +57,7 @@ pub struct Settings {
     pub is_exact: bool,
     /// The method in use: another one where the quick check was to be obeyed.
     pub shadows_used: String,
-    /// What finds nearest hits: `bvh` or `grid`.
+    /// Method that finds nearest hits: `bvh` or `grid`.
     pub rays: String,
     /// Voxels along x, y, z.
     pub grid: [u32; 3],
@@ -151,7 +151,7 @@ pub struct Traversal {
     pub steps: u64,
     /// Surfaces tested; by stand-ins also what they test in place of surfaces.
     pub intersections: u64,
-    /// What stand-ins found listed where their queries looked; 0 for the index's own methods.
+    /// Number of candidates that stand-ins found listed where their queries looked; 0 for the index's own methods.
     pub candidates: u64,
 }
 
@@ -171,23 +171,23 @@ pub struct Times {
 pub struct MemoryUse {
     /// Occlusion values, without lists and tables.
     pub occlusion_bytes: u64,
-    /// What is kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values, lists
+    /// Bytes kept for shadow queries, beside surfaces, grid and tree, mean over the lights: values, lists
     /// and tables, or all that a stand-in keeps.
     pub bytes_per_light: f64,
-    /// What all that lights know has taken of the memory that it may take.
+    /// Bytes that all that lights know has taken of the memory that it may take.
     pub knowledge_bytes: u64,
     /// How often some of it was dropped, since it had taken all of that.
     pub evictions: u64,
     /// Lights for which something was not made for want of room: rays answer in its place.
     pub lights_without_room: usize,
-    /// What the program expected to take at its height, before it took it: scene, surfaces, picture, grid, tree,
+    /// Bytes that the program expected to take at its height, before it took them: scene, surfaces, picture, grid, tree,
     /// values and what lights know.
     pub predicted_bytes: u64,
     /// The process at its largest; `null` where the system does not say.
     pub peak_bytes: Option<u64>,
 }
 
-/// What the quick check found.
+/// Verdict of the quick check.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Verdict {
     /// Mean share of the voxels that an element occupies, 0..1.

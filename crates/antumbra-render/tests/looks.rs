@@ -104,7 +104,7 @@ fn a_texture_lies_as_its_coordinates_say() {
 }
 
 #[test]
-fn colours_of_vertices_are_shown_between_them() {
+fn colors_of_vertices_are_shown_between_them() {
     let mut mesh = square_with_uvs(1.0, 0.0);
     // Red grows from left to right; green is full, blue absent.
     mesh.colors = [0.0, 1.0, 1.0, 0.0]
@@ -325,7 +325,7 @@ fn panes_block_no_light_and_transparent_texels_are_looked_through() {
     // One question a shaded hit: a texel that covers nothing is not shaded.
     assert_eq!(rendered.tally.queries, 1600);
 
-    // The false colours look through it too, and ask as often.
+    // The false colors look through it too, and ask as often.
     let settings = RenderSettings {
         show: Show::Occlusion,
         ..with_layers()

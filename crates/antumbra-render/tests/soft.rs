@@ -297,7 +297,7 @@ fn a_shadow_is_hard_where_the_ball_touches_the_floor() {
 }
 
 #[test]
-fn open_ground_has_the_skys_colour_and_a_wall_in_the_open_half_of_it() {
+fn open_ground_has_the_skys_color_and_a_wall_in_the_open_half_of_it() {
     let sky = AreaShape::Sky(Sky::new(DVec3::Z).unwrap());
     let mut scene = ball_on_floor(vec![sky]);
     scene.objects.pop();
@@ -321,7 +321,7 @@ fn a_light_that_falls_off_lights_as_bright_as_it_looks() {
     let [width, height] = SIZE.map(|side| side as usize);
     let middle = (0..80).map(|i| [width / 2 - 5 + i % 10, height / 2 - 4 + i / 10]);
     let sum: f32 = middle.map(|[x, y]| picture.pixels[y * width + x][0]).sum();
-    // The floor's diffuse colour is 0.8.
+    // The floor's diffuse color is 0.8.
     assert!((sum / 80.0 - 0.64).abs() < 0.01, "{}", sum / 80.0);
 }
 

@@ -15,7 +15,7 @@ use crate::model::{Camera, Color, Light, LightKind, Material};
 pub const AMBIENT: Color = Color::splat(0.2);
 
 /// Returns SPD's suggestion for the intensity of each of `light_count` NFF lights without a
-/// colour, and of the ambient term: `sqrt(n) / (2 n)`; without any light, as for one.
+/// color, and of the ambient term: `sqrt(n) / (2 n)`; without any light, as for one.
 pub fn nff_intensity(light_count: usize) -> f64 {
     let n = light_count.max(1) as f64;
     n.sqrt() / (2.0 * n)
@@ -43,7 +43,7 @@ pub(crate) fn nff_material(numbers: [f64; 8]) -> Material {
     }
 }
 
-/// What a ray sees that hits nothing, for formats that say nothing about it (OBJ, PLY, STL, glTF):
+/// Color that a ray sees that hits nothing, for formats that say nothing about it (OBJ, PLY, STL, glTF):
 /// a quiet grey-blue, sRGB (166, 176, 189), against which dark and bright things stand out.
 pub const SKY: Color = Color::new(0.38, 0.43, 0.51);
 

@@ -6,7 +6,7 @@
 
 use std::{borrow::Cow, fmt, io, path::PathBuf};
 
-/// Where in a file something was found.
+/// Place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line of a text file, counted from 1.
@@ -34,9 +34,9 @@ impl fmt::Display for Place {
 pub struct ReadError {
     /// The file that is wrong; a scene's material library has its own name.
     pub file: PathBuf,
-    /// Where in the file.
+    /// Place in the file.
     pub place: Place,
-    /// What is wrong.
+    /// Fault that was found.
     #[source]
     pub kind: ReadErrorKind,
 }
@@ -48,7 +48,7 @@ impl ReadError {
     }
 }
 
-/// What is wrong with a file.
+/// Fault of a file.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadErrorKind {
     /// The operating system refused.

@@ -4,13 +4,13 @@
 //! positions and normals in world space. Invariant: each is the mesh's, moved once in `f64`, so that
 //! what is equal in the mesh is bit-equal in the world; that is where the copy is, by definition.
 
-use std::{borrow::Cow, sync::Arc};
+use std::sync::Arc;
 
 use antumbra_geometry::DVec3;
 use glam::{DAffine3, DMat3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Mesh, Shape};
+use crate::mesh::Mesh;
 
 /// One copy of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,73 +67,6 @@ impl Instance {
                 .collect(),
             normals: normals.filter_map(|at| self.normal(at)).collect(),
             ..mesh.clone()
-        }
-    }
-}
-
-/// Objects for `serde`: a mesh that copies share is written once, and read once.
-pub(crate) mod shared {
-    use std::{collections::HashMap, sync::Arc};
-
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
-
-    use crate::model::{Mesh, Object, Shape};
-
-    pub(crate) fn serialize<S: Serializer>(
-        objects: &Vec<Object>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let mut number_of = HashMap::new();
-        let mut meshes: Vec<&Mesh> = Vec::new();
-        let mut numbers = Vec::new();
-        for object in objects {
-            if let Shape::Instance(instance) = &object.shape {
-                let number = *number_of
-                    .entry(Arc::as_ptr(&instance.mesh))
-                    .or_insert_with(|| {
-                        meshes.push(&instance.mesh);
-                        meshes.len() - 1
-                    });
-                numbers.push(number);
-            }
-        }
-        (meshes, numbers, objects).serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Vec<Object>, D::Error> {
-        let (meshes, numbers, mut objects) =
-            <(Vec<Mesh>, Vec<usize>, Vec<Object>)>::deserialize(deserializer)?;
-        let meshes: Vec<_> = meshes.into_iter().map(Arc::new).collect();
-        let mut numbers = numbers.into_iter();
-        for object in &mut objects {
-            if let Shape::Instance(instance) = &mut object.shape {
-                let mesh = numbers.next().and_then(|number| meshes.get(number));
-                instance.mesh = Arc::clone(mesh.ok_or_else(|| D::Error::custom("no mesh"))?);
-            }
-        }
-        Ok(objects)
-    }
-}
-
-impl Shape {
-    /// Returns the mesh of a shape of faces, world space; `None` for others.
-    pub fn placed_mesh(&self) -> Option<Cow<'_, Mesh>> {
-        match self {
-            Self::Mesh(mesh) => Some(Cow::Borrowed(mesh)),
-            Self::Instance(instance) => Some(Cow::Owned(instance.to_mesh())),
-            Self::Polygon(_) | Self::Sphere(_) | Self::Cone(_) | Self::Disk(_) => None,
-        }
-    }
-
-    /// Returns the mesh of a shape of faces: corners, places in textures and colours are those of
-    /// the shape, but positions and normals of an instance are in its own space. `None` for others.
-    pub fn mesh(&self) -> Option<&Mesh> {
-        match self {
-            Self::Mesh(mesh) => Some(mesh),
-            Self::Instance(instance) => Some(&instance.mesh),
-            Self::Polygon(_) | Self::Sphere(_) | Self::Cone(_) | Self::Disk(_) => None,
         }
     }
 }

@@ -4,9 +4,12 @@
 //! prepares. Invariant: every number is finite, every index is in range, directions are not
 //! zero. The model knows no grid and no occlusion value.
 
+use std::borrow::Cow;
+
 use antumbra_geometry::{AreaShape, Cone, DVec3, Disk, Sphere};
 use serde::{Deserialize, Serialize};
 
+pub use super::mesh::{Corner, Mesh};
 pub use crate::{
     instance::Instance,
     opacity::ShadowKind,
@@ -23,8 +26,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Pictures; materials name them by index.
     pub textures: Vec<Texture>,
-    /// What is there.
-    #[serde(with = "crate::instance::shared")]
+    /// Objects of the scene.
+    #[serde(with = "crate::shared")]
     pub objects: Vec<Object>,
     /// Point, spot and directional lights.
     pub lights: Vec<Light>,
@@ -33,16 +36,16 @@ pub struct Scene {
     pub area_lights: Vec<AreaLight>,
     /// The view, if the file has one.
     pub camera: Option<Camera>,
-    /// What a ray sees that hits nothing.
+    /// Color that a ray sees that hits nothing.
     pub background: Color,
-    /// Light that reaches every point from everywhere, times the diffuse colour.
+    /// Light that reaches every point from everywhere, times the diffuse color.
     pub ambient: Color,
     /// Which normal decides whether a surface faces a light.
     pub facing: Facing,
     /// Which way is up, world space, any length but zero: for a camera or a sun that the file
     /// does not give.
     pub up: DVec3,
-    /// Whether the lights' colours are photometric: candela for points and spots, lux for
+    /// Whether the lights' colors are photometric: candela for points and spots, lux for
     /// directional lights, so that a picture needs an exposure. Otherwise they are meant to be
     /// shown as they are.
     pub is_photometric: bool,
@@ -105,6 +108,27 @@ pub enum Shape {
     Disk(Disk),
 }
 
+impl Shape {
+    /// Returns the mesh of a shape of faces, world space; `None` for others.
+    pub fn placed_mesh(&self) -> Option<Cow<'_, Mesh>> {
+        match self {
+            Self::Mesh(mesh) => Some(Cow::Borrowed(mesh)),
+            Self::Instance(instance) => Some(Cow::Owned(instance.to_mesh())),
+            Self::Polygon(_) | Self::Sphere(_) | Self::Cone(_) | Self::Disk(_) => None,
+        }
+    }
+
+    /// Returns the mesh of a shape of faces: corners, places in textures and colors are those of
+    /// the shape, but positions and normals of an instance are in its own space. `None` for others.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            Self::Instance(instance) => Some(&instance.mesh),
+            Self::Polygon(_) | Self::Sphere(_) | Self::Cone(_) | Self::Disk(_) => None,
+        }
+    }
+}
+
 /// A polygon with at least three vertices, counter-clockwise seen from its front.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polygon {
@@ -114,64 +138,6 @@ pub struct Polygon {
     pub normals: Vec<DVec3>,
 }
 
-/// Polygonal faces over shared positions.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Mesh {
-    /// Vertex positions, world space.
-    pub positions: Vec<DVec3>,
-    /// Shading normals; corners name them by index. May be empty.
-    pub normals: Vec<DVec3>,
-    /// Places in the material's texture, as [`Texture::sample`] takes them; corners name them by
-    /// index. May be empty. A corner has one: where a file has several sets, or moves them by a
-    /// transform, its reader has chosen the set of the material's texture and moved it.
-    pub uvs: Vec<[f64; 2]>,
-    /// Linear red, green, blue and alpha of each position, in the order of `positions`, or empty.
-    /// They multiply the material's diffuse colour and its opacity. Finite, not negative; alpha is
-    /// at most 1.
-    pub colors: Vec<[f32; 4]>,
-    /// All corners of all faces, face after face.
-    pub corners: Vec<Corner>,
-    /// Where each face ends in `corners`; face `i` is `ends[i - 1]..ends[i]`. At least 3 corners each.
-    pub face_ends: Vec<u32>,
-}
-
-/// One corner of a mesh face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Corner {
-    /// Index into [`Mesh::positions`].
-    pub position: u32,
-    /// Index into [`Mesh::normals`], or [`Corner::NONE`].
-    pub normal: u32,
-    /// Index into [`Mesh::uvs`], or [`Corner::NONE`]: then the texture counts as white.
-    pub uv: u32,
-}
-
-impl Corner {
-    /// Says that a corner has no shading normal, or no place in the texture.
-    pub const NONE: u32 = u32::MAX;
-
-    /// Returns a corner with neither shading normal nor place in a texture.
-    pub const fn at(position: u32) -> Self {
-        Self {
-            position,
-            normal: Self::NONE,
-            uv: Self::NONE,
-        }
-    }
-}
-
-impl Mesh {
-    /// Returns the corners of each face in turn.
-    pub fn faces(&self) -> impl Iterator<Item = &[Corner]> {
-        let mut start = 0;
-        self.face_ends.iter().map(move |&end| {
-            let face = &self.corners[start..end as usize];
-            start = end as usize;
-            face
-        })
-    }
-}
-
 /// How a surface looks: Whitted's model (local diffuse and highlight, mirror, refraction).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
@@ -179,10 +145,10 @@ pub struct Material {
     pub name: String,
     /// Lambertian weight per channel.
     pub diffuse: Color,
-    /// Index into [`Scene::textures`]: a picture whose colour multiplies `diffuse` and whose alpha
+    /// Index into [`Scene::textures`]: a picture whose color multiplies `diffuse` and whose alpha
     /// multiplies `opacity`.
     pub diffuse_texture: Option<usize>,
-    /// What the alpha value (`opacity` times the texture's) means.
+    /// Meaning of the alpha value (`opacity` times the texture's).
     pub alpha: Alpha,
     /// The alpha value without a texture, 0 to 1.
     pub opacity: f64,
@@ -203,7 +169,7 @@ pub struct Material {
     pub emission: Color,
 }
 
-/// What a material's alpha value means.
+/// Meaning of a material's alpha value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Alpha {
     /// Nothing: the surface is whole.
@@ -243,7 +209,7 @@ impl Default for Material {
 pub struct Light {
     /// A name for messages, options and image layers.
     pub name: String,
-    /// Where the light comes from.
+    /// Place or direction that the light comes from.
     pub kind: LightKind,
     /// Intensity (where it falls off) or irradiance, linear RGB; [`Scene::is_photometric`] says
     /// in which unit.
@@ -252,7 +218,7 @@ pub struct Light {
     pub falls_off: bool,
 }
 
-/// Where light comes from.
+/// Place or direction that light comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightKind {
     /// A point, world space.
@@ -283,7 +249,7 @@ pub enum LightKind {
 pub struct AreaLight {
     /// A name for messages and image layers.
     pub name: String,
-    /// Where the light comes from.
+    /// Place or direction that the light comes from.
     pub shape: AreaShape,
     /// Linear RGB. For a sun disc: the irradiance of a surface that faces all of it, as for a directional light. For
     /// the sky: its radiance times pi, so that open ground has it. Else as `falls_off` says.

@@ -16,22 +16,12 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+pub use super::shadow_kind::ShadowKind;
 use crate::{
     error::{Place, quoted},
     model::{Alpha, Color, Material, Object, Scene, Shape},
     warning::WarningLog,
 };
-
-/// What a surface does to shadow rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShadowKind {
-    /// Blocks all of them.
-    Opaque,
-    /// Blocks those that meet it where its texture's alpha is not below the cutoff.
-    AlphaTested,
-    /// Blocks none.
-    Transparent,
-}
 
 impl Material {
     /// Returns what surfaces of this material do to shadow rays.

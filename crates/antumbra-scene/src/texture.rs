@@ -1,12 +1,12 @@
 //! Pictures on surfaces.
 //!
-//! In: the bytes of a PNG or JPEG; texels and a place in the picture. Out: a texture; linear colour
+//! In: the bytes of a PNG or JPEG; texels and a place in the picture. Out: a texture; linear color
 //! and alpha. Invariants: nothing is decoded before its [`Room`] is known to suffice; sampling
 //! gives the same bits on every platform: sRGB is decoded by a table that `libm` fills, and
 //! filtering uses additions and multiplications only.
 //!
 //! Pixels of PNG files are the same on every platform. JPEG leaves decoders some freedom, so
-//! colours from JPEG files may differ by a step or two between versions of the decoder; JPEG has
+//! colors from JPEG files may differ by a step or two between versions of the decoder; JPEG has
 //! no alpha.
 
 use std::{
@@ -38,13 +38,13 @@ pub struct Texture {
     /// Red, green, blue (sRGB-encoded) and alpha (linear); rows from the top down, each from left
     /// to right.
     pub texels: Vec<[u8; 4]>,
-    /// What is beyond the left and right edge, and beyond the upper and lower one.
+    /// Wrapping beyond the left and right edge, and beyond the upper and lower one.
     pub wrap: [Wrap; 2],
-    /// What is between texels.
+    /// Filter between texels.
     pub filter: Filter,
 }
 
-/// What is beyond the edge of a picture.
+/// Wrapping beyond the edge of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Wrap {
     /// The picture again.
@@ -56,7 +56,7 @@ pub enum Wrap {
     ClampToEdge,
 }
 
-/// What is between texels.
+/// Filter between texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Filter {
     /// The nearest texel.
@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_decoded_before_they_are_mixed() {
+    fn colors_are_decoded_before_they_are_mixed() {
         let texture = Texture {
             name: String::new(),
             width: 3,

@@ -15,9 +15,9 @@ use crate::error::Place;
 pub struct Warning {
     /// The file it is about.
     pub file: PathBuf,
-    /// Where it first happened.
+    /// Place where it first happened.
     pub place: Place,
-    /// What happened and what was done about it; ends with a count when it happened again.
+    /// Text that says what happened and what was done about it; ends with a count when it happened again.
     pub message: String,
 }
 

@@ -51,11 +51,11 @@ pub struct Refinement {
     /// Finest voxels along the longest axis of the scene, where surfaces are: rounded up to a power
     /// of two, 4 to 4096.
     pub resolution: u32,
-    /// The same for points of space near surfaces.
+    /// Finest voxels along the longest axis for points of space near surfaces.
     pub space_resolution: u32,
     /// Maximum number of potential blockers stored as a list instead of subdividing a voxel; 0 disables lists.
     pub short_list: usize,
-    /// The same for points of space.
+    /// Maximum number of potential blockers stored as a list for points of space.
     pub space_list: usize,
     /// Maximum number of them stored as a list in the finest voxels; 0 disables lists.
     pub long_list: usize,
@@ -113,7 +113,7 @@ impl Refinement {
 /// Maximum number of blockers listed for a voxel until finer ones are computed.
 const EARLY_LIST: usize = 8;
 
-/// What to do with the quick check of Paper 7.3.
+/// Action on the quick check of Paper 7.3.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum QuickCheck {

@@ -131,3 +131,69 @@ fn rooms_of(source: &Path, from: &Path, to: &Path) -> Option<(PathBuf, String, S
         .fold(source.to_owned(), |at, part| at.join(part));
     Some((level, from.get(common)?.clone(), to.get(common)?.clone()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the faults of a crate of files, each a path and its text.
+    fn faults(files: &[(&str, &str)], floors: &[(&str, &[&str])]) -> Vec<String> {
+        let folder = tempfile::tempdir().unwrap();
+        for (path, text) in files {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        let source = folder.path().to_str().unwrap();
+        let floors: Vec<_> = floors.iter().map(|&(_, floors)| (source, floors)).collect();
+        faults_of(&folder.path().join("lib.rs"), &floors).unwrap()
+    }
+
+    #[test]
+    fn a_path_in_an_expression_and_a_use_make_a_circle() {
+        let files = [
+            ("lib.rs", "mod a; mod b;"),
+            ("a.rs", "pub struct A; fn f() { crate::b::g() }"),
+            ("b.rs", "use crate::a::A; pub fn g() {} fn h(_: A) {}"),
+        ];
+        let found = faults(&files, &[]);
+        assert_eq!(found.len(), 2, "of files, and of rooms: {found:?}");
+        assert!(found.iter().all(|fault| fault.contains("a.rs:1 uses")));
+    }
+
+    #[test]
+    fn a_file_that_takes_from_its_parent_makes_a_circle_with_it() {
+        let files = [
+            ("lib.rs", "mod a;"),
+            ("a/mod.rs", "mod b; pub use b::B; pub struct Shared;"),
+            ("a/b.rs", "use super::Shared; pub struct B(Shared);"),
+        ];
+        assert_eq!(faults(&files, &[]).len(), 1);
+        // From a leaf file it takes no harm, by whatever way.
+        let files = [
+            ("lib.rs", "mod a;"),
+            ("a/mod.rs", "mod b; mod leaf; pub use b::B; use leaf::*;"),
+            ("a/b.rs", "use super::Shared; pub struct B(Shared);"),
+            ("a/leaf.rs", "pub struct Shared;"),
+        ];
+        assert_eq!(faults(&files, &[]), [""; 0]);
+    }
+
+    #[test]
+    fn tests_may_look_anywhere_and_names_in_macros_count() {
+        let files = [
+            ("lib.rs", "mod a; mod b;"),
+            (
+                "a.rs",
+                "pub struct A; #[cfg(test)] mod tests { use crate::b; }",
+            ),
+            ("b.rs", "fn f() { assert!(matches!(1, crate::a::A::ONE)) }"),
+        ];
+        assert_eq!(faults(&files, &[]), [""; 0]);
+        let up = faults(&files, &[("", &["b", "a"])]);
+        assert_eq!(up.len(), 1, "{up:?}");
+        assert!(up[0].contains("does not go down"), "{up:?}");
+        let unknown = faults(&files, &[("", &["a"])]);
+        assert!(unknown[0].contains("has no floor"), "{unknown:?}");
+    }
+}

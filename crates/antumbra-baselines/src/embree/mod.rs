@@ -12,6 +12,7 @@
 //! 2^-18 of the scene's largest coordinate, 64 roundings of it in `f32`; a point light ends the ray
 //! at its full length. Packets carry the coherent flag where the batch is coherent.
 
+mod error;
 mod find;
 mod geometry;
 #[expect(unsafe_code, reason = "calls into a library loaded at run time")]
@@ -24,47 +25,9 @@ use std::sync::Arc;
 pub use geometry::Geometry;
 
 use crate::{Batch, LoadedBatch, ShadowMethod, TargetBatch};
+pub use error::EmbreeError;
 use library::{BuiltScene, Device, Library};
 use rays::{Packet, RayToLight};
-
-/// Why Embree cannot be had. Whoever meets it must say so: a table without the rival looks the
-/// same as one in which it was left out.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum EmbreeError {
-    /// No library was found.
-    #[error(
-        "Embree 4 is not there (tried {}); set ANTUMBRA_EMBREE to libembree4, or `pip install embreex` in an active environment",
-        list(tried)
-    )]
-    NotFound {
-        /// What was tried, in order.
-        tried: Vec<PathBuf>,
-    },
-    /// A library was found but cannot be used.
-    #[error("{path:?} cannot be used as Embree 4: {message}")]
-    Unusable {
-        /// The library.
-        path: PathBuf,
-        /// What the loader said.
-        message: String,
-    },
-    /// Embree reports an error.
-    #[error("Embree reports error {code} while {doing}")]
-    Refused {
-        /// `RTCError`.
-        code: i32,
-        /// What was being done.
-        doing: &'static str,
-    },
-}
-
-fn list(paths: &[PathBuf]) -> String {
-    let paths: Vec<_> = paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    paths.join(", ")
-}
 
 /// A device of an Embree that was found.
 #[derive(Debug)]

@@ -11,6 +11,7 @@
 //! | the same as a page to look at | [`report`] |
 
 mod figures;
+mod methods;
 mod race;
 mod report;
 mod scenes;
@@ -18,43 +19,19 @@ mod shot;
 mod sweeps;
 mod table;
 mod tables;
-
-use antumbra_baselines::RivalKind;
 use antumbra_task::{Steps, Stopped, unwatched};
 
-use antumbra_cli::failure::{Failure, Outcome};
-use antumbra_cli::interrupt::Interrupt;
-use antumbra_cli::methods::Shadows;
-use antumbra_cli::outputs::{Content, Outputs, write_json};
-use antumbra_cli::screen::Screen;
-use antumbra_cli::typed::Threads;
-
-use super::contender::Contender;
 use super::head::Head;
 use super::measure::Stopwatch;
 use super::typed::Paper;
+use antumbra_cli::failure::{Failure, Outcome};
+use antumbra_cli::interrupt::Interrupt;
+use antumbra_cli::outputs::{Content, Outputs, write_json};
+use antumbra_cli::screen::Screen;
+use antumbra_cli::typed::Threads;
 use figures::Figures;
+use methods::{GRID, METHODS, VOXEL, VOXEL_1990};
 use scenes::PaperScene;
-
-/// Plain traversal: what all are measured by.
-const GRID: Contender = Contender::Ours(Shadows::Grid);
-/// The paper's own method.
-const VOXEL_1990: Contender = Contender::Ours(Shadows::Voxel1990);
-/// Ours.
-const VOXEL: Contender = Contender::Ours(Shadows::Voxel);
-
-/// The methods that are compared.
-const METHODS: [Contender; 6] = [
-    GRID,
-    VOXEL_1990,
-    VOXEL,
-    Contender::Rival(RivalKind::LightBuffer),
-    Contender::Rival(RivalKind::Hybrid),
-    Contender::Rival(RivalKind::ShadowVolumes),
-];
-
-/// The scenes' names.
-pub(super) const NAMES: [&str; 6] = scenes::NAMES;
 
 /// Measures all scenes and tells.
 pub(super) fn run(

@@ -52,9 +52,6 @@ impl PaperScene {
     }
 }
 
-/// Their names.
-pub(super) const NAMES: [&str; 6] = ["graph", "quadric", "dgp", "bars", "flakes", "tetra"];
-
 /// All of them, in the order of the paper's tables.
 #[rustfmt::skip]
 pub(super) const ALL: [PaperScene; 6] = [
@@ -96,7 +93,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_scenes() {
-        assert_eq!(ALL.map(|scene| scene.name), NAMES);
+        assert_eq!(ALL.map(|scene| scene.name), crate::typed::PAPER_SCENES);
     }
 
     #[test]

@@ -140,7 +140,7 @@ impl Subject {
         Ok((first, Some(second)))
     }
 
-    /// Returns how the queries of what each pixel shows first are decided, in false colours: by values that are made
+    /// Returns how the queries of what each pixel shows first are decided, in false colors: by values that are made
     /// meanwhile, or all before.
     pub(super) fn decided_by(&self, method: Contender, eagerly: bool) -> Result<Picture, Failure> {
         let options = if eagerly {

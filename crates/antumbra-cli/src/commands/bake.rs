@@ -3,50 +3,20 @@
 //! In: a scene, perhaps the file as it was. Out: the file. What still holds of the file before is not made again:
 //! after a light was moved only that light's values are.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use antumbra::{BuildError, IndexOptions, Method, Refine, Refusal, ShadowIndex};
 use antumbra_scene::gather::{Gathered, light_shapes, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum as _};
 
-use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
-use crate::methods::Shadows;
 use crate::outputs::{Content, Outputs};
+use crate::saved;
 use crate::screen::Screen;
-use crate::typed::{IndexCost, RefineWhen, SceneFile, Threads};
+use crate::typed::{Bake, IndexCost, RefineWhen};
 use crate::values::format_bytes;
-
-#[derive(Args, Debug)]
-pub struct Bake {
-    #[command(flatten)]
-    pub file: SceneFile,
-
-    /// File to write. What it already has is kept, for all lights that have not changed
-    #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
-    pub output: PathBuf,
-
-    /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
-    /// computes exact shadow maps, in about a second a light, which take about as long to load
-    #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
-    pub shadows: Shadows,
-
-    #[command(flatten)]
-    pub cost: IndexCost,
-
-    #[command(flatten)]
-    pub threads: Threads,
-}
-
-/// Returns what reads the name of a method that keeps what it knows.
-pub fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
-    PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
-}
 
 /// Reads, makes what is missing, writes.
 pub fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
@@ -76,7 +46,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
             Some(path),
         ) {
             Ok(index) => {
-                let taken_count = kept::tell(&index, &scene.lights, path, screen);
+                let taken_count = saved::tell(&index, &scene.lights, path, screen);
                 (index, taken_count)
             }
             Err(error) => (anew(error, &gathered, scene, &options, screen)?, 0),
@@ -87,7 +57,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
             0,
         )
     };
-    let saved = kept::save(&index, path)?;
+    let saved = saved::save(&index, path)?;
     // Where nothing is, there is nothing to refine.
     if saved.pending_count > 0 && index.occluders().surface_count() > 0 {
         screen.warning(format!(

@@ -2,52 +2,23 @@
 //!
 //! In: a scene, perhaps a file of its values. Out: a NumPy array, and where its cells are.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use antumbra::{Method, Prediction, Volume};
 use antumbra_geometry::{DVec3, Short};
 use antumbra_render::aov::light_names;
 use antumbra_scene::gather::{light_shapes, scene_bytes};
 use antumbra_scene::model::Scene;
-use clap::Args;
 use serde::Serialize;
 
-use super::{bake, kept, query};
+use super::{bake, query};
 use crate::failure::{Failure, Outcome};
 use crate::load;
 use crate::memory::{self, Need};
 use crate::outputs::{self, Content, Outputs};
+use crate::saved;
 use crate::screen::Screen;
-use crate::typed::{IndexCost, SceneFile, Threads};
-
-#[derive(Args, Debug)]
-pub struct Export {
-    #[command(flatten)]
-    pub file: SceneFile,
-
-    /// File of values to load, which `antumbra bake` wrote; lights that it lacks are computed
-    #[arg(long, help_heading = "Saved values", value_name = "FILE.antumbra")]
-    pub occlusion: Option<PathBuf>,
-
-    /// Number of cells along the longest axis, rounded up to a power of two
-    #[arg(long, help_heading = "Output", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=i64::from(Volume::MOST_CELLS)))]
-    pub cells: u32,
-
-    /// Array to write: uint8, 0 where a light reaches every point of a cell, 1 where it reaches none, 2
-    /// otherwise or where it is not known; shape (x, y, z) for one light, (x, y, z, lights) for more
-    #[arg(long, short, help_heading = "Output", value_name = "OUT.npy")]
-    pub output: PathBuf,
-
-    /// File to write the place of the cells and the names of the lights to, as JSON
-    #[arg(long, help_heading = "Output", value_name = "FILE")]
-    pub json: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub cost: IndexCost,
-
-    #[command(flatten)]
-    pub threads: Threads,
-}
+use crate::typed::Export;
 
 /// Where the cells of an array are: cell (i, j, k) begins at `min + edge * (i, j, k)`.
 #[derive(Serialize)]
@@ -77,7 +48,7 @@ fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failu
     let file = typed.occlusion.as_deref();
     let index = options.build_from(gathered.occluders(), light_shapes(&scene.lights), file)?;
     if let Some(path) = file {
-        kept::tell(&index, &scene.lights, path, screen);
+        saved::tell(&index, &scene.lights, path, screen);
     }
     let nothing = || Failure::input("the scene has no surfaces, so there are no cells", "");
     // Beside what was taken for the index.

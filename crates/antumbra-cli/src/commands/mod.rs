@@ -4,7 +4,6 @@ pub mod bake;
 pub mod convert;
 pub mod export;
 pub mod inspect;
-pub mod kept;
 pub mod query;
 pub mod render;
 pub mod scene;

@@ -12,12 +12,12 @@ use antumbra_render::aov::light_names;
 use antumbra_scene::gather::{Gathered, light_shapes, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
 
-use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::light_values::LightValue;
 use crate::load;
 use crate::memory::{self, Need};
 use crate::outputs::{Content, Outputs};
+use crate::saved;
 use crate::screen::Screen;
 use crate::typed::{Query, SceneFile};
 use crate::values::{LightChoice, PointLight};
@@ -84,7 +84,7 @@ fn work(
     };
     let counted = counted.map_err(|error| failure(typed, &error))?;
     arrays::write(&typed.output, &shape, &out)?;
-    kept::save_if_typed(&typed.kept, &index, screen)?;
+    saved::save_if_typed(&typed.kept, &index, screen)?;
     tell(points.len(), chosen, &counted, screen);
     Ok(Outcome::Done)
 }
@@ -248,7 +248,7 @@ fn index(
     let file = typed.kept.occlusion.as_deref();
     let index = options.build_from(gathered.occluders(), light_shapes(&lights), file)?;
     if let Some(path) = file {
-        kept::tell(&index, &lights, path, screen);
+        saved::tell(&index, &lights, path, screen);
     }
     Ok(index)
 }

@@ -8,6 +8,7 @@
 //! time, so there may be very many.
 
 mod attack;
+mod candidate;
 mod lights;
 mod random;
 mod starts;
@@ -16,9 +17,8 @@ mod tally;
 
 use std::ops::Range;
 
-use antumbra::{Answer, Counters, IndexOptions, Method, QueryError, Refine, Shadow, ShadowIndex};
+use antumbra::{Counters, IndexOptions, Method, Refine, Shadow, ShadowIndex};
 use antumbra_geometry::Start;
-use antumbra_render::prepare::StandIn;
 use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 use rayon::prelude::*;
@@ -29,6 +29,8 @@ use crate::screen::Screen;
 use crate::typed::{Against, Shadows, Verify};
 use crate::{load, memory};
 use attack::{Attack, Kind};
+use candidate::Candidate;
+pub use candidate::{BuildStandIn, Other};
 use surfaces::Surfaces;
 use tally::{Difference, Tally};
 
@@ -169,44 +171,6 @@ impl Built<'_> {
             index,
             stand_in,
         })
-    }
-}
-
-/// Makes a stand-in for an index, in so many bytes.
-pub type BuildStandIn =
-    dyn Fn(&ShadowIndex, u64) -> Result<Option<Box<dyn StandIn>>, Failure> + Send + Sync;
-
-/// Another method to compare, which answers in the place of an index.
-pub struct Other {
-    /// What it is called.
-    pub name: &'static str,
-    /// Whether its answers have to be the judge's.
-    pub is_exact: bool,
-    /// The index that it is built for.
-    pub method: Method,
-    /// Makes it.
-    pub build: Box<BuildStandIn>,
-}
-
-/// A method that is compared.
-struct Candidate {
-    name: &'static str,
-    is_exact: bool,
-    index: ShadowIndex,
-    stand_in: Option<Box<dyn StandIn>>,
-}
-
-impl Candidate {
-    fn shadow(
-        &self,
-        start: &Start,
-        light: usize,
-        counters: &mut Counters,
-    ) -> Result<Answer, QueryError> {
-        match &self.stand_in {
-            Some(other) => other.shadow(&self.index, start, light, counters, &mut 0),
-            None => self.index.shadow(start, light, counters),
-        }
     }
 }
 

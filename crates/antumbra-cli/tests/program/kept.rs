@@ -98,13 +98,13 @@ fn check_pictures_are_the_same_and_need_no_rays(world: &World) {
 }
 
 #[test]
-fn power_colour_and_camera_are_no_part_of_it_and_the_pose_is() {
+fn power_color_and_camera_are_no_part_of_it_and_the_pose_is() {
     for shadows in KEPT {
-        check_power_colour_and_camera_are_no_part_of_it_and_the_pose_is(&World::of(shadows));
+        check_power_color_and_camera_are_no_part_of_it_and_the_pose_is(&World::of(shadows));
     }
 }
 
-fn check_power_colour_and_camera_are_no_part_of_it_and_the_pose_is(world: &World) {
+fn check_power_color_and_camera_are_no_part_of_it_and_the_pose_is(world: &World) {
     assert_code(&world.bake(&LAMPS), 0);
     let with_file = ["--occlusion", text(&world.file)];
     let bright = ["point:3,-2,5/9,0.5,0", "point:-1,-4,3/0,0,1"];

@@ -166,7 +166,7 @@ fn light_in_candela_is_exposed_by_itself() {
     assert_eq!(auto["settings"]["exposure"], "auto");
     let stops = auto["settings"]["exposure_stops"].as_f64().unwrap();
     assert!((-20.0..-5.0).contains(&stops), "{stops}");
-    // False colours are as documented, whatever the light; typed light has no unit.
+    // False colors are as documented, whatever the light; typed light has no unit.
     for more in [["--show", "occlusion"], ["--light", "point:0,3,0"]] {
         let figures = figures(&folder, &scene, &[&["--size", "8x8"], &more[..]].concat());
         assert_eq!(figures["settings"]["exposure"], "fixed");

@@ -20,7 +20,7 @@ use crate::{Cone, Coverage, CoverageId, Disk, Short, Sphere};
 /// Largest magnitude of a coordinate: leaves room for every product a filter forms.
 pub(super) const LARGEST: f64 = 1.2676506002282294e30; // 2^100
 
-/// What is wrong with a shape.
+/// Reason why a shape is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OccludersError {
@@ -497,4 +497,11 @@ fn solid_key(shape: &CurvedShape) -> Vec<u64> {
         }
     }
     key
+}
+
+impl Occluders {
+    /// Starts a collection.
+    pub fn builder() -> OccludersBuilder {
+        OccludersBuilder::default()
+    }
 }

@@ -1,7 +1,7 @@
 //! What answers depend on, as bytes: for those who keep answers and must know whether they still hold.
 //!
 //! In: the surfaces. Out: bytes for a hash. Invariant: two collections that say the same bytes answer every
-//! query alike and number their surfaces alike; numbers are said bit by bit. Absent here: the hash, colours,
+//! query alike and number their surfaces alike; numbers are said bit by bit. Absent here: the hash, colors,
 //! texture coordinates of faces without holes.
 
 use super::{AlphaTest, Curved, CurvedShape, Element, ElementKind, Occluders, Opacity, Triangle};

@@ -9,6 +9,7 @@
 mod cone;
 mod disk;
 mod face;
+mod relation;
 mod shaft;
 mod sphere;
 
@@ -20,18 +21,9 @@ pub(crate) use shaft::{MAX_CORNERS, SidePlane};
 pub(crate) use cone::ConeUmbra;
 pub(crate) use disk::DiskUmbra;
 pub(crate) use face::FaceUmbra;
+pub use relation::Relation;
+pub(crate) use relation::SHRINK;
 pub(crate) use sphere::SphereUmbra;
-
-/// How one element's umbra lies to a box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Relation {
-    /// The element blocks no start in the box.
-    Misses,
-    /// The element blocks every start in the box.
-    Covers,
-    /// It may block some.
-    Crosses,
-}
 
 /// One element's umbra behind one light.
 #[derive(Clone, Debug)]
@@ -85,7 +77,3 @@ impl Umbra {
         matches!(self.shape, UmbraShape::Nothing)
     }
 }
-
-/// Shapes for coverage are shrunk by this share, so that "in the umbra" holds with a margin that
-/// no rounding of a start eats up, however close the light is to the shape.
-pub(crate) const SHRINK: f64 = 1.0 - 1.0 / (1u64 << 24) as f64;

@@ -1,7 +1,7 @@
 //! Whitted's model: what a ray sees.
 //!
 //! In: a ray and a prepared scene. Out: linear RGB, and every count of the work in a [`Tally`].
-//! At each hit: emission, ambient light times diffuse colour (times the texture), and for each
+//! At each hit: emission, ambient light times diffuse color (times the texture), and for each
 //! light a Lambertian and a Phong term if the light is in front, inside its cone and not blocked;
 //! for each light with size the mean of such terms over its samples that are lit (`area`);
 //! then a mirrored and a refracted ray. Where a surface covers only part of what is behind, the
@@ -10,20 +10,23 @@
 //! Invariants: each shaded hit asks one shadow query per light, unless the light is behind the
 //! surface (by the exact sign of `ShadowIndex::light_side`) or does not shine into that
 //! direction; a hit that covers nothing is not shaded. What is queried depends on geometry and
-//! coverage alone: not on shading normals, colours or earlier answers.
+//! coverage alone: not on shading normals, colors or earlier answers.
 
 mod area;
+mod area_query;
+mod surface_point;
 mod terms;
 
 use antumbra::{Answer, Counters, LightSamples, Shadow, ShadowIndex};
-use antumbra_geometry::{DVec3, Hit, Ray, Start};
+use antumbra_geometry::{DVec3, Ray, Start};
 use antumbra_scene::model::{Color, Facing, Scene};
 
 use crate::prepare::{Look, Prepared};
 use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
 
-pub use area::{AreaQuery, AreaTally, Region};
+pub use area_query::{AreaQuery, AreaTally, Region};
+pub use surface_point::SurfacePoint;
 
 /// How often the rays of one chain go on behind a surface that does not cover everything. The
 /// next surface counts as whole, so that stacks of glass panes cost what they show, and no more.
@@ -50,9 +53,9 @@ pub struct Tally {
     pub out_of_cone: u64,
     /// Samples of lights with size, which do not count under `queries`.
     pub area: AreaTally,
-    /// What the shadow index, or its stand-in, counted.
+    /// Counts of the shadow index, or of its stand-in.
     pub counters: Counters,
-    /// What a stand-in found listed where its queries looked; 0 without one.
+    /// Number of candidates that a stand-in found listed where its queries looked; 0 without one.
     pub candidates: u64,
 }
 
@@ -73,7 +76,7 @@ impl Tally {
     }
 }
 
-/// What became of one hit's question about one light.
+/// Outcome of one hit's query about one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightQuery {
     /// Not asked: the surface faces away.
@@ -89,12 +92,12 @@ pub enum LightQuery {
     },
 }
 
-/// What an eye ray saw first: the first surface that covers anything.
+/// First sight of an eye ray: the first surface that covers anything.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seen {
     /// Whether there is one.
     pub is_surface: bool,
-    /// What became of its question about each light of the scene, in order; empty without one.
+    /// Outcome of its query about each light of the scene, in order; empty without one.
     pub queries: Vec<LightQuery>,
     /// Queries of the lights with size, in the same order as these.
     pub areas: Vec<AreaQuery>,
@@ -115,21 +118,6 @@ struct Chain {
     depth: u32,
     /// How many went on straight.
     passed: u32,
-}
-
-/// A hit with its normals.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
-    /// The hit.
-    pub hit: Hit,
-    /// Unit normal by winding, or outwards.
-    pub geometric_normal: DVec3,
-    /// Unit normal for shading, on the same side.
-    pub shading_normal: DVec3,
-    /// Unit vector back along the ray.
-    pub towards_viewer: DVec3,
-    /// Which side is looked at: 1 the side of the geometric normal, -1 the other, 0 edge-on.
-    pub viewer_side: i8,
 }
 
 /// Why no query of the integrator is refused: hits lie on surfaces of the index, whose coordinates
@@ -434,17 +422,6 @@ impl<'a> Integrator<'a> {
             ..chain
         };
         self.trace(from.ray_towards(direction), chain, None, tally)
-    }
-}
-
-impl SurfacePoint {
-    /// Returns the ray that leaves the surface here.
-    fn ray_towards(&self, direction: DVec3) -> Ray {
-        Ray {
-            origin: self.hit.point,
-            direction,
-            leaves: Some(self.hit.surface),
-        }
     }
 }
 

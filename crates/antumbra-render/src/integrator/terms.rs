@@ -32,7 +32,7 @@ pub(super) fn cone_share(kind: &LightKind, point_in_world: DVec3) -> f64 {
     }
 }
 
-/// Returns a light's colour at a point, weakened by distance if it weakens: with the colour in
+/// Returns a light's color at a point, weakened by distance if it weakens: with the color in
 /// candela and distances in metres that is lux, the unit of directional lights.
 pub(super) fn power_at(light: &Light, shape: &LightShape, point_in_world: DVec3) -> Color {
     match shape {

@@ -7,6 +7,7 @@
 //! | `surface` | what a hit looks like: normals, texture, coverage |
 //! | `stand_in` | another method in the place of the index, for comparisons |
 
+mod look;
 mod stand_in;
 mod surface;
 
@@ -17,8 +18,8 @@ use antumbra_geometry::Start;
 use antumbra_scene::gather::{GatherError, Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 
+pub use look::Look;
 pub use stand_in::StandIn;
-pub use surface::Look;
 
 /// Why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -9,18 +9,8 @@ use antumbra_scene::gather::face_of;
 use antumbra_scene::model::{Alpha, Color, Corner, Material, Mesh, Shape};
 
 use super::Prepared;
+use super::look::Look;
 use crate::vector::unit;
-
-/// How a surface looks in one place.
-#[derive(Clone, Copy, Debug)]
-pub struct Look<'a> {
-    /// The material, without its texture.
-    pub material: &'a Material,
-    /// The diffuse colour, times the texture's and the vertices'.
-    pub diffuse: Color,
-    /// How much of what is behind the surface covers: 0, it is not there, to 1, it is whole.
-    pub coverage: f64,
-}
 
 impl Prepared {
     /// Returns how a surface looks, its texture left out.
@@ -71,7 +61,7 @@ impl Prepared {
         )
     }
 
-    /// Returns the colour and alpha of the vertices at a hit, or `None` where the file gives none.
+    /// Returns the color and alpha of the vertices at a hit, or `None` where the file gives none.
     fn vertex_color(&self, hit: &Hit) -> Option<[f64; 4]> {
         self.between_corners(
             hit,

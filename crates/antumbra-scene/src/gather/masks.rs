@@ -74,7 +74,7 @@ impl Coverage for MaskedTexture {
             Filter::Nearest => 0,
             Filter::Linear => 1,
         }]);
-        // The colour of a place does not say whether it is there.
+        // The color of a place does not say whether it is there.
         let alphas: Vec<u8> = texels.iter().map(|&[.., alpha]| alpha).collect();
         write(&alphas);
         true

@@ -12,7 +12,7 @@ use super::{
     stage,
 };
 
-/// Bars: height and colour.
+/// Bars: height and color.
 const BARS: [(f64, [f64; 3]); 5] = [
     (2.25, [0.6, 0.16, 0.1]),
     (3.5, [0.7, 0.45, 0.1]),

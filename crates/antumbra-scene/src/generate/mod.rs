@@ -20,16 +20,10 @@ mod random;
 mod rooms;
 mod sine;
 mod sphereflake;
+mod stage;
 mod tetra;
 
-use std::ops::RangeInclusive;
-
-use antumbra_geometry::DVec3;
-
-use crate::{
-    defaults::nff_intensity,
-    model::{Camera, Color, Facing, Light, LightKind, Object, Polygon, Scene, Shape},
-};
+use crate::model::Scene;
 
 pub use bars::bars;
 pub use city::city;
@@ -40,66 +34,9 @@ pub use heightfield::heightfield;
 pub use quadric::quadric;
 pub use rooms::rooms;
 pub use sphereflake::sphereflake;
+pub use stage::{GenerateError, NAMES};
+use stage::{ROOM_LIGHTS, check_lights, check_size, polygon, stage};
 pub use tetra::tetra;
-
-/// The generators' names, each with its default size: SPD's own, then boxes, leaves, vertices along a
-/// side, and rooms along a side. `flakes` is `sphereflake` as the paper has it. The other four of the paper
-/// have size 1 only.
-pub const NAMES: [(&str, u32); 11] = [
-    ("tetra", 6),
-    ("sphereflake", 4),
-    ("flakes", 2),
-    ("graph", 1),
-    ("quadric", 1),
-    ("dgp", 1),
-    ("bars", 1),
-    ("rooms", 3),
-    ("city", 10_000),
-    ("forest", 400_000),
-    ("heightfield", 256),
-];
-
-/// How many lights `rooms` has by default.
-const ROOM_LIGHTS: u32 = 10;
-
-/// Why a scene was not made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum GenerateError {
-    /// No generator has that name.
-    #[error("no generator is called `{name}`; there are {}", NAMES.map(|(name, _)| name).join(", "))]
-    UnknownName {
-        /// The name asked for.
-        name: String,
-    },
-    /// The scene would be empty or too large for memory.
-    #[error("{name} of size {size}; expected a size from {smallest} to {largest}")]
-    Size {
-        /// The generator.
-        name: &'static str,
-        /// The size asked for.
-        size: u32,
-        /// The smallest size.
-        smallest: u32,
-        /// The largest size.
-        largest: u32,
-    },
-    /// A number of lights was given for a scene that has its own.
-    #[error("{name} has lights of its own; only rooms takes a number of lights")]
-    OwnLights {
-        /// The generator.
-        name: String,
-    },
-    /// There would be no light, or too many.
-    #[error("{lights} lights; expected {smallest} to {largest}")]
-    Lights {
-        /// The number asked for.
-        lights: u32,
-        /// The least number.
-        smallest: u32,
-        /// The largest number.
-        largest: u32,
-    },
-}
 
 /// Makes the scene of a name in [`NAMES`]; without a size, of its default size. A number of lights is for
 /// `rooms`, which has 10 by default.
@@ -139,78 +76,6 @@ pub fn by_name(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Sce
         _ => Err(GenerateError::UnknownName {
             name: name.to_owned(),
         }),
-    }
-}
-
-/// Refuses sizes out of range.
-fn check_size(
-    name: &'static str,
-    size: u32,
-    allowed: RangeInclusive<u32>,
-) -> Result<(), GenerateError> {
-    if allowed.contains(&size) {
-        Ok(())
-    } else {
-        let (smallest, largest) = allowed.into_inner();
-        Err(GenerateError::Size {
-            name,
-            size,
-            smallest,
-            largest,
-        })
-    }
-}
-
-/// Refuses numbers of lights out of range.
-fn check_lights(lights: u32, allowed: RangeInclusive<u32>) -> Result<(), GenerateError> {
-    if allowed.contains(&lights) {
-        Ok(())
-    } else {
-        let (smallest, largest) = allowed.into_inner();
-        Err(GenerateError::Lights {
-            lights,
-            smallest,
-            largest,
-        })
-    }
-}
-
-/// Returns a flat polygon without a name.
-fn polygon(vertices: Vec<DVec3>, material: usize) -> Object {
-    Object {
-        name: String::new(),
-        shape: Shape::Polygon(Polygon {
-            vertices,
-            normals: Vec::new(),
-        }),
-        material,
-    }
-}
-
-/// Returns a scene without objects, as SPD's programs set it up: sky-blue background, a view of
-/// 45 degrees and 512 by 512 pixels, point lights of SPD's strength.
-fn stage(eye: DVec3, at: DVec3, up: DVec3, lights: &[DVec3]) -> Scene {
-    let intensity = Color::splat(nff_intensity(lights.len()));
-    let lights = lights.iter().enumerate().map(|(i, &position)| Light {
-        name: format!("light {}", i + 1),
-        kind: LightKind::Point { position },
-        color: intensity,
-        falls_off: false,
-    });
-    Scene {
-        lights: lights.collect(),
-        camera: Some(Camera {
-            eye,
-            at,
-            up,
-            vertical_fov_degrees: 45.0,
-            resolution: Some([512, 512]),
-        }),
-        background: Color::new(0.078, 0.361, 0.753),
-        ambient: intensity,
-        facing: Facing::Winding,
-        up,
-        ..Scene::default()
     }
 }
 

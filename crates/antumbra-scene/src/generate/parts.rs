@@ -24,7 +24,7 @@ pub(super) fn glossy(scene: &mut Scene, [r, g, b]: [f64; 3], mirrored: f64) -> u
     scene.materials.len() - 1
 }
 
-/// Gives the lights of a scene their colours, those of SPD being grey, and its camera a narrower view.
+/// Gives the lights of a scene their colors, those of SPD being grey, and its camera a narrower view.
 pub(super) fn set_look(scene: &mut Scene, colors: &[[f64; 3]], fov_degrees: f64) {
     for (light, &color) in scene.lights.iter_mut().zip(colors) {
         light.color = Color::from_array(color);

@@ -358,7 +358,7 @@ impl Reader<'_> {
         self.warnings.add(Place::Line(statement.line), message);
     }
 
-    /// Reads three numbers, or one for all three channels. A spectral curve, CIE coordinates, and what is no colour but
+    /// Reads three numbers, or one for all three channels. A spectral curve, CIE coordinates, and what is no color but
     /// would change no shadow are not read: `None`, with a warning.
     fn color(
         &mut self,

@@ -24,7 +24,7 @@ use super::{
 ///
 /// # Errors
 /// The name has no known ending, the format cannot say something that matters (spheres in a mesh
-/// format, coloured glass in NFF), the material library of somebody else is in the way, or the file system refuses.
+/// format, colored glass in NFF), the material library of somebody else is in the way, or the file system refuses.
 ///
 /// # Example
 /// ```

@@ -108,7 +108,7 @@ pub(super) fn left_out(scene: &Scene, keeps: Keeps) -> Vec<String> {
     }
     let has_colors = |shape: &Shape| shape.mesh().is_some_and(|mesh| !mesh.colors.is_empty());
     if scene.objects.iter().any(|object| has_colors(&object.shape)) {
-        note("colours of vertices are not written".into());
+        note("colors of vertices are not written".into());
     }
     if !scene.area_lights.is_empty() {
         note(format!(

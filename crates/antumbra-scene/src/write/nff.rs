@@ -24,7 +24,7 @@ use super::{WriteError, number::Precision};
 ///
 /// # Errors
 /// `out` refuses, or NFF cannot say something: disks, closed cones, directional and spot lights, lights with size,
-/// falloff, textures and alpha, emission, coloured highlights or transmission, a highlight without its mirror.
+/// falloff, textures and alpha, emission, colored highlights or transmission, a highlight without its mirror.
 ///
 /// # Example
 /// ```
@@ -160,12 +160,12 @@ impl<W: Write> Writer<'_, W> {
             return unsupported("a material that sends out light");
         }
         if !is_grey(material.specular) || !is_grey(material.transmission) {
-            return unsupported("a material with a coloured highlight or coloured transmission");
+            return unsupported("a material with a colored highlight or colored transmission");
         }
         if material.specular != material.reflection {
             return unsupported("a material whose highlight and mirror have different weights");
         }
-        // NFF's colour is a product. One factor of 1 keeps every digit; a largest channel of 1 is
+        // NFF's color is a product. One factor of 1 keeps every digit; a largest channel of 1 is
         // what people write.
         let kd = match self.precision {
             Precision::SixDigits if material.diffuse.max_element() > 0.0 => {

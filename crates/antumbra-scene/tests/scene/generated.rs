@@ -154,7 +154,7 @@ fn measured_scenes_survive_six_digits() {
     ] {
         let loaded = nff(&text_of(&scene)).unwrap();
         assert_eq!(loaded.warnings, []);
-        // Colours are products in the file, and may lose a digit.
+        // Colors are products in the file, and may lose a digit.
         let shapes = |scene: &Scene| {
             scene
                 .objects

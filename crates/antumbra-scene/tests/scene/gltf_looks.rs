@@ -162,7 +162,7 @@ fn pictures_that_cannot_be_read() {
     for (index, reason) in [
         (
             1,
-            "images[1] cannot be read, plain colours are used instead: `none.png`",
+            "images[1] cannot be read, plain colors are used instead: `none.png`",
         ),
         (7, "textures[7] is not there: it is not read"),
     ] {
@@ -279,7 +279,7 @@ fn values_and_not_modes_decide_what_blocks() {
 }
 
 #[test]
-fn specular_glossiness_gives_colour_and_alpha() {
+fn specular_glossiness_gives_color_and_alpha() {
     let glossy = |more: &str, inner: &str| {
         format!(
             r#"{more} "pbrMetallicRoughness": {{"baseColorFactor": [1, 0, 0, 1]}},
@@ -309,7 +309,7 @@ fn specular_glossiness_gives_colour_and_alpha() {
     assert_eq!(holes.shadow_kind(), ShadowKind::AlphaTested);
 }
 
-/// A document whose vertices have colours of two 8-bit shares and one more, and perhaps alpha.
+/// A document whose vertices have colors of two 8-bit shares and one more, and perhaps alpha.
 fn colored(alpha_mode: &str, colors: &[[u8; 4]; 3], shape: &str) -> Loaded {
     let mut bytes = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]);
     bytes.extend(colors.iter().flatten());
@@ -327,7 +327,7 @@ fn colored(alpha_mode: &str, colors: &[[u8; 4]; 3], shape: &str) -> Loaded {
 }
 
 #[test]
-fn vertex_colours_are_read_and_their_alpha_decides_where_it_blends() {
+fn vertex_colors_are_read_and_their_alpha_decides_where_it_blends() {
     let half = [[255, 51, 0, 255], [0, 0, 255, 51], [255, 255, 255, 255]];
     let loaded = colored("BLEND", &half, "VEC4");
     let mesh = loaded.scene.objects[0].shape.mesh().unwrap();

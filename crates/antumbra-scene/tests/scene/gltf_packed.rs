@@ -71,7 +71,7 @@ fn draco_gives_the_triangles_of_the_reference_decoder() {
         let along = |i: usize| [0.0, one, 2.0][i];
         let at = |x, y| [along(x), along(y), if (x, y) == (1, 1) { one } else { 0.0 }];
         assert_eq!(sorted(faces(mesh)), sorted(roof(at)));
-        // Colours belong to their vertices.
+        // Colors belong to their vertices.
         for (position, color) in mesh.positions.iter().zip(&mesh.colors) {
             let alpha = if position.x == 2.0 {
                 128.0 / 255.0

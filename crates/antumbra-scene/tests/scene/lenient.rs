@@ -112,7 +112,7 @@ fn normals_of_obj_that_are_not_there() {
 }
 
 #[test]
-fn diffuse_colours_of_mtl_that_are_not_finite() {
+fn diffuse_colors_of_mtl_that_are_not_finite() {
     let text = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1 2 3");
     let loaded = obj(&text, "newmtl a\nKd nan nan nan\n").unwrap();
     assert_eq!(warnings(&loaded), ["a.mtl:2: `Kd` is not finite: ignored"]);
@@ -288,7 +288,7 @@ fn triangle_strips_of_ply() {
 }
 
 #[test]
-fn colours_of_ply_vertices() {
+fn colors_of_ply_vertices() {
     let head = |kind: &str| {
         format!(
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\

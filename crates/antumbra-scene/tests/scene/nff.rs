@@ -201,7 +201,7 @@ fn dialects_of_surfaces() {
     let (scene, warnings) = warned("f 1 1 1 1 0 1 0.5 0 s 0 0 0 1 f -1 1 1 1 0 -1 0 0 s 0 0 0 1");
     assert!(warnings[0].contains("index of refraction is not positive: 1 is used"));
     assert!(
-        warnings[1].contains("negative colour or weight: 0 is used (2 times"),
+        warnings[1].contains("negative color or weight: 0 is used (2 times"),
         "{warnings:?}"
     );
     assert_eq!(scene.materials[0].ior, 1.0);

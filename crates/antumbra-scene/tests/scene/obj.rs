@@ -71,7 +71,7 @@ fn the_scene_has_what_the_format_leaves_open() {
 }
 
 #[test]
-fn vertices_with_weights_and_colours() {
+fn vertices_with_weights_and_colors() {
     let loaded = obj(
         "v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0 1 1 1 1\nf 1 2 3",
         "",
@@ -80,7 +80,7 @@ fn vertices_with_weights_and_colours() {
     assert_eq!(loaded.warnings, []);
     let found = mesh(&loaded, 0);
     assert_eq!(found.positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);
-    // sRGB 0.5 is 0.2140 linear; a vertex without a colour is white.
+    // sRGB 0.5 is 0.2140 linear; a vertex without a color is white.
     let grey = found.colors[1][0];
     assert!((grey - 0.214_041).abs() < 1e-5, "{grey}");
     assert_eq!(found.colors, [[1.0; 4], [grey, grey, grey, 1.0], [1.0; 4]]);
@@ -199,7 +199,7 @@ fn indices_that_name_nothing_are_refused_with_their_line() {
 
 #[test]
 fn garbled_vertices_are_refused_with_their_line() {
-    let expected = "expected 3 numbers (x y z), 4 (and w), or 6 and more (and a colour), found";
+    let expected = "expected 3 numbers (x y z), 4 (and w), or 6 and more (and a color), found";
     for (text, found) in [
         ("v 1 bleh 2", "`bleh`"),
         ("v 1 2", "the end of the line"),

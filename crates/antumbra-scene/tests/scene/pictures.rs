@@ -1,4 +1,4 @@
-//! Pictures on OBJ: colours by `map_Kd`, holes by `map_d` or by the alpha of `map_Kd`.
+//! Pictures on OBJ: colors by `map_Kd`, holes by `map_d` or by the alpha of `map_Kd`.
 
 use std::io::{self, Cursor};
 use std::path::Path;
@@ -58,7 +58,7 @@ fn left_half(x: u32, _: u32) -> [u8; 4] {
 }
 
 #[test]
-fn the_colour_of_map_kd_is_shown() {
+fn the_color_of_map_kd_is_shown() {
     let loaded = read(
         "newmtl m\nmap_Kd a.png\n",
         &[("a.png", png(2, |x, _| [255 * x as u8, 0, 0, 255]))],
@@ -145,7 +145,7 @@ fn a_picture_that_is_missing_is_a_warning() {
     let texts = warnings(&loaded);
     assert_eq!(texts.len(), 2, "{texts:?}");
     assert!(
-        texts[0].starts_with("a.obj: cannot read the picture `a.png` of `map_Kd`, plain colours")
+        texts[0].starts_with("a.obj: cannot read the picture `a.png` of `map_Kd`, plain colors")
     );
     assert!(texts[1].contains("of `map_d`, the surface is whole: "));
     let broken = read(

@@ -161,14 +161,14 @@ fn what_nff_cannot_say_is_refused_by_name() {
                 reflection: Color::X,
                 ..grey.clone()
             },
-            "coloured",
+            "colored",
         ),
         (
             Material {
                 transmission: Color::X,
                 ..grey.clone()
             },
-            "coloured",
+            "colored",
         ),
     ] {
         assert!(refusal(&one(ball(), material)).contains(reason));

@@ -120,7 +120,7 @@ fn what_is_not_used_is_told() {
     assert_eq!(
         warnings(&stl(binary("", &degenerate, 5)).unwrap()),
         [
-            "a.stl: byte 132: attributes (colours) of triangles are not read \
+            "a.stl: byte 132: attributes (colors) of triangles are not read \
              (2 times; this is the first)",
             "a.stl: byte 134: a face has no area: dropped"
         ]

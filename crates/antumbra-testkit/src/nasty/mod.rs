@@ -18,7 +18,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::oracle::{OracleLight, OracleShape, OracleSurface};
 
-/// What a nasty scene is made of.
+/// Kind of shapes that a nasty scene is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Family {
     /// Triangles between the points of a small integer lattice: shared edges, coplanar,
@@ -66,7 +66,7 @@ impl Family {
     ];
 }
 
-/// Where in space a nasty scene is, and how large.
+/// Place and size of a nasty scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Frame {
     /// As made, about ten units large.
@@ -159,7 +159,7 @@ impl Frame {
 /// One question: asked of every light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NastyQuery {
-    /// Where the start is.
+    /// Position of the start.
     pub point: [f64; 3],
     /// The index of the surface it lies on, up to rounding; `None` for a free query.
     pub surface: Option<usize>,
@@ -170,9 +170,9 @@ pub struct NastyQuery {
 pub struct NastyScene {
     /// The seed that makes it again.
     pub seed: u64,
-    /// What it is made of.
+    /// Kind of its shapes.
     pub family: Family,
-    /// Where and how large it is.
+    /// Place and size.
     pub frame: Frame,
     /// Triangles first, then the other shapes.
     pub surfaces: Vec<OracleSurface>,

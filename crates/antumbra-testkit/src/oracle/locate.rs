@@ -4,22 +4,10 @@
 //! order of operations of the page, and no code is shared with the library: every surface is measured, nothing is
 //! looked up, vectors are arrays.
 
+use super::point::OraclePoint;
 use super::{Oracle, OracleShape};
 
 type Vector = [f64; 3];
-
-/// What is known of a point that is meant to lie on a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OraclePoint {
-    /// Where it is.
-    pub point: [f64; 3],
-    /// What it looks at, if that is known; of any length.
-    pub normal: Option<[f64; 3]>,
-    /// Whether it was rounded to `f32`; else to `f64`.
-    pub is_single: bool,
-    /// How far its surface may be, where that is said.
-    pub tolerance: Option<f64>,
-}
 
 /// The way from a point to a surface: how far, and in which direction (a unit vector, or zero).
 #[derive(Clone, Copy, Debug)]

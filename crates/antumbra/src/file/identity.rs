@@ -1,7 +1,7 @@
 //! Whose values they are: hashes of what values depend on, and nothing else.
 //!
 //! In: surfaces, cells, a light. Out: 32 bytes (BLAKE3) that differ if anything differs. A light is its kind and
-//! pose; its power, its colour and the cone of a spot are no part of it, and neither is a camera.
+//! pose; its power, its color and the cone of a spot are no part of it, and neither is a camera.
 
 use antumbra_geometry::{LightShape, Occluders, UnidentifiedCoverage};
 

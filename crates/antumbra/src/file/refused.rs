@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use antumbra_geometry::UnidentifiedCoverage;
 
-/// What became of the values of a light in a file.
+/// Outcome for the values of a light in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeptLight {
     /// They were taken.
@@ -21,7 +21,7 @@ pub enum KeptLight {
     NoRoom,
 }
 
-/// What was written.
+/// Summary of a file that was saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Saved {
@@ -43,7 +43,7 @@ pub struct LoadError {
     pub reason: Refusal,
 }
 
-/// What is wrong with a file of occlusion values.
+/// Fault of a file of occlusion values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -118,7 +118,7 @@ impl std::fmt::Display for Part {
     }
 }
 
-/// What is not as it was when a file was written. A light that changed is no reason to refuse a file
+/// Difference from the scene that a file was saved for. A light that changed is no reason to refuse a file
 /// ([`KeptLight::Absent`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

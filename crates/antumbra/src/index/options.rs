@@ -17,11 +17,11 @@ use crate::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 pub struct IndexOptions {
     /// How shadow queries are answered.
     pub method: Method,
-    /// What finds nearest hits.
+    /// Method that finds nearest hits.
     pub rays: RayMethod,
     /// How fine the grid is.
     pub grid: GridResolution,
-    /// What the quick check of Paper 7.3 does.
+    /// Action on the quick check of Paper 7.3.
     pub quick_check: QuickCheck,
     /// How far the values of [`Method::Voxel`] are refined.
     pub refinement: Refinement,

@@ -12,7 +12,7 @@ pub struct Prediction {
     pub tree: u64,
     /// The values of [`Method::Voxel1990`](crate::Method::Voxel1990), and what marking them takes.
     pub values: u64,
-    /// What lights know of [`Method::Voxel`](crate::Method::Voxel), as far as it comes beside the height of the tree; within
+    /// Knowledge of lights of [`Method::Voxel`](crate::Method::Voxel), as far as it comes beside the height of the tree; within
     /// [`Refinement::memory`](crate::Refinement::memory).
     pub knowledge: u64,
 }

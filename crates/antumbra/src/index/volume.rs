@@ -7,7 +7,7 @@ use antumbra_geometry::{Bounds, DVec3};
 use super::ShadowIndex;
 use crate::occlusion::{Cells, LIT, MIXED, SHADOWED};
 
-/// What an index knows of the points of space, in cells of one size.
+/// Knowledge about the points of space, in cells of one size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// How many cells there are along x, y and z.

@@ -5,7 +5,7 @@ use antumbra_task::checked;
 
 use crate::accel::grid::Grid;
 
-/// What the quick check of Paper 7.3 found.
+/// Verdict of the quick check of Paper 7.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct QuickCheckVerdict {

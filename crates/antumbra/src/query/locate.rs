@@ -228,7 +228,7 @@ impl ShadowIndex {
     }
 }
 
-/// What some of many points are.
+/// Sample of many points: how many of them lie on surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sample {
     /// How many points were looked at.

@@ -9,7 +9,7 @@ use crate::limits::is_fine;
 use crate::threads::prelude::*;
 use crate::{Batch, BatchKind, Coordinates, ShadowIndex};
 
-/// What is wrong with the surfaces that points name.
+/// Points that are not on the surfaces that they name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OffSurfaces {
     /// How many points are not on theirs.

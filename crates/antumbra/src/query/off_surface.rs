@@ -7,7 +7,7 @@ use antumbra_geometry::{DVec3, Occluders, Precision, SurfaceId};
 pub struct OffSurface {
     /// Which point.
     pub index: usize,
-    /// Where it is.
+    /// Position.
     pub point: DVec3,
     /// Which surface it names.
     pub surface: u32,

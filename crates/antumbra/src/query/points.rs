@@ -60,11 +60,11 @@ impl SurfaceNumber for u32 {
 pub struct Batch<'a, P = [f64; 3]> {
     /// The points, world space.
     pub points: &'a [P],
-    /// What they are.
+    /// Kind of the points.
     pub kind: BatchKind<'a, P>,
 }
 
-/// What the points of a [`Batch`] are. Slices have an item a point.
+/// Kind of the points of a [`Batch`]. Slices have an item a point.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum BatchKind<'a, P = [f64; 3]> {

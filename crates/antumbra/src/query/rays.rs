@@ -14,7 +14,7 @@ use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Shadow, ShadowIndex,
 };
 
-/// What each point of a [`Batch`] looks at: an item a point, finite and at most 2^100 in magnitude.
+/// Targets that each point of a [`Batch`] looks at: an item a point, finite and at most 2^100 in magnitude.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Towards<'a, P = [f64; 3]> {
@@ -27,9 +27,9 @@ pub enum Towards<'a, P = [f64; 3]> {
 /// Rays for nearest-hit and all-hit queries.
 #[derive(Clone, Copy, Debug)]
 pub struct RayBatch<'a, P = [f64; 3]> {
-    /// Where they start, world space.
+    /// Origins, world space.
     pub origins: &'a [P],
-    /// Where they go, any length; one that is zero meets nothing. Distances are in units of this length.
+    /// Directions, any length; one that is zero meets nothing. Distances are in units of this length.
     pub directions: &'a [P],
     /// Numbers of the surfaces they leave, which are not met again where they start.
     pub leaves: Option<&'a [u32]>,
@@ -40,7 +40,7 @@ pub struct RayBatch<'a, P = [f64; 3]> {
 pub struct Hits {
     /// Ray after ray, each by distance, then by surface.
     pub hits: Vec<Hit>,
-    /// Where those of each ray end in `hits`.
+    /// End of the hits of each ray in `hits`.
     pub ends: Vec<usize>,
 }
 

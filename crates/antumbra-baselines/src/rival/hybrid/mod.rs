@@ -93,9 +93,12 @@ impl Hybrid {
             lights,
         };
         for light in 0..index.lights().len() {
-            hybrid.lights[light].most_tests = options
-                .most_polygons
-                .unwrap_or_else(|| switch::most_tests(&hybrid, index, light));
+            hybrid.lights[light].most_tests = options.most_polygons.unwrap_or_else(|| {
+                switch::most_tests(index, light, |segment, work| {
+                    let count = hybrid.by_count(&hybrid.lights[light], segment, work);
+                    count != Count::Unknown
+                })
+            });
         }
         Ok(hybrid)
     }

@@ -5,9 +5,8 @@
 //! voxel of a shadow ray and a shadow polygon as one, a surface tested as two. Answers do not depend on it.
 
 use antumbra::{Counters, ShadowIndex};
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Segment, Start, SurfaceId};
 
-use super::{Count, Hybrid};
 use crate::Work;
 
 /// How many queries are tried.
@@ -37,7 +36,12 @@ impl Trial {
 }
 
 /// Returns the limit for one light.
-pub(super) fn most_tests(hybrid: &Hybrid, index: &ShadowIndex, light: usize) -> u64 {
+/// `is_counted` counts shadow polygons, and says whether the count was not left in doubt.
+pub(super) fn most_tests(
+    index: &ShadowIndex,
+    light: usize,
+    is_counted: impl Fn(&Segment, &mut Work) -> bool,
+) -> u64 {
     let occluders = index.occluders();
     let step = occluders.surface_count().div_ceil(SAMPLES).max(1);
     let starts = occluders.surfaces().step_by(step).filter_map(|surface| {
@@ -52,10 +56,10 @@ pub(super) fn most_tests(hybrid: &Hybrid, index: &ShadowIndex, light: usize) -> 
             index.shadow(&start, light, &mut rays).ok()?;
             let segment = occluders.segment(&start, &index.lights()[light]);
             let mut work = Work::default();
-            let count = hybrid.by_count(&hybrid.lights[light], &segment, &mut work);
+            let is_known = is_counted(&segment, &mut work);
             Some(Trial {
                 tests: work.counters.intersections,
-                is_known: count != Count::Unknown,
+                is_known,
                 ray_cost: rays.steps + TEST_COST * rays.intersections,
                 weight: occluders.surface_bounds(surface).size().length_squared(),
             })

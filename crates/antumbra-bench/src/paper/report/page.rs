@@ -54,7 +54,7 @@ pub(super) fn page(figures: &Figures, findings: &Findings, pictures: &[ScenePict
                         p {
                             "Tetra and Flakes are those of the Standard Procedural Databases. The others are lost; \
                              these have their counts of objects, lights and voxels. Move the slider: to the right \
-                             of it colours say how shadow queries were decided."
+                             of it colors say how shadow queries were decided."
                         }
                         (legend())
                         div.cards { @for scene in pictures { (card(scene, figures)) } }
@@ -101,7 +101,7 @@ fn finding_list(title: &str, all: &[String]) -> Markup {
     }
 }
 
-/// The colours of decisions.
+/// The colors of decisions.
 fn legend() -> Markup {
     let entries = [
         ("first-pass", "by the start’s voxel"),

@@ -1,11 +1,11 @@
-//! Plots as SVG: stacked bars, plain bars, lines. Colours are the page's classes.
+//! Plots as SVG: stacked bars, plain bars, lines. Colors are the page's classes.
 
 use maud::{Markup, html};
 
 /// A bar of parts, left to right.
 pub(super) struct Bar {
     pub(super) label: String,
-    /// Lengths, each with the class that colours it.
+    /// Lengths, each with the class that colors it.
     pub(super) parts: Vec<(f64, &'static str)>,
     /// Written behind the bar.
     pub(super) note: String,

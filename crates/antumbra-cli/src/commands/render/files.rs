@@ -2,7 +2,7 @@
 //!
 //! | ending | picture | layers |
 //! |---|---|---|
-//! | `.png` | 8-bit sRGB after exposure | beside it: `name.shadow.<light>.png`, grey, 255 where all samples are lit; `name.decided-by.png`, the colours of `--show occlusion` mixed by shares |
+//! | `.png` | 8-bit sRGB after exposure | beside it: `name.shadow.<light>.png`, grey, 255 where all samples are lit; `name.decided-by.png`, the colors of `--show occlusion` mixed by shares |
 //! | `.exr` | part `beauty`, linear | parts `shadow.<light>` and `decided-by` |
 
 use std::ffi::OsString;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, Layer};
 use antumbra_render::exr_file::write_exr;
-use antumbra_render::false_colour::decided_color;
+use antumbra_render::false_color::decided_color;
 use antumbra_render::film::{Picture, Rendered};
 use antumbra_render::image_file::{ImageFileError, write_mask_png, write_png};
 use antumbra_scene::model::{Color, Scene};

@@ -128,7 +128,7 @@ impl Meant {
     }
 }
 
-/// Settles the exposure: as typed, else automatic where light is in physical units. False colours
+/// Settles the exposure: as typed, else automatic where light is in physical units. False colors
 /// are never brightened by themselves, and OpenEXR keeps the scene's own values.
 fn exposure(typed: &Render, format: Format, scene: &Scene, screen: &Screen) -> Exposure {
     match (format, typed.exposure) {

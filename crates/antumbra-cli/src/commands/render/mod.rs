@@ -18,12 +18,12 @@ use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 
-use super::kept;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::load;
 use crate::memory::Need;
 use crate::outputs::{Content, Outputs};
+use crate::saved;
 use crate::screen::Screen;
 use crate::typed::Render;
 use crate::values::{Exposure, format_bytes};
@@ -137,7 +137,7 @@ fn frames(
         }
     }
     bar.finish_and_clear();
-    kept::save_if_typed(&typed.kept, prepared.index(), screen)?;
+    saved::save_if_typed(&typed.kept, prepared.index(), screen)?;
 
     figures::tell(typed, &run.statistics(typed, meant, prepared), screen)?;
     Ok(if run.is_complete {
@@ -175,7 +175,7 @@ fn prepared(
     let file = typed.kept.occlusion.as_deref();
     let prepared = Prepared::of_gathered_from(scene, gathered, &options, file)?;
     if let Some(path) = file {
-        kept::tell(prepared.index(), &prepared.scene().lights, path, screen);
+        saved::tell(prepared.index(), &prepared.scene().lights, path, screen);
     }
     Ok((prepared, need.total(meant.memory_limit)))
 }

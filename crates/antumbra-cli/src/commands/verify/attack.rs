@@ -9,15 +9,17 @@
 //! | `corners` | at vertices and edges of triangles, and off their own surface |
 //! | `outlines` | on edges of shadows and near creases |
 
+mod contours;
 mod corners;
 mod outlines;
 mod planes;
+mod voxels;
 
 use antumbra_geometry::{DVec3, LightShape, Start};
 
 use super::random::{Random, next};
 use super::surfaces::{Surfaces, in_triangle};
-use outlines::Outlines;
+use contours::Outlines;
 
 /// A family of starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +110,7 @@ pub(super) struct Attack<'a> {
     surfaces: &'a Surfaces<'a>,
     seed: u64,
     lights: &'a [LightShape],
-    voxels: planes::Voxels,
+    voxels: voxels::Voxels,
     outlines: Outlines,
 }
 
@@ -125,7 +127,7 @@ impl<'a> Attack<'a> {
             surfaces,
             seed,
             lights,
-            voxels: planes::Voxels::new(voxels, &surfaces.reach),
+            voxels: voxels::Voxels::new(voxels, &surfaces.reach),
             outlines: Outlines::new(surfaces, lights),
         }
     }

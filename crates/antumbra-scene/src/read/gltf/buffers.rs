@@ -8,7 +8,7 @@ use std::{borrow::Cow, collections::HashMap, io, rc::Rc};
 
 use crate::{read::MAX_FILE_BYTES, room::Room};
 
-use super::{Fault, document::Document, meshopt, uri};
+use super::{Fault, document::Document, uri};
 
 /// Opens a file beside the scene by the name the scene gives it.
 pub(super) type Open<'f> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'f;
@@ -87,18 +87,16 @@ impl<'a> Buffers<'a> {
             }
             buffers.push(bytes);
         }
-        let mut buffers = Self {
+        Ok(Self {
             document,
             buffers,
             decoded: HashMap::new(),
-        };
-        for (index, view) in document.buffer_views.iter().enumerate() {
-            if let Some(packed) = view.extensions.meshopt() {
-                let decoded = meshopt::decode(&buffers, index, view, packed, room)?;
-                buffers.decoded.insert(index, decoded);
-            }
-        }
-        Ok(buffers)
+        })
+    }
+
+    /// Takes what a compressed view holds.
+    pub(super) fn add_decoded(&mut self, view: usize, bytes: Vec<u8>) {
+        self.decoded.insert(view, bytes);
     }
 
     pub(super) fn document(&self) -> &'a Document {

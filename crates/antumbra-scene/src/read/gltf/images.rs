@@ -1,7 +1,7 @@
 //! Pictures of a document.
 //!
 //! In: textures, images and samplers. Out: the scene's textures, each pair of image and sampler
-//! once, or the mean colour of a picture where the model has no texture. Invariant: a picture that
+//! once, or the mean color of a picture where the model has no texture. Invariant: a picture that
 //! cannot be read is a warning, never an error; one for which there is no room in memory is refused
 //! before it is decoded: if shadows depend on it or it is to be seen, with the file.
 
@@ -212,7 +212,7 @@ impl<'a, 'w> Images<'a, 'w> {
             Err(PictureError::OverLimit(over)) => Err(over.inside(&format!("images[{index}]"))),
             Err(PictureError::Unreadable(problem)) => {
                 let message = format!(
-                    "images[{index}] cannot be read, plain colours are used instead: {problem}"
+                    "images[{index}] cannot be read, plain colors are used instead: {problem}"
                 );
                 warnings.add(Place::Whole, message);
                 Ok(None)

@@ -3,7 +3,7 @@
 //! In: the document's materials. Out: the scene's. Invariant: weights are finite and not negative;
 //! what decides about shadows (alpha, transmission) is taken as it is, only looks are approximate.
 //!
-//! With the base colour `b`, metalness `m`, roughness `r`, transmission `t` and the reflectance
+//! With the base color `b`, metalness `m`, roughness `r`, transmission `t` and the reflectance
 //! seen from the front `F = mix(((n - 1) / (n + 1))^2, b, m)` for the index of refraction `n`:
 //! * the mirror's share of `F` is `s = (1 - 2 r)^2` below `r = 1/2` and nothing above, where a
 //!   sharp picture would be wrong;
@@ -14,10 +14,10 @@
 //! * `transmission = b t`; without a volume there is no refraction (a thin sheet), so the index
 //!   is 1.
 //!
-//! KHR_materials_pbrSpecularGlossiness says the diffuse colour and `F` themselves, and `1 - r`: its
-//! diffuse colour counts times `1 - max F`, as that extension has it.
+//! KHR_materials_pbrSpecularGlossiness says the diffuse color and `F` themselves, and `1 - r`: its
+//! diffuse color counts times `1 - max F`, as that extension has it.
 //!
-//! Of the textures, only the base colour's is kept; metal, roughness, transmission and emission
+//! Of the textures, only the base color's is kept; metal, roughness, transmission and emission
 //! are multiplied by the mean of theirs.
 
 use serde::de::IgnoredAny;
@@ -39,7 +39,7 @@ use super::{
 /// Phong exponents beyond this look like a point.
 const LARGEST_SHININESS: f64 = 10_000.0;
 
-/// Returns the texture of a material's base colour.
+/// Returns the texture of a material's base color.
 pub(super) fn base_texture(material: &MaterialEntry) -> Option<&TextureUse> {
     if let Some(glossy) = glossy(material) {
         return glossy.diffuse_texture.as_ref();
@@ -88,7 +88,7 @@ pub(super) fn convert(
         let [factor] = checked([factor.unwrap_or(1.0)], 1.0, || format!("{path}.{name}"))?;
         Ok(factor)
     };
-    // Specular colour and glossiness, or metal and roughness: what is not given plays no part.
+    // Specular color and glossiness, or metal and roughness: what is not given plays no part.
     let (metalness, roughness, specular) = match glossy {
         Some(glossy) => {
             let factors = glossy.specular_factor.unwrap_or([1.0; 3]);
@@ -170,7 +170,7 @@ pub(super) fn convert(
     Ok(material)
 }
 
-/// KHR_materials_unlit: shines in its own colour. A texture needs light in this model.
+/// KHR_materials_unlit: shines in its own color. A texture needs light in this model.
 fn unlit(material: &mut Material, base_color: Color, warnings: &mut WarningLog) {
     material.specular = Color::ZERO;
     material.reflection = Color::ZERO;

@@ -21,8 +21,19 @@ use super::{
     document::{BufferView, Meshopt},
 };
 
+/// Decodes all compressed views of a document.
+pub(super) fn decode_all(buffers: &mut Buffers<'_>, room: &mut Room) -> Result<(), Fault> {
+    for (index, view) in buffers.document().buffer_views.iter().enumerate() {
+        if let Some(packed) = view.extensions.meshopt() {
+            let decoded = decode(buffers, index, view, packed, room)?;
+            buffers.add_decoded(index, decoded);
+        }
+    }
+    Ok(())
+}
+
 /// Decodes view `index`.
-pub(super) fn decode(
+fn decode(
     buffers: &Buffers<'_>,
     index: usize,
     view: &BufferView,

@@ -28,6 +28,7 @@ mod component;
 mod container;
 mod document;
 mod draco;
+mod fault;
 mod images;
 mod instances;
 mod materials;
@@ -41,14 +42,12 @@ use std::{collections::HashMap, io, path::Path};
 
 use antumbra_geometry::DVec3;
 
-use crate::{
-    defaults::AMBIENT,
-    error::{Place, ReadError, ReadErrorKind, quoted},
-    model::{Color, Facing, Object, Scene},
-    opacity,
-    room::{OverLimit, Room},
-    warning::WarningLog,
-};
+use crate::defaults::AMBIENT;
+use crate::error::{Place, ReadError, ReadErrorKind, quoted};
+use crate::model::{Color, Facing, Object, Scene};
+use crate::opacity;
+use crate::room::Room;
+use crate::warning::WarningLog;
 
 use super::{Loaded, ReadOptions};
 use accessor::Accessors;
@@ -56,6 +55,7 @@ use budget::Budget;
 use buffers::{Buffers, Open};
 use container::Container;
 use document::{Document, MaterialEntry};
+use fault::{Fault, short_name};
 use images::Images;
 use instances::Stage;
 use nodes::Hierarchy;
@@ -122,41 +122,6 @@ pub fn read_gltf(
     })
 }
 
-/// What is wrong with the file, and where in it.
-#[derive(Debug)]
-struct Fault {
-    place: Place,
-    kind: ReadErrorKind,
-}
-
-impl Fault {
-    /// Something is wrong at a path in the JSON, such as `nodes[3].mesh`.
-    fn at(path: impl Into<Box<str>>, problem: impl Into<Box<str>>, help: &'static str) -> Self {
-        Self {
-            place: Place::Whole,
-            kind: ReadErrorKind::Element {
-                path: path.into(),
-                problem: problem.into(),
-                help,
-            },
-        }
-    }
-
-    /// Something does not fit into memory.
-    fn over_limit(over: OverLimit) -> Self {
-        Self {
-            place: Place::Whole,
-            kind: over.into(),
-        }
-    }
-
-    /// An index names nothing.
-    fn missing(path: impl Into<Box<str>>, list: &str, index: usize, count: usize) -> Self {
-        let problem = format!("{list}[{index}] is not there: the file has {count}");
-        Self::at(path, problem, "export the file again")
-    }
-}
-
 fn read(
     bytes: &[u8],
     open: &mut Open<'_>,
@@ -168,7 +133,8 @@ fn read(
     let container = container::open(bytes, warnings)?;
     let document = parse(&container)?;
     check_version_and_extensions(&document, warnings)?;
-    let buffers = Buffers::load(&document, container.binary, open, &mut room)?;
+    let mut buffers = Buffers::load(&document, container.binary, open, &mut room)?;
+    meshopt::decode_all(&mut buffers, &mut room)?;
     let accessors = Accessors::new(&buffers);
     accessors.check_all()?;
     let hierarchy = Hierarchy::of(&document, warnings)?;
@@ -376,9 +342,4 @@ fn look(
     }
     scene.textures = images.textures;
     Ok(())
-}
-
-/// Returns a name for messages: not all of a long one, since objects are many.
-fn short_name(name: &str) -> String {
-    name.chars().take(80).collect()
 }

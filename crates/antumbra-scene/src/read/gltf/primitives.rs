@@ -278,14 +278,14 @@ impl<'a> PartReader<'a, '_, '_> {
         read.collect()
     }
 
-    /// Returns linear colours with alpha, 1 where there is none.
+    /// Returns linear colors with alpha, 1 where there is none.
     fn colors(&mut self, colors: &Accessor<'_>, vertices: &[u32]) -> Vec<[f32; 4]> {
         let has_alpha = colors.width() > 3;
         let read = vertices.iter().map(|&vertex| {
             let [red, green, blue, alpha] = colors.vector(vertex as usize);
             let color = [red, green, blue, if has_alpha { alpha } else { 1.0 }];
             if !color.iter().all(|x| x.is_finite()) {
-                let message = "a colour of a vertex is not finite: white is used";
+                let message = "a color of a vertex is not finite: white is used";
                 self.warnings.add(Place::Whole, message);
                 return [1.0; 4];
             }
@@ -320,7 +320,7 @@ impl<'a> PartReader<'a, '_, '_> {
         let name = format!("TEXCOORD_{}", texture_set(texture));
         let count = Some(vertex_count);
         let Some(uvs) = self.attribute(source, &name, count, &part.path)? else {
-            let message = format!("a textured primitive has no `{name}`: the plain colour is used");
+            let message = format!("a textured primitive has no `{name}`: the plain color is used");
             self.warnings.add(Place::Whole, message);
             return Ok(Vec::new());
         };

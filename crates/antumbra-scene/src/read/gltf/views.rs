@@ -174,14 +174,14 @@ fn kind(
     Ok(kind)
 }
 
-/// Returns a light's colour times its intensity: candela, or lux for directional lights.
+/// Returns a light's color times its intensity: candela, or lux for directional lights.
 fn color(entry: &LightEntry, path: &str) -> Result<Color, Fault> {
     let color = Color::from_array(entry.color.unwrap_or([1.0; 3]));
     let product = color * entry.intensity.unwrap_or(1.0);
     if product.min_element() >= 0.0 && product.is_finite() {
         return Ok(product);
     }
-    let problem = format!("colour times intensity is {product}; expected no negative channel");
+    let problem = format!("color times intensity is {product}; expected no negative channel");
     Err(Fault::at(path, problem, ""))
 }
 

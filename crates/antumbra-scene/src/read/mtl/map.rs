@@ -64,7 +64,7 @@ impl MapPlace {
 }
 
 impl Maps {
-    /// Returns how coordinates are moved: as the colours say, or else the holes.
+    /// Returns how coordinates are moved: as the colors say, or else the holes.
     pub(in crate::read) fn place(&self) -> MapPlace {
         let map = self.color.as_ref().or(self.alpha.as_ref());
         map.map_or_else(MapPlace::default, |map| map.place)

@@ -148,7 +148,7 @@ fn garbled_numbers_that_pass_light_are_refused_with_their_line() {
     assert!(refusal("illum x").starts_with("a.mtl:1: in `illum`: expected a number"));
 }
 
-/// A scan's comma for a point, a name for a colour: no reason to refuse a scene.
+/// A scan's comma for a point, a name for a color: no reason to refuse a scene.
 #[test]
 fn garbled_looks_are_told_and_ignored() {
     let library = read("newmtl a\nKd 0,8 0,8 0,8\nKs red\nKe 1 1\nNs\nKd\nNs x\n");

@@ -6,8 +6,8 @@
 //!
 //! Where the format leaves something open:
 //! * two views: the last counts, with a warning; no view is a warning;
-//! * lights without a colour have the intensity that SPD suggests ([`nff_intensity`]); the ambient
-//!   term is that number too, whether or not lights have colours;
+//! * lights without a color have the intensity that SPD suggests ([`nff_intensity`]); the ambient
+//!   term is that number too, whether or not lights have colors;
 //! * objects before the first `f` get the default grey;
 //! * `hither` is read and not used.
 
@@ -75,7 +75,7 @@ struct Reader<'a> {
     scene: Scene,
     /// The surface in force and, once an object uses it, its index in the scene.
     surface: (Material, Option<usize>),
-    /// Which lights have no colour of their own.
+    /// Which lights have no color of their own.
     plain_lights: Vec<usize>,
     /// The entity read last, for messages about what follows it.
     last: &'static str,
@@ -174,13 +174,13 @@ impl<'a> Reader<'a> {
 
     /// `l`: three numbers, and three more if a number follows.
     fn read_light(&mut self) -> Result<(), ReadError> {
-        let position = self.point("l", "3 numbers (position), or 6 (position and colour)")?;
+        let position = self.point("l", "3 numbers (position), or 6 (position and color)")?;
         let has_color = self
             .lexer
             .peek()
             .is_some_and(|word| begins_like_number(word.text));
         let color = if has_color {
-            self.color("l", "3 numbers (position), or 6 (position and colour)")?
+            self.color("l", "3 numbers (position), or 6 (position and color)")?
         } else {
             // Known only when all lights are.
             self.plain_lights.push(self.scene.lights.len());
@@ -345,7 +345,7 @@ impl<'a> Reader<'a> {
         });
     }
 
-    /// Reads a colour; negative channels count as 0.
+    /// Reads a color; negative channels count as 0.
     fn color(&mut self, entity: &'static str, expected: &'static str) -> Result<Color, ReadError> {
         let mut channels = self.numbers::<3>(entity, expected)?;
         self.clamp_negative(self.lexer.line(), entity, &mut channels);
@@ -355,7 +355,7 @@ impl<'a> Reader<'a> {
     fn clamp_negative(&mut self, line: u32, entity: &str, numbers: &mut [f64]) {
         for number in numbers.iter_mut().filter(|number| **number < 0.0) {
             *number = 0.0;
-            let message = format!("`{entity}` has a negative colour or weight: 0 is used");
+            let message = format!("`{entity}` has a negative color or weight: 0 is used");
             self.warnings.add(Place::Line(line), message);
         }
     }

@@ -67,8 +67,8 @@ impl<'a> Reader<'a> {
             return Err(self.invalid(
                 line,
                 "f",
-                "the colour times Kd overflows",
-                "colours are 0 to 1",
+                "the color times Kd overflows",
+                "colors are 0 to 1",
             ));
         }
         self.surface = (material, None);

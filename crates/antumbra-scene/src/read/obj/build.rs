@@ -97,7 +97,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Brings colours to linear ones, one for each position, or none.
+    /// Brings colors to linear ones, one for each position, or none.
     fn settle_colors(&mut self) {
         if self.colors.is_empty() {
             return;
@@ -215,7 +215,7 @@ impl Reader<'_> {
 
     /// Returns the material of a name, or grey with a warning.
     fn look(&mut self, name: Option<&str>, line: u32) -> Entry {
-        // Colours of vertices are shown as they are.
+        // Colors of vertices are shown as they are.
         let plain = Material {
             diffuse: if self.colors.is_empty() {
                 Material::default().diffuse

@@ -4,11 +4,11 @@
 //! for every pair of name (`o` or `g`, whichever came last) and material, in the order in which
 //! the pairs first have faces. Invariant: meshes hold the positions, normals and texture coordinates
 //! their faces use, each once, in the order of first use; every face has area. What no face uses may
-//! be anything; normals, texture coordinates and colours that are wrong are left out with a warning.
+//! be anything; normals, texture coordinates and colors that are wrong are left out with a warning.
 //!
 //! The format has no lights, no view and no background: the scene has none either, and
 //! [`AMBIENT`](crate::defaults::AMBIENT) light. Smoothing groups, points, lines and curves are not used.
-//! Vertices may follow the faces that use them. Colours of vertices are taken for sRGB, 0 to 1, or to
+//! Vertices may follow the faces that use them. Colors of vertices are taken for sRGB, 0 to 1, or to
 //! 255 if one is above 1.
 
 mod build;
@@ -212,9 +212,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// `v x y z`, then a weight `w`, or a colour.
+    /// `v x y z`, then a weight `w`, or a color.
     fn read_position(&mut self, statement: &Statement<'_>) -> Result<(), ReadError> {
-        const EXPECTED: &str = "3 numbers (x y z), 4 (and w), or 6 and more (and a colour)";
+        const EXPECTED: &str = "3 numbers (x y z), 4 (and w), or 6 and more (and a color)";
         let mut words = statement.arguments();
         let position = self.point(statement, &mut words, "v", EXPECTED)?;
         let mut color = [0.0; 3];
@@ -236,7 +236,7 @@ impl Reader<'_> {
                 self.largest_color = color.into_iter().fold(self.largest_color, f32::max);
             }
             _ => {
-                let message = "a colour is not finite: white is used";
+                let message = "a color is not finite: white is used";
                 self.warnings.add(Place::Line(statement.line), message);
             }
         }

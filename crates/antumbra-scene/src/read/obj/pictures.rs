@@ -83,7 +83,7 @@ impl Pictures {
         warnings: &mut WarningLog,
     ) -> Result<Option<Texture>, OverLimit> {
         let mut read = |map, what| self.read_or_warn(maps, map, what, open, warnings);
-        let color = read(maps.color.as_ref(), "of `map_Kd`, plain colours are used")?;
+        let color = read(maps.color.as_ref(), "of `map_Kd`, plain colors are used")?;
         let alpha = read(maps.alpha.as_ref(), "of `map_d`, the surface is whole")?;
         let is_clamped = [&color, &alpha]
             .into_iter()
@@ -151,7 +151,7 @@ impl Pictures {
     }
 }
 
-/// Puts the alpha of one picture on the colours of another, or on white. The result has the
+/// Puts the alpha of one picture on the colors of another, or on white. The result has the
 /// resolution of the alpha, so that holes are where its picture says.
 fn with_alpha(color: Option<Texture>, mut alpha: Texture, map: &Map) -> Texture {
     let channel = match map.channel {

@@ -64,16 +64,16 @@ pub(super) fn warn_unused(header: &Header<'_>, warnings: &mut WarningLog) {
     }
 }
 
-/// Where the numbers of a vertex go: 0 to 2 the position, 3 to 5 the normal, 6 to 9 colour and alpha.
+/// Where the numbers of a vertex go: 0 to 2 the position, 3 to 5 the normal, 6 to 9 color and alpha.
 const NAMES: [&str; 10] = [
     "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha",
 ];
-/// The slots of a normal, and those of a colour.
+/// The slots of a normal, and those of a color.
 pub(super) const NORMAL: Range<usize> = 3..6;
 pub(super) const COLOR: Range<usize> = 6..9;
 
-/// Returns for each property of `vertex` where its number goes. A normal or a colour counts if all of
-/// it is there, alpha beside a colour.
+/// Returns for each property of `vertex` where its number goes. A normal or a color counts if all of
+/// it is there, alpha beside a color.
 pub(super) fn vertex_slots(element: &Element<'_>) -> Vec<Option<usize>> {
     let is_scalar = |name: &&str| {
         element

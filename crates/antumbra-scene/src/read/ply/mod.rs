@@ -7,7 +7,7 @@
 //! Read are `vertex` with `x`, `y`, `z` and, if all three are there, `nx`, `ny`, `nz` or `red`, `green`,
 //! `blue`; `face` with the list `vertex_indices` (or `vertex_index`); and `tristrips` with such a list,
 //! in which -1 begins another strip; in any order, of any types, among any other properties.
-//! Everything else is stepped over exactly and named in a warning. Colours are taken for sRGB; alpha is
+//! Everything else is stepped over exactly and named in a warning. Colors are taken for sRGB; alpha is
 //! not used: all surfaces are opaque. The format has no lights, no view, no background and says
 //! nothing about up (+z unless the options say otherwise): the scene has none either, and
 //! [`AMBIENT`] light.

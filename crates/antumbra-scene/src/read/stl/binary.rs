@@ -84,7 +84,7 @@ pub(super) fn read(
             *number = f64::from(f32::from_le_bytes(*bytes));
         }
         if triangle[TRIANGLE - 2..] != [0, 0] {
-            let message = "attributes (colours) of triangles are not read";
+            let message = "attributes (colors) of triangles are not read";
             warnings.add(Place::Byte((at + TRIANGLE - 2) as u64), message);
         }
         let [a, b, c, d, e, f, g, h, i] = numbers;

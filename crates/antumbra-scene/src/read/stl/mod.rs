@@ -16,23 +16,18 @@
 
 mod ascii;
 mod binary;
+mod solid;
 
-use std::{collections::HashMap, path::Path};
+use std::path::Path;
 
-use antumbra_geometry::DVec3;
+use crate::defaults::AMBIENT;
+use crate::error::{Place, ReadError};
+use crate::model::{Facing, Material, Scene};
+use crate::warning::WarningLog;
 
-use crate::{
-    defaults::AMBIENT,
-    error::{Place, ReadError, ReadErrorKind},
-    model::{Facing, Material, Object, Scene, Shape},
-    warning::WarningLog,
-};
-
-use super::{
-    Loaded, ReadOptions, UpAxis,
-    indexed::{Faces, Vertices},
-    text::{Corners, check_bytes},
-};
+use super::text::check_bytes;
+use super::{Loaded, ReadOptions, UpAxis};
+use solid::Solid;
 
 /// Reads STL from bytes. `file` is only a name for messages.
 ///
@@ -94,54 +89,4 @@ fn is_text(bytes: &[u8]) -> bool {
     let word = head.get(..5).unwrap_or_default();
     let is_control = |byte: &u8| byte.is_ascii_control() && !byte.is_ascii_whitespace();
     word.eq_ignore_ascii_case(b"solid") && !head.iter().any(is_control)
-}
-
-/// One solid as its triangles come in.
-#[derive(Default)]
-struct Solid {
-    name: String,
-    vertices: Vertices,
-    faces: Faces,
-    vertex_of: HashMap<[u64; 3], u32>,
-}
-
-impl Solid {
-    /// Adds a triangle that is at a line or byte of the file.
-    fn add(&mut self, corners: [DVec3; 3], at: u32) {
-        let corners = corners.map(|corner| {
-            // Adding 0 turns -0 into 0 and changes nothing else.
-            let corner = corner + DVec3::ZERO;
-            let key = corner.to_array().map(f64::to_bits);
-            let positions = &mut self.vertices.positions;
-            *self.vertex_of.entry(key).or_insert_with(|| {
-                positions.push(corner);
-                positions.len() as u32 - 1
-            })
-        });
-        self.faces.add(corners, at);
-    }
-
-    /// Returns the solid as an object, if a face is left.
-    fn finish(
-        self,
-        file: &Path,
-        place: fn(u32) -> Place,
-        warnings: &mut WarningLog,
-    ) -> Result<Option<Object>, ReadError> {
-        let mesh = self.faces.mesh(&self.vertices, place, warnings);
-        let mesh = mesh.map_err(|(place, coordinate)| ReadError {
-            file: file.to_path_buf(),
-            place,
-            kind: ReadErrorKind::Invalid {
-                entity: "vertex",
-                problem: Corners::too_large(coordinate).into(),
-                help: "scale the scene down",
-            },
-        })?;
-        Ok((!mesh.face_ends.is_empty()).then_some(Object {
-            name: self.name,
-            shape: Shape::Mesh(mesh),
-            material: 0,
-        }))
-    }
 }

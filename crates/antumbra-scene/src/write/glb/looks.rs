@@ -2,7 +2,7 @@
 //!
 //! In: a scene. Out: JSON entries, and PNG pictures in the buffer. Invariant: what decides about
 //! shadows (alpha, transmission, textures) is written as it is; what our reader makes of diffuse
-//! colour and transmission is what the scene has, up to rounding.
+//! color and transmission is what the scene has, up to rounding.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde_json::{Value, json};
@@ -59,7 +59,7 @@ pub(super) fn materials(scene: &Scene, notes: &mut Vec<String>) -> Vec<Value> {
     entries
 }
 
-/// With metalness `m`, base colour `b` and transmission `t`, diffuse is `b (1 - m) (1 - t)` and
+/// With metalness `m`, base color `b` and transmission `t`, diffuse is `b (1 - m) (1 - t)` and
 /// transmission `b t (1 - m)`: so `b` is their sum where there is no metal.
 fn material(material: &Material, clamped: &mut usize) -> Value {
     let sum = material.diffuse + material.transmission;

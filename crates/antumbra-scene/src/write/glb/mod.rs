@@ -49,7 +49,7 @@ const Y_UP_FROM_Z_UP: [i32; 16] = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0,
 /// Positions, normals and places in textures are 32-bit numbers by the format. A mesh whose coordinates do not fit is
 /// written relative to one of its vertices, and its node has that vertex as a translation, in 64 bits. What does not
 /// fit either is rounded, and counted in a note. Faces become triangles. Materials become
-/// metallic-roughness ones: diffuse colour, transparency, emission and textures stay, highlights and
+/// metallic-roughness ones: diffuse color, transparency, emission and textures stay, highlights and
 /// mirrors only in kind. Lights get the units candela and lux.
 ///
 /// # Errors

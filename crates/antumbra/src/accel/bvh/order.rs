@@ -1,7 +1,7 @@
 //! An order in which starts that lie near each other are near each other.
 //!
 //! In: starts. Out: whether theirs is such an order; else one along a curve that fills space (Morton 1966).
-//! Answers do not depend on it. Unlike `shadow::order` it needs no values, and its cells are finer.
+//! Answers do not depend on it. Unlike `method::order` it needs no values, and its cells are finer.
 
 use antumbra_geometry::Start;
 

@@ -8,7 +8,7 @@ use antumbra_geometry::{Occluders, Start};
 use super::super::bricks::Store;
 use super::super::budget::Account;
 use super::super::links::{Link, charge, claim, publish, read};
-use super::super::map::{Map, Spent};
+use super::super::map::{self, Map, Spent};
 use super::super::refine::Care;
 use super::scene::{HASTE, Scene, UNIT};
 use super::{AdaptiveValues, Known, Lists};
@@ -112,7 +112,7 @@ impl AdaptiveValues {
             .tables
             .get()
             .is_some_and(|(scene, _)| scene.mesh_bytes() > 0);
-        if (is_asked || values.prices.allow(Map::price(occluders, is_joined)))
+        if (is_asked || values.prices.allow(map::price(occluders, is_joined)))
             && let Some(_busy) = Busy::begin(&values.is_busy)
         {
             let begin = Reading::now();

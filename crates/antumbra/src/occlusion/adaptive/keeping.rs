@@ -9,7 +9,7 @@ use super::super::bricks::Store;
 use super::super::candidates::Casters;
 use super::super::forms::{BOUND, START_ROOM};
 use super::super::lattice::Lattice;
-use super::super::map::{Map, MapRuns};
+use super::super::map::{self, Map, MapRuns};
 use super::super::packed::{Packed, Runs};
 use super::super::refine::Depth;
 use super::super::stream::{self, Misfit, Section, Stored, Told};
@@ -181,8 +181,8 @@ impl AdaptiveValues {
         }
         let tables = self.tables(occluders, light, lists);
         let tables = tables.ok_or(Misfit::NoRoom)?;
-        let height = Map::height_bytes(occluders);
-        let held = self.room.hold(height + Map::most_words(occluders));
+        let height = map::height_bytes(occluders);
+        let held = self.room.hold(height + map::most_words(occluders));
         let words = held.bytes().checked_sub(height).ok_or(Misfit::NoRoom)?;
         let map = Map::of_runs(runs, occluders, &tables, words)?;
         let share = held.keep(map.bytes()).ok_or(Misfit::NoRoom)?;

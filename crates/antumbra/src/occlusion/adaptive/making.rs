@@ -11,7 +11,7 @@ use super::super::bricks::{Decision, Store, cell_in_brick};
 use super::super::candidates::{Candidates, Casters};
 use super::super::lattice::Cell;
 use super::super::links::{Link, read};
-use super::super::map::Map;
+use super::super::map::{self, Map};
 use super::super::packed::Packed;
 use super::super::refine::{Care, Refiner};
 use super::super::room::Share;
@@ -390,8 +390,8 @@ impl AdaptiveValues {
             // For sheets; where there is no room for it there are none.
             scene.make_mesh(occluders, &self.room, false);
             let tables = self.tables(occluders, light, lists)?;
-            let height = Map::height_bytes(occluders);
-            let words = Map::most_words(occluders);
+            let height = map::height_bytes(occluders);
+            let words = map::most_words(occluders);
             let held = self.room.hold(height + words);
             let map = held.bytes().checked_sub(height).and_then(|words| {
                 let mut map = Map::new(occluders, &tables, words)?;

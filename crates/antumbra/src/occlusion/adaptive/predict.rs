@@ -8,7 +8,7 @@ use antumbra_geometry::{Mesh, Occluders};
 
 use super::super::bricks::Store;
 use super::super::lattice::Lattice;
-use super::super::map::Map;
+use super::super::map;
 use super::super::tables::{LightTables, SceneTables};
 use super::demand::{CURVED_NS, TABLE_NS};
 use super::{AdaptiveValues, Knowledge, Making};
@@ -52,14 +52,14 @@ impl AdaptiveValues {
             let spendable = query_count.map(|queries| 0.75 * RAY_NS * queries as f64);
             let is_made = making.refine != Refine::Lazy
                 || spendable
-                    .is_none_or(|spendable| spendable > Map::price(occluders, false) as f64);
+                    .is_none_or(|spendable| spendable > map::price(occluders, false) as f64);
             if !is_made {
                 return 0;
             }
             // As systems count that give all memory at once.
-            let map = of_light + Map::most_words(occluders);
+            let map = of_light + map::most_words(occluders);
             let mesh = Mesh::height_bytes_without_edges(occluders.triangle_count());
-            let all = scene + mesh + light_count * map + Map::height_bytes(occluders);
+            let all = scene + mesh + light_count * map + map::height_bytes(occluders);
             return all.min(making.most_bytes);
         }
         let roots = Store::bare_bytes(&lattices(occluders, making), making.most_bytes);

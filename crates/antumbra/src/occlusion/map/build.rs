@@ -6,107 +6,31 @@ use std::collections::HashMap;
 
 use antumbra_geometry::{DVec2, DVec3, SurfaceId};
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f32x16, u32x8};
+use fearless_simd::{Simd, f32x16};
 
 use super::super::forms::BOUND;
 use super::super::tables::{NONE, Tables};
 use super::super::views::CELLS_ALONG_TILE;
 use super::super::views::View;
+pub(super) use super::codes::{LEVELS, digit, place_codes};
 use super::facet::{Cells, Depths, Facet, ROOM};
-use super::words::{ALIGNED, Arena, NODE_CELLS, NODE_WORDS, NOT_CUT, Word, counts, entry};
-
-/// Cells are cut so often below a tile.
-pub(super) const LEVELS: u32 = 3;
+pub(super) use super::made::{Made, Owned};
+pub(super) use super::queries::Queries;
+pub(super) use super::queries::{AGAIN, LONGEST};
+use super::sheet::{MOST_IN_SHEET, Sheet, Slant};
+use super::words::{ALIGNED, NODE_CELLS, NODE_WORDS, NOT_CUT, Word, counts, entry};
 // Places are moved by no more than a cell.
 const _: () = assert!(1 << (2 * LEVELS) == CELLS_ALONG_TILE);
-/// Bits of a receiver's place that say its cell in a node.
-const CELL_BITS: u32 = 4;
 
 /// A list is cut while its entries, tested by all queries that are expected, are more than this; and later when so many
 /// were tested.
 const CUT: f32 = 1_500.0;
 const TESTS_LEFT: u32 = 2_000;
-/// Longer lists than [`Queries::longest`], or than this, are none.
-pub(super) const LONGEST: usize = 60;
-/// A tile that is made for so many queries is not made again.
-pub(super) const AGAIN: f32 = 4_000.0;
-/// Sheets are looked for among so many surfaces, and disjoint ones among so many.
-const MOST_IN_SHEET: usize = 48;
 const MOST_APART: usize = 6;
 
 /// Depths that are compared are off by [`BOUND`] each, and so is a start's.
 const APART: f32 = 4.0 * BOUND;
 const PAST: f32 = 2.0 * BOUND;
-
-/// Returns numbers for places in tiles, whose digits are their cells, level by level.
-#[inline(always)]
-pub(super) fn place_codes<S: Simd>(simd: S, u: f32x8<S>, v: f32x8<S>) -> u32x8<S> {
-    digits(simd, u) | digits(simd, v) << 2
-}
-
-/// The digits of one axis, two bits each, apart by those of the other.
-#[inline(always)]
-fn digits<S: Simd>(simd: S, x: f32x8<S>) -> u32x8<S> {
-    const ALONG: f32 = (1 << (2 * LEVELS)) as f32;
-    let least = f32x8::splat(simd, 0.0);
-    let most = f32x8::splat(simd, ALONG - 0.5);
-    let whole: u32x8<S> = (x * ALONG).max(least).min(most).to_int();
-    (whole & 3) | (whole & 12) << 2 | (whole & 48) << 4
-}
-
-/// How many queries are expected of a tile or a cell, anywhere in it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Queries {
-    pub(super) count: f32,
-    /// Whether there were more than a list is worth.
-    pub(super) are_more: bool,
-    /// Lists of more surfaces take longer than rays.
-    pub(super) longest: usize,
-    /// Whether a cell that has none then is left so.
-    pub(super) are_all: bool,
-}
-
-impl Queries {
-    /// Queries of a whole tile, where a ray takes so many nanoseconds.
-    pub(super) fn of_tile(count: f32, ray_ns: f32) -> Self {
-        Self {
-            count,
-            are_more: false,
-            longest: longest(ray_ns),
-            are_all: count >= AGAIN,
-        }
-    }
-
-    /// Queries of a cell whose list was asked too often.
-    pub(super) fn of_list(ray_ns: f32) -> Self {
-        Self {
-            are_more: true,
-            ..Self::of_tile(0.0, ray_ns)
-        }
-    }
-
-    fn in_a_cell(self) -> Self {
-        Self {
-            count: self.count / NODE_CELLS as f32,
-            are_more: false,
-            ..self
-        }
-    }
-}
-
-/// Returns how many surfaces a list has that takes as long as a ray.
-fn longest(ray_ns: f32) -> usize {
-    // About what they take; answers do not depend on it.
-    const LIST_NS: f32 = 20.0;
-    const TEST_NS: f32 = 3.0;
-    (((ray_ns - LIST_NS) / TEST_NS) as usize).clamp(4, LONGEST)
-}
-
-/// Returns the cell of a node of this level, 0 for the tile's, that holds the place of a code.
-#[inline(always)]
-pub(super) fn digit(code: u32, level: u32) -> usize {
-    (code >> (CELL_BITS * (LEVELS - 1 - level))) as usize % NODE_CELLS
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -172,60 +96,6 @@ pub(super) struct Builder<'a, S> {
     /// Lists for free starts, by their facets; `None` if none are made.
     free_lists: Option<HashMap<Vec<u16>, Word>>,
     spare: Vec<Vec<Vec<Entry>>>,
-}
-
-/// The words below a tile or cell, places from its first on, and its own.
-pub(super) struct Made<'a> {
-    pub(super) words: &'a [u32],
-    pub(super) own: Word,
-    pub(super) free: Word,
-}
-
-/// The same, kept.
-pub(super) struct Owned {
-    words: Box<[u32]>,
-    own: Word,
-    free: Word,
-}
-
-impl Owned {
-    pub(super) fn borrow(&self) -> Made<'_> {
-        Made {
-            words: &self.words,
-            own: self.own,
-            free: self.free,
-        }
-    }
-}
-
-impl Made<'_> {
-    pub(super) fn to_owned(&self) -> Owned {
-        Owned {
-            words: self.words.into(),
-            own: self.own,
-            free: self.free,
-        }
-    }
-
-    /// Writes the words where they stand.
-    pub(super) fn write(&self, arena: &Arena, place: usize) {
-        let mut words = self.words.to_vec();
-        let mut due = vec![self.own];
-        while let Some(word) = due.pop() {
-            if !word.is_node() {
-                continue;
-            }
-            for number in 0..NODE_CELLS {
-                let word = &mut words[word.place() + number];
-                due.push(Word(*word));
-                *word = Word(*word).moved(place).0;
-            }
-            for free in &mut words[word.place() + NODE_CELLS..][..NODE_CELLS] {
-                *free = Word(*free).moved(place).0;
-            }
-        }
-        arena.write(place, words.into_iter());
-    }
 }
 
 impl<'a, S: Simd> Builder<'a, S> {
@@ -697,34 +567,3 @@ impl<'a, S: Simd> Builder<'a, S> {
 const LEAST_SLANTED: f64 = 1.0 / (1u64 << 20) as f64;
 /// Rounding of a key less a linear function in `f32`, as a share of the size of both.
 const KEY_ROUNDING: f32 = 1.0 / (1u32 << 20) as f32;
-
-/// Starts whose key less a linear function is more than this lie behind a sheet, and so do some of a list.
-struct Slant {
-    slope: [f32; 2],
-    key: f32,
-    hidden: u64,
-}
-
-/// Members of a list, a bit each, and between which depths they are.
-#[derive(Clone, Copy)]
-struct Sheet {
-    members: u64,
-    near: f32,
-    far: f32,
-}
-
-impl Sheet {
-    const NONE: Self = Self {
-        members: 0,
-        near: f32::INFINITY,
-        far: f32::INFINITY,
-    };
-
-    fn is_none(&self) -> bool {
-        self.members == 0
-    }
-
-    fn holds(&self, number: usize) -> bool {
-        number < MOST_IN_SHEET && self.members >> number & 1 != 0
-    }
-}

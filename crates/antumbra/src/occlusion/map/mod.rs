@@ -6,11 +6,17 @@
 //! the note beside this file. Absent here: what a start is, exact rules, voxels, when a map pays.
 
 mod build;
+mod codes;
 mod facet;
+mod found;
+mod made;
+mod queries;
 mod runs;
+mod sheet;
 
 mod prices;
 mod saved;
+mod size;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -18,7 +24,7 @@ mod words;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use antumbra_geometry::{DVec2, LightShape, Occluders, SurfaceId};
+use antumbra_geometry::{DVec2, LightShape, Occluders};
 use antumbra_task::{check, checked};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
@@ -27,6 +33,8 @@ use self::build::{AGAIN, Builder, LEVELS, Made, Owned, Queries, digit, place_cod
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
 pub(super) use self::runs::MapRuns;
+pub(super) use self::size::{height_bytes, most_words, price};
+use self::size::{most_entries, tile_count};
 use self::words::{Arena, COUNTS, HEAD, NODE_CELLS, SLANT_WORDS, entry_counts};
 pub(super) use self::words::{BIAS, Word, rough_depth};
 use super::room::Share;
@@ -34,6 +42,7 @@ use super::tables::Tables;
 use super::views::{NO_TILE, Views};
 use crate::accel::frame::Frame;
 use crate::threads::prelude::*;
+pub(super) use found::{List, Located, Told};
 
 /// What a light's directions know so far.
 #[derive(Debug)]
@@ -56,23 +65,8 @@ pub(crate) struct Map {
     is_full: AtomicBool,
 }
 
-/// Tiles for a surface, and the fewest and most of them.
-const TILES_EACH: f64 = 1.0 / 8.0;
-const TILE_COUNT: [f64; 2] = [64.0, 65_536.0];
-
-/// Entries of tiles at most, for each surface and for each tile: more than that tiles are made wider, so often.
-const MOST_ENTRIES: [usize; 2] = [16, 16];
 const TRIES: usize = 3;
 
-/// Words at most, for each surface; and so many more for each of the first, as scenes of few are seen as finely.
-const WORDS_EACH: u64 = 128;
-const WORDS_OF_FEW: u64 = 128;
-const FEW: u64 = 4_096;
-
-/// Prices of a map for each surface, in nanoseconds: of its tables, and about as much again for tiles; of the scene's
-/// mesh.
-const SURFACE_NS: u64 = 700;
-const JOINED_NS: u64 = 330;
 /// What a tile costs, and each surface in it, in nanoseconds.
 const TILE_NS: f32 = 3_000.0;
 const IN_TILE_NS: f32 = 900.0;
@@ -92,47 +86,7 @@ const MOST_WEIGHT: f32 = 40_000.0;
 /// Of a whole map rays are taken to last so long, in nanoseconds: lists are of up to 20 surfaces.
 const WHOLE_RAY_NS: f32 = 150.0;
 
-/// What one start found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
-    Unknown,
-    Is(bool),
-    /// The surfaces of a list.
-    List(u32),
-}
-
-/// Where starts are: tiles and their insides, depths.
-pub(super) struct Located<const N: usize> {
-    pub(super) tiles: [u32; N],
-    pub(super) codes: [u32; N],
-    within: [[f32; N]; 2],
-    pub(super) depths: [f32; N],
-}
-
 impl Map {
-    /// Returns about what making one costs, without its tiles, in nanoseconds.
-    pub(crate) fn price(occluders: &Occluders, is_joined: bool) -> u64 {
-        let each = SURFACE_NS + if is_joined { 0 } else { JOINED_NS };
-        each * occluders.surface_count() as u64
-    }
-
-    /// Returns the most bytes that [`Map::new`] takes at its height but for its arena.
-    pub(crate) fn height_bytes(occluders: &Occluders) -> u64 {
-        // As many again by rounding and borders.
-        let tiles = 2 * tile_count(occluders) as usize;
-        let entries = most_entries(occluders.surface_count(), tiles);
-        (24 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries) as u64
-    }
-
-    /// Returns the most bytes of its words.
-    pub(crate) fn most_words(occluders: &Occluders) -> u64 {
-        let surfaces = occluders.surface_count() as u64;
-        let words = WORDS_EACH * surfaces
-            + WORDS_OF_FEW * surfaces.min(FEW)
-            + 64 * tile_count(occluders) as u64;
-        4 * words
-    }
-
     /// Sorts surfaces into tiles, about which nothing is known yet. `None` if no view suits the light. Words take at
     /// most so many bytes.
     pub(crate) fn new(occluders: &Occluders, tables: &Tables<'_>, most_bytes: u64) -> Option<Self> {
@@ -639,38 +593,6 @@ impl Map {
             surfaces: self.surfaces_of(tile as usize),
         }
     }
-}
-
-/// What a list says.
-#[derive(Clone, Copy)]
-pub(super) struct List<'a> {
-    /// The depth behind which all starts are in shadow.
-    pub(super) full: f32,
-    /// Entries for starts on listed surfaces, and for all.
-    pub(super) counts: [usize; 2],
-    entries: &'a [AtomicU32],
-    /// Those of the tile.
-    surfaces: &'a [u32],
-}
-
-impl List<'_> {
-    /// Returns the surface of an entry, and whether it may block starts of a depth, as [`rough_depth`] tells it.
-    #[inline(always)]
-    pub(super) fn entry(&self, number: usize, rough_depth: u32) -> (SurfaceId, bool) {
-        let entry = self.entries[number].load(Ordering::Relaxed);
-        let surface = self.surfaces[(entry & 0xffff) as usize];
-        (SurfaceId(surface), entry >> 16 <= rough_depth)
-    }
-}
-
-/// Returns about how many tiles there are.
-fn tile_count(occluders: &Occluders) -> f64 {
-    let count = TILES_EACH * occluders.surface_count() as f64;
-    count.clamp(TILE_COUNT[0], TILE_COUNT[1])
-}
-
-fn most_entries(surface_count: usize, tile_count: usize) -> usize {
-    MOST_ENTRIES[0] * surface_count + MOST_ENTRIES[1] * tile_count
 }
 
 /// In place of a tile.

@@ -1,0 +1,85 @@
+//! Files of maps and occlusion values, for all commands that take or write them.
+//!
+//! In: what was typed, an index. Out: a file, and what to tell about one.
+
+use std::path::{Path, PathBuf};
+
+use antumbra::{KeptLight, Saved, ShadowIndex};
+use antumbra_files::Identity;
+use antumbra_render::aov::light_names;
+use antumbra_scene::model::Light;
+use clap::Args;
+
+use crate::failure::Failure;
+use crate::outputs::{self, Content, Outputs};
+use crate::screen::Screen;
+
+/// Files that values are loaded from and saved to.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Saved values")]
+pub struct KeptFiles {
+    /// File of precomputed maps (method auto) or values (method voxel) to load, which `antumbra bake` wrote;
+    /// lights that it lacks are computed as without it
+    #[arg(long, value_name = "FILE.antumbra")]
+    pub occlusion: Option<PathBuf>,
+
+    /// File to save the maps or values to at the end, also those computed on the way
+    #[arg(long, value_name = "FILE.antumbra")]
+    pub save_occlusion: Option<PathBuf>,
+}
+
+impl KeptFiles {
+    /// Adds the file that values are written to.
+    pub fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
+        let path = self.save_occlusion.as_ref();
+        outputs.add_if("--save-occlusion", path, Content::Values)
+    }
+
+    /// Refuses to write the file that values are taken from, but for values: then it is updated.
+    pub fn spare(&self, outputs: &Outputs) -> Result<(), Failure> {
+        let identity = |path: &Option<PathBuf>| path.as_deref().map(Identity::of);
+        match identity(&self.occlusion) == identity(&self.save_occlusion) {
+            true => Ok(()),
+            false => outputs.spare(&self.occlusion),
+        }
+    }
+}
+
+/// Says which lights were not taken from a file; returns how many were.
+pub fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
+    let names = light_names(lights);
+    let mut taken_count = 0;
+    for (name, kept) in names.iter().zip(index.kept_lights()) {
+        match kept {
+            KeptLight::Taken => taken_count += 1,
+            KeptLight::Absent => screen.note(format!(
+                "{}: knows nothing of {name}, which is new or was moved; that is computed again",
+                path.display()
+            )),
+            KeptLight::NoRoom => screen.note(format!(
+                "{}: what it knows of {name} needs more than --occlusion-memory; that is computed again",
+                path.display()
+            )),
+        }
+    }
+    taken_count
+}
+
+/// Writes a file of values, whole or not at all.
+pub fn save(index: &ShadowIndex, path: &Path) -> Result<Saved, Failure> {
+    index.save(path).map_err(|error| outputs::unsaved(&error))
+}
+
+/// Writes the values that were asked for, and says so.
+pub fn save_if_typed(
+    typed: &KeptFiles,
+    index: &ShadowIndex,
+    screen: &Screen,
+) -> Result<(), Failure> {
+    if let Some(path) = &typed.save_occlusion {
+        let saved = save(index, path)?;
+        let path = path.display();
+        screen.detail(format!("values in {path}: {} bytes", saved.bytes));
+    }
+    Ok(())
+}
