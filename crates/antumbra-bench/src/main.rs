@@ -13,6 +13,7 @@
 //! | values that are made while they are measured | [`cold`] |
 //! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
 //! | lights with a size, by samples | [`soft`] |
+//! | all lights of a point at once, in rooms | [`lights`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
 //! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
@@ -28,6 +29,7 @@ mod frames_report;
 mod head;
 mod judge;
 mod kept;
+mod lights;
 mod measure;
 mod methods;
 mod oracle;
@@ -61,6 +63,7 @@ fn run(typed: &typed::Bench, screen: &Screen, interrupt: &Interrupt) -> Result<O
     match &typed.what {
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Soft(typed) => soft::run(typed, screen),
+        typed::What::Lights(typed) => lights::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
         typed::What::Paper(typed) => paper::run(typed, screen, interrupt),
         typed::What::Kept(typed) => kept::run(typed, screen),

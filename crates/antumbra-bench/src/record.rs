@@ -6,7 +6,7 @@
 
 use antumbra::Shadow;
 use antumbra_baselines::Batch;
-use antumbra_geometry::{DVec3, Start};
+use antumbra_geometry::{DVec3, LightShape, Start};
 use antumbra_render::camera::View;
 use antumbra_render::integrator::{Integrator, LightQuery, Tally};
 use antumbra_render::prepare::Prepared;
@@ -29,6 +29,20 @@ pub(super) enum Aim {
     Jittered(u64),
 }
 
+impl Aim {
+    /// Returns where in a pixel an eye ray goes through, from 0 to 1.
+    fn at(self, column: u32, row: u32) -> [f64; 2] {
+        match self {
+            Self::Middle => [0.5; 2],
+            // Not the middle itself, which is timed.
+            Self::Jittered(seed) => [0, 1].map(|axis| {
+                let key = [seed, axis, row.into(), column.into()];
+                0.45 * uniform(&key) + 0.5 * ((seed >> axis) & 1) as f64 + 0.025
+            }),
+        }
+    }
+}
+
 /// Free points lie this far off surfaces, scene units.
 const FREE_DISTANCES: [f64; 2] = [0.01, 0.1];
 
@@ -44,14 +58,7 @@ pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) ->
         .map(|row| {
             let mut tally = Tally::default();
             let pixels = (0..width).filter_map(|column| {
-                let [across, down] = match aim {
-                    Aim::Middle => [0.5; 2],
-                    // Not the middle itself, which is timed.
-                    Aim::Jittered(seed) => [0, 1].map(|axis| {
-                        let key = [seed, axis, row.into(), column.into()];
-                        0.45 * uniform(&key) + 0.5 * ((seed >> axis) & 1) as f64 + 0.025
-                    }),
-                };
+                let [across, down] = aim.at(column, row);
                 let ray = view.ray(f64::from(column) + across, f64::from(row) + down);
                 let point = integrator.first_seen(&ray, &mut tally)?;
                 let LightQuery::Asked { answer, .. } = integrator.ask(&point, light, &mut tally)
@@ -76,6 +83,38 @@ pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) ->
         recorded.is_shadowed.push(is_shadowed);
     }
     recorded
+}
+
+/// Returns what the pixels of a frame show first, row after row, as far as its surface has its front towards the eye, each
+/// with its unit normal on that side.
+pub(super) fn seen(
+    prepared: &Prepared,
+    view: &View,
+    eye: DVec3,
+    aim: Aim,
+) -> (Vec<Start>, Vec<DVec3>) {
+    let integrator = Integrator::new(prepared, 1);
+    let [width, height] = view.size();
+    let rows: Vec<Vec<_>> = (0..height)
+        .into_par_iter()
+        .map(|row| {
+            let mut tally = Tally::default();
+            let pixels = (0..width).filter_map(|column| {
+                let [across, down] = aim.at(column, row);
+                let ray = view.ray(f64::from(column) + across, f64::from(row) + down);
+                let point = integrator.first_seen(&ray, &mut tally)?;
+                let start = Start {
+                    point: point.hit.point,
+                    surface: Some(point.hit.surface),
+                };
+                let occluders = prepared.gathered().occluders();
+                let side = occluders.light_side(&start, &LightShape::Point(eye));
+                (side > 0).then_some((start, point.geometric_normal))
+            });
+            pixels.collect()
+        })
+        .collect();
+    rows.into_iter().flatten().unzip()
 }
 
 fn empty(prepared: &Prepared, light: usize, is_coherent: bool) -> Recorded {

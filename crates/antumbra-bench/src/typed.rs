@@ -41,6 +41,8 @@ pub(crate) enum What {
     Kept(Kept),
     /// Time shadow rays to many samples of a light with a size
     Soft(Soft),
+    /// Time the question which of many lights reach a point, in rooms
+    Lights(super::lights::Typed),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
     /// Compare rivals of the paper's time with the reference, beside our methods

@@ -231,6 +231,7 @@ impl Builder {
             values,
             adaptive,
             kept_lights,
+            all_lights: std::sync::OnceLock::new(),
             quick_check: verdict,
             has_file,
             memory_limit: self.memory_limit,

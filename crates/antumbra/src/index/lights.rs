@@ -4,6 +4,7 @@
 //! what is known of the other lights stays as it is, bit by bit.
 
 use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use antumbra_geometry::LightShape;
 
@@ -71,6 +72,7 @@ impl ShadowIndex {
         let number = self.lights.len();
         check_light(number, &light)?;
         self.check_memory(number + 1)?;
+        self.all_lights = OnceLock::new();
         let dense = self.dense_values(&light);
         self.values.extend(dense);
         self.lights.push(light);
@@ -97,6 +99,7 @@ impl ShadowIndex {
         if self.lights[light] == to {
             return Ok(());
         }
+        self.all_lights = OnceLock::new();
         if let Some(dense) = self.dense_values(&to) {
             self.values[light] = dense;
         }
@@ -120,6 +123,7 @@ impl ShadowIndex {
     /// There is no such light.
     pub fn remove_light(&mut self, light: usize) -> Result<LightShape, LightError> {
         self.check_number(light)?;
+        self.all_lights = OnceLock::new();
         if light < self.values.len() {
             self.values.remove(light);
         }

@@ -45,6 +45,7 @@ impl ShadowIndex {
     /// Forgets all values of [`Method::Voxel`](crate::Method::Voxel) that were made while queries were answered, and all tables for
     /// them, as if the index were new.
     pub fn forget_values(&mut self) {
+        self.all_lights = std::sync::OnceLock::new();
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }

@@ -1,6 +1,6 @@
 //! The product's front door: a scene's surfaces and lights, ready for queries.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Segment, Start, SurfaceId};
 
@@ -10,7 +10,7 @@ use crate::accel::parts::Parts;
 use crate::file::KeptLight;
 use crate::limits::LARGEST;
 use crate::method::{self, ByVoxel, Rays};
-use crate::occlusion::{AdaptiveValues, DenseValues};
+use crate::occlusion::{AdaptiveValues, AllLights, DenseValues};
 use crate::{Answer, Counters, Decided, Method, QueryError, QuickCheckVerdict, RayMethod, Shadow};
 
 /// The index's own rays to one light.
@@ -78,6 +78,8 @@ pub struct ShadowIndex {
     pub(crate) values: Vec<DenseValues>,
     pub(super) adaptive: Option<AdaptiveValues>,
     pub(super) kept_lights: Vec<KeptLight>,
+    /// What answers all lights of a point at once, once it was asked.
+    pub(super) all_lights: OnceLock<Box<AllLights>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
     /// Whether there was a file of values.
     pub(super) has_file: bool,
@@ -100,6 +102,22 @@ impl ShadowIndex {
     /// Returns the tree, where it is built already.
     pub(crate) fn built_bvh(&self) -> Option<&Bvh> {
         self.tree.as_ref().and_then(Tree::get_built)
+    }
+
+    /// Returns what answers all lights of a point at once.
+    pub(crate) fn all_lights(&self) -> &AllLights {
+        self.all_lights.get_or_init(|| {
+            // Far surfaces are asked after the near ones, which alone have values.
+            let has_rows = self.parts.is_whole() && self.tree.is_some();
+            let knowledge = self.adaptive.as_ref().filter(|_| has_rows);
+            let all = AllLights::new(&self.parts.near, &self.lights, knowledge);
+            Box::new(all)
+        })
+    }
+
+    /// Returns what answers all lights at once, if that was asked before.
+    pub(crate) fn asked_lights(&self) -> Option<&AllLights> {
+        self.all_lights.get().map(|all| &**all)
     }
 
     /// Returns whether there is a grid.

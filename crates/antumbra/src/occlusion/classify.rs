@@ -26,7 +26,25 @@ pub(crate) struct Receivers<'a> {
     pub(crate) are_too_many: bool,
 }
 
-impl Receivers<'_> {
+impl<'a> Receivers<'a> {
+    /// Returns one patch alone.
+    pub(crate) fn of_patch(patch: Patch<'a>, candidates: &Candidates) -> Self {
+        Self {
+            patches: vec![patch],
+            curved: Vec::new(),
+            are_too_many: candidates.holders.len() > MOST_HOLDERS,
+        }
+    }
+
+    /// Returns one surface alone that is no triangle.
+    pub(crate) fn of_curved(surface: SurfaceId, candidates: &Candidates) -> Self {
+        Self {
+            patches: Vec::new(),
+            curved: vec![surface],
+            are_too_many: candidates.holders.len() > MOST_HOLDERS,
+        }
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.patches.is_empty() && self.curved.is_empty() && !self.are_too_many
     }

@@ -43,6 +43,19 @@ impl Cell {
         at: [0; 3],
     };
 
+    /// Returns the cell of a level that has a number ([`Code::number`]).
+    pub(crate) fn of_number(number: u64, level: u32) -> Self {
+        let along = |axis: u32| {
+            (0..level).fold(0, |at, bit| {
+                at | ((number >> (3 * bit + axis) & 1) as u32) << bit
+            })
+        };
+        Self {
+            level,
+            at: [0, 1, 2].map(along),
+        }
+    }
+
     /// Returns the eight halves; bit `i` of the place picks the upper one along axis `i`.
     pub(crate) fn children(self) -> [Self; 8] {
         std::array::from_fn(|place| Self {
@@ -98,6 +111,13 @@ impl Code {
     #[inline(always)]
     pub(crate) fn place_in_brick(self, shift: u32) -> u32 {
         (self.0 >> shift & 63) as u32
+    }
+
+    /// Returns the number of the cell of a level that holds the point, in Morton order; `8^level` and more for points
+    /// outside.
+    #[inline(always)]
+    pub(crate) fn number(self, level: u32) -> u64 {
+        self.0 >> (3 * (CODE_LEVELS - level))
     }
 
     /// Returns the cell of a level that holds the point.
@@ -382,6 +402,7 @@ mod tests {
                 let start = point + START_ROOM / frame.scale * random.of_cube();
                 for level in 0..=CODE_LEVELS {
                     let cell = cell_of(code, level);
+                    assert_eq!(cell, Cell::of_number(code.number(level), level));
                     let bounds = lattice.inflated(cell);
                     assert!(
                         bounds.contains(start),

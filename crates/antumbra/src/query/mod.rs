@@ -3,6 +3,7 @@
 //! In: points, rays, lights. Out: answers in the caller's memory. Absent here: how a query is answered (`method`), and
 //! what is known (`occlusion`).
 
+mod all_lights;
 mod ask;
 mod batch;
 mod beam;

@@ -11,9 +11,10 @@ use antumbra_task::checked;
 use super::off_surface::off_surface;
 use super::points::{Batch, BatchKind, Coordinates};
 use super::refused::BatchError;
+use crate::accel::bvh::TARGETS as WORD;
 use crate::limits::is_fine;
 use crate::threads::{self, prelude::*};
-use crate::{BatchCounters, Counters, Nearness, QueryError, ShadowIndex};
+use crate::{BatchCounters, Counters, Nearness, QueryError, ReceiverSide, ShadowIndex};
 
 /// Fewest and most points that a thread takes at a time. Its buffers take 67 bytes a point.
 const CHUNK: [usize; 2] = [1024, 32_768];
@@ -24,6 +25,11 @@ const CHUNKS_A_THREAD: usize = 4;
 /// Who answers starts: an index with its own rays or with others.
 pub(crate) trait Answers: Sync {
     fn index(&self) -> &ShadowIndex;
+
+    /// Returns whether these lights are asked all at once.
+    fn asks_at_once(&self, _lights: &[usize]) -> bool {
+        false
+    }
 
     /// As [`ShadowIndex::shadows`].
     fn shadows(
@@ -38,6 +44,10 @@ pub(crate) trait Answers: Sync {
 impl Answers for ShadowIndex {
     fn index(&self) -> &ShadowIndex {
         self
+    }
+
+    fn asks_at_once(&self, lights: &[usize]) -> bool {
+        self.asks_lights_at_once(lights)
     }
 
     fn shadows(
@@ -152,6 +162,8 @@ struct Buffers {
     /// Starts that face the light, and where they are in the chunk.
     facing: Vec<Start>,
     places: Vec<u16>,
+    /// The lights that reach each start, where all are asked at once.
+    visible: Vec<u64>,
 }
 
 impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
@@ -213,9 +225,11 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     ) -> Result<BatchCounters, BatchError> {
         // Nothing behind a chunk with a bad point needs an answer; all before it may hold a worse one.
         let first_bad = AtomicUsize::new(usize::MAX);
-        for &light in self.lights {
+        if !self.answers.asks_at_once(self.lights) {
             let index = self.answers.index();
-            index.expect_queries(light, self.batch.points.len() as u64);
+            for &light in self.lights {
+                index.expect_queries(light, self.batch.points.len() as u64);
+            }
         }
         let task = antumbra_task::current();
         let counted = outs
@@ -262,6 +276,31 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
             buffers.starts.push(self.start(index)?);
         }
         let mut counted = BatchCounters::default();
+        if self.answers.asks_at_once(self.lights) {
+            let left = (self.batch.points.len() - end) as f64 / end as f64;
+            let index = self.answers.index();
+            counted = index.all_lights_of_chunk(
+                &buffers.starts,
+                |number| match self.batch.kind {
+                    BatchKind::Facing { normals } => {
+                        ReceiverSide::Normal(normals[first + number].as_f64())
+                    }
+                    _ => ReceiverSide::Both,
+                },
+                left,
+                &mut buffers.visible,
+            );
+            let stride = index.lights().len().div_ceil(WORD);
+            for (number, &light) in self.lights.iter().enumerate() {
+                let (word, bit) = (light / WORD, light % WORD);
+                let words = buffers.visible.iter().skip(word).step_by(stride);
+                buffers.is_shadowed.clear();
+                let is_shadowed = words.map(|word| word >> bit & 1 == 0);
+                buffers.is_shadowed.extend(is_shadowed);
+                write(out, number, &buffers.is_shadowed);
+            }
+            return Ok(counted);
+        }
         for (number, &light) in self.lights.iter().enumerate() {
             antumbra_task::check();
             buffers.is_shadowed.clear();
@@ -298,6 +337,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
             is_shadowed,
             facing,
             places,
+            ..
         } = buffers;
         facing.clear();
         places.clear();

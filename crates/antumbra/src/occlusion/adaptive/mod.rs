@@ -181,6 +181,11 @@ impl AdaptiveValues {
         values
     }
 
+    /// Returns the room that all knowledge is taken from, the finest level of cells for surfaces, and when values are made.
+    pub(crate) fn means(&self) -> (&Arc<Room>, u32, Refine) {
+        (&self.room, self.depth.surfaces, self.refine)
+    }
+
     pub(crate) fn set_refining(&self, is_refining: bool) {
         self.is_refining.store(is_refining, Ordering::Relaxed);
     }
@@ -281,7 +286,7 @@ fn lattices(bounds: &Bounds, frame: &Frame, depth: Depth) -> [Lattice; 3] {
 
 /// Whether numbers stay so far from the ends of their range that products of lengths are safe, and
 /// coordinates so small beside the scene that its frame can tell them.
-fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool {
+pub(super) fn is_ordinary(occluders: &Occluders, frame: &Frame, light: &LightShape) -> bool {
     const LARGEST: f64 = 1.4272476927059598e45; // 2^150
     let size = occluders.bounds().size().max_element();
     let reach = match *light {

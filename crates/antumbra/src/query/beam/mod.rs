@@ -14,7 +14,8 @@ use antumbra_geometry::{DVec3, LightShape, Start};
 
 use crate::accel::bvh::{Asked, Block, Memory, TARGETS};
 use crate::{Counters, Method, QueryError, Shadow, ShadowIndex};
-use words::{WORD, is_fine_target, word_count};
+pub(super) use words::WORD;
+use words::{is_fine_target, word_count};
 
 impl ShadowIndex {
     /// Answers which targets of one start are occluded, and writes a bit each: bit `i % 64`, counted from the
@@ -163,8 +164,13 @@ impl ShadowIndex {
                         &own
                     }
                 };
-                let (memory, counters) = (&mut memory, &mut *counters);
-                *word = self.occluded_block(start, (targets, place), block, memory, counters);
+                let asked = AskedBlock {
+                    targets,
+                    block,
+                    number: place,
+                    mask: u64::MAX,
+                };
+                *word = self.occluded_block(start, &asked, &mut memory, counters);
                 counters.shadow.shadowed += u64::from(word.count_ones());
             }
             counters.shadow.rays += per_start as u64;
@@ -174,15 +180,19 @@ impl ShadowIndex {
 
     /// Answers up to 64 targets of a start.
     #[inline]
-    fn occluded_block(
+    pub(crate) fn occluded_block(
         &self,
         start: &Start,
-        (targets, number): (&[LightShape], usize),
-        block: &Block,
+        &AskedBlock {
+            targets,
+            block,
+            number,
+            mask,
+        }: &AskedBlock,
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
-        let all = block.asked();
+        let all = block.asked() & mask;
         let is_walked = match self.method() {
             Method::Auto | Method::Voxel | Method::Bvh => true,
             Method::Voxel1990 | Method::Grid | Method::Naive => false,
@@ -243,6 +253,18 @@ impl ShadowIndex {
         counters.intersections += counted.intersections;
         occluded
     }
+}
+
+/// Up to 64 targets that are asked together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AskedBlock<'a> {
+    pub(crate) targets: &'a [LightShape],
+    /// The same targets.
+    pub(crate) block: &'a Block,
+    /// Its number among the blocks of the start.
+    pub(crate) number: usize,
+    /// Which of them are asked about; those that are not are not occluded.
+    pub(crate) mask: u64,
 }
 
 /// Some target has no answer.

@@ -6,7 +6,7 @@ use crate::accel::bvh::TARGETS;
 use crate::limits::is_fine;
 
 /// Bits of a word: as many targets as walk together.
-pub(super) const WORD: usize = TARGETS;
+pub(in crate::query) const WORD: usize = TARGETS;
 
 /// Returns how many words the bits of so many targets take.
 pub(super) const fn word_count(target_count: usize) -> usize {
