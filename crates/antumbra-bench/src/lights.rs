@@ -7,7 +7,6 @@
 //! point and a light in front of it: all times are nanoseconds a pair. Embree gets the pairs alone, those of a point in a
 //! row, and packets are filled across points.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use antumbra::{Batch, Counters, IndexOptions, Method, ReceiverSide, ShadowIndex};
@@ -17,17 +16,16 @@ use antumbra_geometry::{DVec3, Start, SurfaceId};
 use antumbra_render::camera::View;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::generate::rooms;
-use clap::Args;
 use serde::Serialize;
 
 use antumbra_cli::failure::{Failure, Outcome};
 use antumbra_cli::outputs::{Content, Outputs, write_json};
 use antumbra_cli::screen::Screen;
-use antumbra_cli::values;
 
 use super::head::Head;
 use super::measure::{self, Measured, SLICE, Stopwatch};
 use super::record::Aim;
+use super::typed::Lights;
 use super::{record, subject};
 
 /// Points a call of ours.
@@ -38,43 +36,6 @@ const LEAST_TIME: std::time::Duration = std::time::Duration::from_millis(50);
 
 /// The reference answers so many pairs, evenly among all.
 const CHECKED_PAIRS: usize = 4096;
-
-#[derive(Args, Debug)]
-pub(crate) struct Typed {
-    /// Numbers of lights
-    #[arg(
-        help_heading = "Scenes",
-        long,
-        value_name = "N",
-        value_delimiter = ',',
-        default_value = "1,10,100"
-    )]
-    counts: Vec<u32>,
-
-    /// Number of rooms along a side
-    #[arg(help_heading = "Scenes", long, value_name = "N", default_value_t = 3)]
-    rooms: u32,
-
-    /// Size of the frame whose eye rays find the points that are asked about
-    #[arg(help_heading = "Queries", long, value_name = "WxH", value_parser = values::size, default_value = "256x256")]
-    size: [u32; 2],
-
-    /// Number of jittered frames whose points rows are made for
-    #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1024))]
-    frames: u32,
-
-    /// Number of rounds, in each of which all ways take turns; figures are medians
-    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    rounds: u32,
-
-    /// File to write the figures to, as JSON
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
-    json: Option<PathBuf>,
-
-    /// Number of threads; with 1 processor time is measured, with more wall-clock time
-    #[arg(help_heading = "Threads", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: u16,
-}
 
 /// Result for one number of lights. Times are in nanoseconds per pair.
 #[derive(Debug, Serialize)]
@@ -113,14 +74,14 @@ struct Report {
 }
 
 /// Measures all numbers of lights, then tells.
-pub(super) fn run(typed: &Typed, screen: &Screen) -> Result<Outcome, Failure> {
+pub(super) fn run(typed: &Lights, screen: &Screen) -> Result<Outcome, Failure> {
     let threads = antumbra_cli::typed::Threads {
         threads: Some(typed.threads),
     };
     antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
 }
 
-fn work(typed: &Typed, screen: &Screen) -> Result<Outcome, Failure> {
+fn work(typed: &Lights, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
     let thread_count = usize::from(typed.threads);
@@ -242,7 +203,7 @@ type Way<'a> = (&'static str, Box<dyn FnMut() -> u64 + 'a>);
 /// Measures rooms with so many lights.
 fn scene(
     count: u32,
-    typed: &Typed,
+    typed: &Lights,
     embree: Option<&Embree>,
     stopwatch: Stopwatch,
 ) -> Result<SceneReport, Failure> {

@@ -42,7 +42,7 @@ pub(crate) enum What {
     /// Time shadow rays to many samples of a light with a size
     Soft(Soft),
     /// Time the question which of many lights reach a point, in rooms
-    Lights(super::lights::Typed),
+    Lights(Lights),
     /// Count rays that leak through the vertices and edges they are aimed at
     Watertight(Watertight),
     /// Compare rivals of the paper's time with the reference, beside our methods
@@ -344,4 +344,42 @@ fn rivals() -> impl TypedValueParser<Value = Contender> {
         .filter(|contender| matches!(contender, Contender::Rival(_)))
         .filter_map(ValueEnum::to_possible_value);
     PossibleValuesParser::new(names).try_map(|name| Contender::from_str(&name, false))
+}
+
+/// Options of `lights`.
+#[derive(Args, Debug)]
+pub(crate) struct Lights {
+    /// Numbers of lights
+    #[arg(
+        help_heading = "Scenes",
+        long,
+        value_name = "N",
+        value_delimiter = ',',
+        default_value = "1,10,100"
+    )]
+    pub(crate) counts: Vec<u32>,
+
+    /// Number of rooms along a side
+    #[arg(help_heading = "Scenes", long, value_name = "N", default_value_t = 3)]
+    pub(crate) rooms: u32,
+
+    /// Size of the frame whose eye rays find the points that are asked about
+    #[arg(help_heading = "Queries", long, value_name = "WxH", value_parser = values::size, default_value = "256x256")]
+    pub(crate) size: [u32; 2],
+
+    /// Number of jittered frames whose points rows are made for
+    #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1024))]
+    pub(crate) frames: u32,
+
+    /// Number of rounds, in each of which all ways take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+
+    /// File to write the figures to, as JSON
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Number of threads; with 1 processor time is measured, with more wall-clock time
+    #[arg(help_heading = "Threads", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: u16,
 }

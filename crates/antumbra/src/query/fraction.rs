@@ -10,7 +10,8 @@ use antumbra_geometry::{
     AreaSample, AreaShape, DVec3, LightShape, MAX_LIGHT_SAMPLES, SamplePattern, Start,
 };
 
-use crate::query::run::{Run, check_length};
+use super::points::ReceiverSide;
+use super::run::{Run, check_length};
 use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, QueryError, ShadowIndex,
     Targets,
@@ -51,20 +52,6 @@ impl LightSampling {
     pub fn count(&self) -> u32 {
         self.samples.clamp(1, MAX_LIGHT_SAMPLES)
     }
-}
-
-/// Which samples a receiver point can see at all, by its own plane. Free starts without a normal see all.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum ReceiverSide {
-    /// Those in front of the surface, as its winding says.
-    #[default]
-    Front,
-    /// Those behind it.
-    Back,
-    /// All, on whatever side of the surface they are.
-    Both,
-    /// Those on this normal's side of the point, by the exact sign.
-    Normal(DVec3),
 }
 
 /// Which samples of one light reach one receiver point. Made once and filled again and again, so that points

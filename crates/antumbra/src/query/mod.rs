@@ -18,11 +18,11 @@ mod refused;
 mod run;
 
 pub use beam::Targets;
-pub use fraction::{LightSamples, LightSampling, ReceiverSide};
+pub use fraction::{LightSamples, LightSampling};
 pub use locate::Sample;
 pub use named::OffSurfaces;
 pub use off_surface::OffSurface;
 pub use own_rays::{AnyHit, WithRays};
-pub use points::{Batch, BatchKind, Coordinates, Nearness, SurfaceNumber};
+pub use points::{Batch, BatchKind, Coordinates, Nearness, ReceiverSide, SurfaceNumber};
 pub use rays::{Hits, RayBatch, Towards};
 pub use refused::BatchError;

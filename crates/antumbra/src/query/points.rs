@@ -134,6 +134,20 @@ impl<'a, P> Batch<'a, P> {
     }
 }
 
+/// Which samples a receiver point can see at all, by its own plane. Free starts without a normal see all.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ReceiverSide {
+    /// Those in front of the surface, as its winding says.
+    #[default]
+    Front,
+    /// Those behind it.
+    Back,
+    /// All, on whatever side of the surface they are.
+    Both,
+    /// Those on this normal's side of the point, by the exact sign.
+    Normal(DVec3),
+}
+
 /// How far a point may be from the surface that it is meant to lie on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearness {

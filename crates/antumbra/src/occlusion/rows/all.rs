@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use antumbra_geometry::{LightShape, Occluders};
 
 use super::super::adaptive::AdaptiveValues;
-use super::LightRows;
 use super::groups::Groups;
+use super::light_rows::LightRows;
 use crate::Refine;
 
 /// Calls of fewer starts look at the ledger one time in so many.

@@ -5,15 +5,9 @@
 //! may cost [`SHARE`] of what answers without rows would have taken, and [`OF_GAIN`] of what rows have spared. Rates are
 //! measured; before the first rows they are guessed. No answer depends on any of it.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use antumbra_geometry::{LightShape, Start};
 use hashbrown::HashMap;
 
-use super::super::adaptive::Scene;
-use super::table::{Key, RowTable};
-use super::{LightRows, Place, ROW_BLOCK};
+use super::table::{Key, Place};
 
 /// Keys that wait at most. More are forgotten: 24 bytes each.
 const MOST_WAITING: usize = 1 << 17;
@@ -80,63 +74,45 @@ impl Asked {
     }
 }
 
-impl LightRows {
+impl Ledger {
     /// Notes what some starts asked for and how long they took.
-    pub(crate) fn note(&self, asked: &Asked, ns: u64) {
-        let ledger = &mut *self.ledger();
-        ledger.missed += f64::from(asked.missed);
-        ledger.found += f64::from(asked.found);
+    pub(super) fn note(&mut self, asked: &Asked, ns: u64) {
+        self.missed += f64::from(asked.missed);
+        self.found += f64::from(asked.found);
         let count = f64::from(asked.missed + asked.found);
         if count > 0.0 {
             // Calls of one kind say what one takes.
             let each = ns as f64 / count;
             let missed = f64::from(asked.missed) / count;
             if missed > 0.9 {
-                smooth(&mut ledger.start_ns, each);
+                smooth(&mut self.start_ns, each);
             } else if missed < 0.02 {
-                smooth(&mut ledger.known_ns, each);
+                smooth(&mut self.known_ns, each);
             }
         }
-        if ledger.waiting.len() + asked.missing.len() > MOST_WAITING {
-            ledger.waiting.clear();
+        if self.waiting.len() + asked.missing.len() > MOST_WAITING {
+            self.waiting.clear();
         }
         for &(key, count) in asked.missing.iter().take(MOST_WAITING) {
-            let waiting = ledger.waiting.entry(key).or_insert(0);
+            let waiting = self.waiting.entry(key).or_insert(0);
             *waiting = waiting.saturating_add(count);
         }
     }
 
-    /// Makes the rows that pay, if `more` times as many starts as were noted since the last rows are known to come.
-    /// Returns whether there are new ones. Who finds another thread at it goes on.
-    pub(crate) fn make_what_pays(
-        &self,
-        scene: &Scene<'_>,
-        lights: &[LightShape],
-        more: f64,
-    ) -> bool {
-        let Some(_making) = self.begin_making() else {
-            return false;
-        };
-        let keys = self.worth_it(scene, lights, more);
-        self.make_noted(scene, lights, keys).is_some()
-    }
-
-    /// Returns the keys whose rows pay, the most asked first.
-    fn worth_it(&self, scene: &Scene<'_>, lights: &[LightShape], more: f64) -> Vec<Key> {
-        let ledger = &*self.ledger();
-        let light_count = lights.len() as f64;
-        let triangle_count = scene.occluders.triangle_count() as f64;
-        let start_ns = ledger.start_ns.unwrap_or(RAY_NS * light_count);
-        let known_ns = ledger.known_ns.unwrap_or(KNOWN_NS * light_count);
-        let row_ns = ledger.row_ns.unwrap_or(BIT_NS * light_count);
-        let tables_ns = ledger
+    /// Returns the keys whose rows pay, the most asked first, with so many lights and triangles.
+    pub(super) fn worth_it(&self, counts: [usize; 2], more: f64) -> Vec<Key> {
+        let [light_count, triangle_count] = counts.map(|count| count as f64);
+        let start_ns = self.start_ns.unwrap_or(RAY_NS * light_count);
+        let known_ns = self.known_ns.unwrap_or(KNOWN_NS * light_count);
+        let row_ns = self.row_ns.unwrap_or(BIT_NS * light_count);
+        let tables_ns = self
             .tables_ns
             .unwrap_or(TABLE_NS * light_count * triangle_count);
         let spared_ns = (start_ns - known_ns).max(0.0);
-        let so_far = (ledger.missed + ledger.found) * start_ns * SHARE
-            + ledger.found * spared_ns * OF_GAIN
-            - ledger.spent_ns;
-        let mut keys: Vec<(u32, Key)> = ledger
+        let so_far = (self.missed + self.found) * start_ns * SHARE
+            + self.found * spared_ns * OF_GAIN
+            - self.spent_ns;
+        let mut keys: Vec<(u32, Key)> = self
             .waiting
             .iter()
             .filter(|&(_, &count)| f64::from(count) * more.max(1.0) * spared_ns > row_ns)
@@ -161,81 +137,19 @@ impl LightRows {
         keys.into_iter().map(|(_, key)| key).collect()
     }
 
-    /// Makes the rows of all starts that have none, as far as there is room, whether they pay or not. Returns how many.
-    pub(crate) fn make_for(
-        &self,
-        scene: &Scene<'_>,
-        lights: &[LightShape],
-        starts: &[Start],
-    ) -> usize {
-        let Some(_making) = self.begin_making() else {
-            return 0;
-        };
-        let before = self.table();
-        let mut keys = Vec::new();
-        for starts in starts.chunks(ROW_BLOCK) {
-            let places = self.find(scene.occluders, before.as_deref(), starts);
-            let missing = places.iter().filter_map(|place| match place {
-                Place::Missing(key) => Some(*key),
-                Place::Row(_) | Place::Nowhere => None,
-            });
-            for key in missing {
-                if keys.last() != Some(&key) {
-                    keys.push(key);
-                }
-            }
-        }
-        let rows_of = |table: Option<Arc<RowTable>>| table.map_or(0, |table| table.row_count());
-        let count = rows_of(before);
-        self.make_noted(scene, lights, keys);
-        rows_of(self.table()) - count
-    }
-
-    /// Returns the right to make rows, unless another thread has it. Nobody waits for it, and the ledger is free
-    /// meanwhile: a thread that waits for others of its pool may take up a query.
-    fn begin_making(&self) -> Option<Turn<'_>> {
-        let is_free = !self.is_making.swap(true, Ordering::Acquire);
-        is_free.then_some(Turn(&self.is_making))
-    }
-
-    /// Makes rows and notes what they took. The caller has the right to.
-    fn make_noted(
-        &self,
-        scene: &Scene<'_>,
-        lights: &[LightShape],
-        mut keys: Vec<Key>,
-    ) -> Option<Arc<RowTable>> {
-        keys.sort_unstable();
-        keys.dedup();
-        if keys.is_empty() || lights.is_empty() {
-            return None;
-        }
-        // All threads work on it: the time on the wall, for each of them.
-        let begin = std::time::Instant::now();
-        let made = self.make(scene, lights, &keys);
-        let ns = begin.elapsed().as_nanos() as f64 * crate::threads::count() as f64;
-        let ledger = &mut *self.ledger();
-        ledger.spent_ns += ns;
+    /// Notes that rows of some keys were tried, with so many lights and triangles, and what that took.
+    pub(super) fn pay(&mut self, keys: &[Key], counts: [usize; 2], ns: f64, is_made: bool) {
+        self.spent_ns += ns;
         // What found no room is not tried again at once.
-        for key in &keys {
-            ledger.waiting.remove(key);
+        for key in keys {
+            self.waiting.remove(key);
         }
-        if made.is_some() {
-            let tables_ns = (0.5 * ns)
-                .min(TABLE_NS * lights.len() as f64 * scene.occluders.triangle_count() as f64);
-            ledger.tables_ns = Some(tables_ns);
-            smooth(&mut ledger.row_ns, (ns - tables_ns) / keys.len() as f64);
+        if is_made {
+            let [light_count, triangle_count] = counts.map(|count| count as f64);
+            let tables_ns = (0.5 * ns).min(TABLE_NS * light_count * triangle_count);
+            self.tables_ns = Some(tables_ns);
+            smooth(&mut self.row_ns, (ns - tables_ns) / keys.len() as f64);
         }
-        made
-    }
-}
-
-/// The right to make rows, which goes back when it is dropped.
-struct Turn<'a>(&'a AtomicBool);
-
-impl Drop for Turn<'_> {
-    fn drop(&mut self) {
-        self.0.store(false, Ordering::Release);
     }
 }
 

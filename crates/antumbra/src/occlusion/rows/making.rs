@@ -16,7 +16,7 @@ use super::super::classify::Receivers;
 use super::super::lattice::Cell;
 use super::super::tables::{LightTables, SceneTables, Tables};
 use super::super::value::Audience;
-use super::LightRows;
+use super::light_rows::LightRows;
 use super::table::{Key, PARTS, RowTable};
 use crate::threads::prelude::*;
 

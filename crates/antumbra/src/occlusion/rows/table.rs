@@ -9,6 +9,9 @@ use super::super::room::Share;
 /// Words for each 64 lights: which are surely lit, which surely in shadow, which in front of the triangle, which behind.
 pub(super) const PARTS: usize = 4;
 
+/// Starts that are looked up together.
+pub(crate) const ROW_BLOCK: usize = 32;
+
 /// A cell, and a triangle that meets it or the space in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Key(u64);
@@ -182,4 +185,15 @@ impl RowTable {
 /// Returns how many places there are for so many keys: at least twice as many, and two.
 fn slot_count(row_count: usize) -> usize {
     (2 * row_count).next_power_of_two().max(2)
+}
+
+/// Where a start looks for what is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// The row of a number.
+    Row(u32),
+    /// There could be a row.
+    Missing(Key),
+    /// No row speaks of such a start.
+    Nowhere,
 }

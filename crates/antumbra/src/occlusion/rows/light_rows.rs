@@ -1,0 +1,192 @@
+//! The rows of all lights of an index, and where starts look for theirs.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
+use arc_swap::ArcSwapOption;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f32x8};
+
+use super::super::adaptive::is_ordinary;
+use super::super::forms::START_ROOM;
+use super::super::lattice::Lattice;
+use super::super::planes::{self, StartPlane};
+use super::super::room::{Room, Share};
+use super::ledger::Ledger;
+use super::table::{Key, Place, ROW_BLOCK, RowTable};
+use crate::accel::frame::Frame;
+
+/// Halvings of the scene's longest side to the cells of rows. From rooms with 100 lights: 7 leaves 3.7 % of the pairs of a
+/// point and a light in front of it open, 8 leaves 1.9 %, and takes twice the rows.
+const ROW_LEVEL: u32 = 8;
+
+/// Rows of all lights of an index.
+#[derive(Debug)]
+pub(crate) struct LightRows {
+    pub(super) frame: Frame,
+    pub(super) lattice: Lattice,
+    pub(super) level: u32,
+    pub(super) room: Arc<Room>,
+    /// Of each light, whether anything can be known of it.
+    pub(super) are_ordinary: Vec<bool>,
+    /// What tells of each triangle whether points are where starts on it are; `None` where there was no room.
+    pub(super) planes: OnceLock<Option<(Vec<StartPlane>, Share)>>,
+    pub(super) table: ArcSwapOption<RowTable>,
+    /// What was asked where there is no row, and whether one would pay.
+    pub(super) ledger: Mutex<Ledger>,
+    /// Whether a thread makes rows.
+    pub(super) is_making: AtomicBool,
+    pub(super) simd: Level,
+}
+
+impl LightRows {
+    /// Prepares rows. Nothing is known yet.
+    pub(crate) fn new(
+        occluders: &Occluders,
+        lights: &[LightShape],
+        room: &Arc<Room>,
+        finest_level: u32,
+    ) -> Self {
+        let bounds = occluders.bounds();
+        let frame = Frame::new(bounds);
+        let level = ROW_LEVEL.min(finest_level);
+        let are_ordinary = lights
+            .iter()
+            .map(|light| is_ordinary(occluders, &frame, light));
+        Self {
+            frame,
+            lattice: Lattice::new(&bounds, &frame, level),
+            level,
+            room: Arc::clone(room),
+            are_ordinary: are_ordinary.collect(),
+            planes: OnceLock::new(),
+            table: ArcSwapOption::empty(),
+            ledger: Mutex::default(),
+            is_making: AtomicBool::new(false),
+            simd: Level::new(),
+        }
+    }
+
+    /// Returns the rows that there are.
+    pub(crate) fn table(&self) -> Option<Arc<RowTable>> {
+        self.table.load_full()
+    }
+
+    /// Returns the bytes of all rows.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.table().map_or(0, |table| table.bytes())
+    }
+
+    /// Tells where at most [`ROW_BLOCK`] starts look for what is known.
+    #[inline]
+    pub(crate) fn find(
+        &self,
+        occluders: &Occluders,
+        table: Option<&RowTable>,
+        starts: &[Start],
+    ) -> [Place; ROW_BLOCK] {
+        let made = self.planes.get_or_init(|| self.make_planes(occluders));
+        let Some((planes, _)) = made else {
+            return [Place::Nowhere; ROW_BLOCK];
+        };
+        dispatch!(self.simd, simd => self.find_with(simd, occluders, planes, table, starts))
+    }
+
+    #[inline(always)]
+    fn find_with<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        planes: &[StartPlane],
+        table: Option<&RowTable>,
+        starts: &[Start],
+    ) -> [Place; ROW_BLOCK] {
+        const NOWHERE: &StartPlane = &StartPlane::NOWHERE;
+        let mut coordinates = [[0.0_f32; ROW_BLOCK]; 3];
+        let mut of_starts = [NOWHERE; ROW_BLOCK];
+        // Points of space are where they are.
+        let mut are_told = 0_u32;
+        for (number, start) in starts.iter().enumerate().take(ROW_BLOCK) {
+            let mut point = start.point;
+            match start.surface {
+                None => are_told |= 1 << number,
+                Some(SurfaceId(surface)) => match planes.get(surface as usize) {
+                    Some(plane) => of_starts[number] = plane,
+                    None => {
+                        if let Some(moved) = self.start_on_curved(occluders, start) {
+                            point = moved;
+                            are_told |= 1 << number;
+                        }
+                    }
+                },
+            }
+            let x = self.frame.point_in_frame(point);
+            coordinates[0][number] = x.x as f32;
+            coordinates[1][number] = x.y as f32;
+            coordinates[2][number] = x.z as f32;
+        }
+        let codes = self.lattice.codes(simd, &coordinates);
+        for first in (0..ROW_BLOCK).step_by(8) {
+            let eight = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane: usize| of_starts[first + lane]);
+            let [x, y, z] = &coordinates;
+            let at = [
+                f32x8::from_slice(simd, &x[first..first + 8]),
+                f32x8::from_slice(simd, &y[first..first + 8]),
+                f32x8::from_slice(simd, &z[first..first + 8]),
+            ];
+            let (are_starts, _) = planes::tell(simd, eight, at);
+            are_told |= (are_starts.to_bitmask() as u32 & 0xff) << first;
+        }
+        let mut places = [Place::Nowhere; ROW_BLOCK];
+        for (number, start) in starts.iter().enumerate().take(ROW_BLOCK) {
+            let cell = codes.get(number).number(self.level);
+            if are_told >> number & 1 == 0 || cell >> (3 * self.level) != 0 {
+                continue;
+            }
+            let key = Key::new(cell, start.surface);
+            places[number] = match table.and_then(|table| table.number_of(key)) {
+                Some(row) => Place::Row(row),
+                None => Place::Missing(key),
+            };
+        }
+        places
+    }
+
+    /// Returns a point within half the room of a start on a surface that is no triangle, if it is surely near the surface.
+    fn start_on_curved(&self, occluders: &Occluders, start: &Start) -> Option<DVec3> {
+        let surface = start.surface?;
+        let room = 0.5 * START_ROOM / self.frame.scale;
+        let mut point = start.point;
+        if occluders.start_offset(start) != 0.0 {
+            // Where the light is is of no matter to where the start is.
+            let segment = occluders.segment(start, &LightShape::Direction(DVec3::Z));
+            point = segment.origin();
+            // Not for NaN.
+            let is_near = segment.origin_error() < room;
+            is_near.then_some(())?;
+        }
+        let is_near = occluders.is_surely_near_curved(surface, point, room);
+        is_near.then_some(point)
+    }
+
+    fn make_planes(&self, occluders: &Occluders) -> Option<(Vec<StartPlane>, Share)> {
+        let count = occluders.triangle_count();
+        let share = self.room.take((count * size_of::<StartPlane>()) as u64)?;
+        // The side of the light is of no matter here.
+        let plane = |triangle: usize| {
+            StartPlane::of_triangle(occluders, &self.frame, SurfaceId(triangle as u32), 1)
+        };
+        Some(((0..count).map(plane).collect(), share))
+    }
+
+    pub(super) fn ledger(&self) -> std::sync::MutexGuard<'_, Ledger> {
+        self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns the lowest corner of the cells of rows and their edge, for tests that aim at them.
+    pub(crate) fn planes_between(&self) -> (DVec3, f64) {
+        let (min, edge) = self.lattice.corner_and_edge();
+        (min, edge / f64::from(1_u32 << self.level))
+    }
+}
