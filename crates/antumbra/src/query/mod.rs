@@ -18,7 +18,7 @@ mod refused;
 mod run;
 
 pub use beam::Targets;
-pub use fraction::{LightSamples, LightSampling, ReceiverSide};
+pub use fraction::{FractionBy, LightSamples, LightSampling, ReceiverSide, VisibleFraction};
 pub use locate::Sample;
 pub use named::OffSurfaces;
 pub use off_surface::OffSurface;
