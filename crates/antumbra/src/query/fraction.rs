@@ -6,9 +6,7 @@
 //! samples lie, which is geometry, and how they are answered, which [`ShadowIndex::occluded_targets`] knows.
 
 mod ambient;
-mod exact;
-
-pub use exact::{FractionBy, VisibleFraction};
+pub(super) mod exact;
 
 use crate::threads::prelude::*;
 use antumbra_geometry::{

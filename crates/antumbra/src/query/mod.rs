@@ -18,7 +18,8 @@ mod refused;
 mod run;
 
 pub use beam::Targets;
-pub use fraction::{FractionBy, LightSamples, LightSampling, ReceiverSide, VisibleFraction};
+pub use fraction::exact::{FractionBy, VisibleFraction};
+pub use fraction::{LightSamples, LightSampling, ReceiverSide};
 pub use locate::Sample;
 pub use named::OffSurfaces;
 pub use off_surface::OffSurface;
