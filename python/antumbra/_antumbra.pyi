@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from ._arrays import Reals
 from ._progress import Told
+from ._shares import FractionSettings
 from .area import AreaTuple
-from .index import FractionSettings, KeptLight, Settings, Stats
+from .index import KeptLight, Settings, Stats
 from .lights import LightTuple
 from .picture import PictureSettings
 
@@ -18,10 +19,13 @@ __all__ = [
     "Scene",
     "ShadowIndex",
     "all_hits",
+    "ambient_occlusion",
     "check_area_light",
+    "lit_intervals",
     "nearest_hits",
     "render",
     "run",
+    "sky_view_factor",
     "to_srgb",
     "towards_sun",
     "version",
@@ -159,8 +163,28 @@ def visible_fraction(
     face_ids: npt.NDArray[np.uint32] | None,
     normals: Reals | None,
     light: AreaTuple,
+    is_exact: bool,
     settings: FractionSettings,
-) -> npt.NDArray[np.float32]: ...
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_] | None]: ...
+def ambient_occlusion(
+    index: ShadowIndex,
+    points: Reals,
+    face_ids: npt.NDArray[np.uint32] | None,
+    normals: Reals | None,
+    distance: float | None,
+    settings: FractionSettings,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_] | None]: ...
+def sky_view_factor(
+    index: ShadowIndex,
+    points: Reals,
+    face_ids: npt.NDArray[np.uint32] | None,
+    normals: Reals | None,
+    up: _Vector,
+    settings: FractionSettings,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_] | None]: ...
+def lit_intervals(
+    index: ShadowIndex, point: _Vector, face_id: int | None, light: AreaTuple, side: str
+) -> list[list[float]] | None: ...
 def write_png(path: str, colors: npt.NDArray[np.float32], stops: float, read: Sequence[Path]) -> None: ...
 def towards_sun(azimuth_degrees: float, elevation_degrees: float, up: _Vector) -> list[float]: ...
 def run(command_line: list[str]) -> int: ...

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import numbers, reach, rows, rows_like, thread_count, whole
+from ._arrays import thread_count, whole
 from ._progress import Progress, told
 from ._questions import Questions
-from .area import AreaLight, Side, area_tuple_of
+from ._shares import Shares
 from .lights import Light, LightTuple, light_of, tuples_of
 from .scene import Scene, SceneLike, scene_of
 
@@ -68,16 +68,6 @@ class Stats(TypedDict):
     shadowed: int
 
 
-class FractionSettings(TypedDict):
-    """How a light with size is looked at, as the extension module takes it."""
-
-    side: str
-    samples: int
-    seed: int
-    tolerance: float | None
-    threads: int
-
-
 class Settings(TypedDict):
     """How an index is made, as the extension module takes it."""
 
@@ -124,7 +114,7 @@ def settings(
     }
 
 
-class ShadowIndex(Questions):
+class ShadowIndex(Questions, Shares):
     """A static scene's surfaces and lights, ready for shadow queries.
 
     Args:
@@ -303,65 +293,6 @@ class ShadowIndex(Questions):
     def lights(self) -> list[Light]:
         """The lights, in the order of their numbers."""
         return [light_of(parts) for parts in self._native.lights]
-
-    def visible_fraction(
-        self,
-        points: Any,
-        light: AreaLight,
-        *,
-        face_ids: Any = None,
-        normals: Any = None,
-        side: Side = "front",
-        samples: int = 64,
-        seed: int = 0,
-        tolerance: float | None = None,
-        threads: int = 0,
-    ) -> npt.NDArray[np.float32]:
-        """Answers for each point which share of a light with size it sees, by samples that are answered exactly.
-
-        The light need not be one of the index. Points mean what they mean in `occluded`.
-
-        Args:
-            points: Shape (n, 3), float32 or float64, world space, finite.
-            light: Such as `RectLight` or `SunDisc`.
-            face_ids: Shape (n,), integers: the surfaces that the points lie on.
-            normals: Shape (n, 3): points of space that face somewhere see what is on the normal's side.
-            side: For points with `face_ids`: from which side of the surface they look, `"front"` as its winding
-                says, `"back"`, or `"both"`. Samples on the other side count as not seen.
-            samples: Samples a point, 1 to 65536; powers of two are spread best.
-            seed: Changes the samples. Each row has samples of its own.
-            tolerance: As of `occluded`, with `face_ids` only.
-            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
-
-        Returns:
-            The number of samples seen over all samples, float32, shape (n,).
-
-        Raises:
-            ValueError: A shape does not fit, a number is not finite, or a point is not on the face that it names.
-            TypeError: A dtype does not fit, or the light has no size.
-            IndexError: A surface does not exist.
-        """
-        parts = area_tuple_of(light)
-        places_of_points = rows("points", points)
-        directions = None
-        if normals is not None:
-            if face_ids is not None:
-                raise ValueError("face_ids say where points are: give them without normals")
-            places_of_points, directions = rows_like("normals", normals, "points", places_of_points)
-        ids = None
-        if face_ids is not None:
-            shape = (len(places_of_points),)
-            ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
-        elif tolerance is not None:
-            raise ValueError("tolerance: only points with face_ids have one")
-        how: FractionSettings = {
-            "side": side,
-            "samples": whole("samples", samples, 1, 65536),
-            "seed": whole("seed", seed, 0, 2**64 - 1),
-            "tolerance": reach(tolerance),
-            "threads": thread_count(threads),
-        }
-        return _antumbra.visible_fraction(self._native, places_of_points, ids, directions, parts, how)
 
     def stats(self) -> Stats:
         """Returns what the index is and how queries were decided so far.

@@ -29,6 +29,7 @@ class PictureSettings(TypedDict):
     max_depth: int
     seed: int
     light_samples: int
+    exact_fractions: bool
     area_lights: list[AreaTuple]
     shows_occlusion: bool
     background: Sequence[float] | None
@@ -139,7 +140,7 @@ def render(
     camera: Camera | None = None,
     size: tuple[int, int] | None = None,
     samples: int = 1,
-    light_samples: int = 16,
+    light_samples: int | Literal["exact"] = 16,
     max_depth: int = 5,
     seed: int = 0,
     show: Literal["scene", "occlusion"] = "scene",
@@ -162,7 +163,8 @@ def render(
         camera: The camera; by default the scene's, or one that frames the scene.
         size: Width and height in pixels, 1 to 16384; by default the scene's, or 512 x 512.
         samples: Samples a pixel, 1 to 65536.
-        light_samples: Samples of each light with size at each point, 1 to 65536; powers of two are spread best.
+        light_samples: Samples of each light with size at each point, 1 to 65536; powers of two are spread best. `"exact"`
+            takes the exact visible fraction where `ShadowIndex.visible_fraction` has one, and 64 samples elsewhere.
         max_depth: Longest chain of rays, the eye ray counted, 0 to 32.
         seed: Changes the samples' places.
         show: `"scene"`, or `"occlusion"`: in false colors, how shadow queries were decided.
@@ -202,7 +204,8 @@ def render(
         "samples": whole("samples", samples, 1, 65536),
         "max_depth": whole("max_depth", max_depth, 0, 32),
         "seed": whole("seed", seed, 0, 2**64 - 1),
-        "light_samples": whole("light_samples", light_samples, 1, 65536),
+        "light_samples": 64 if light_samples == "exact" else whole("light_samples", light_samples, 1, 65536),
+        "exact_fractions": light_samples == "exact",
         "area_lights": areas,
         "shows_occlusion": show == "occlusion",
         "background": None if background is None else vector("background", background),

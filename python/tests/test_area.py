@@ -68,6 +68,59 @@ def test_the_side_of_the_surface_decides_what_is_seen() -> None:
     assert seen(normals=[[0.0, 0.0, -1.0]]) == 0.0
 
 
+def test_exact_fractions_are_what_samples_come_near_to() -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    points = np.random.default_rng(2).uniform(-3, 3, (60, 3))
+    points[:, 2] = 0.0
+    ids = np.where(points[:, 1] <= points[:, 0], 0, 1)
+    for light in LIGHTS:
+        found, exact = index.exact_visible_fraction(points, light, face_ids=ids)
+        assert found.dtype == np.float64 and exact.dtype == np.bool_
+        assert exact.all() == (not isinstance(light, (antumbra.SphereLight, antumbra.Sky)))
+        by_samples = index.visible_fraction(points, light, face_ids=ids, samples=4096)
+        assert abs(by_samples - found).max() < 0.05
+        assert (index.visible_fraction(points, light, face_ids=ids, samples="exact") == found).all()
+    under = index.visible_fraction([[0.0, -0.1, 0.0]], LAMP, face_ids=[0], samples="exact")
+    assert under.tolist() == [0.0]
+    wrong: Any = "many"
+    with pytest.raises(ValueError, match="samples is 'many'"):
+        index.visible_fraction(points, LAMP, samples=wrong)
+
+
+def test_a_linear_light_has_lit_intervals() -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    # The plate at height 1 hides x from -2 to 2 of height 2.
+    light = antumbra.SegmentLight((-4, 0.3, 2), (4, 0.3, 2))
+    found = index.lit_intervals((0, 0, 0), light, face_id=0)
+    assert found is not None and found.tolist() == [[0.0, 0.25], [0.75, 1.0]]
+    below = index.lit_intervals((0, 0, 0), light, face_id=0, side="back")
+    assert below is not None and below.shape == (0, 2)
+    with pytest.raises(IndexError):
+        index.lit_intervals((0, 0, 0), light, face_id=99)
+    lamp: Any = LAMP
+    with pytest.raises(ValueError, match="linear"):
+        index.lit_intervals((0, 0, 0), lamp)
+
+
+def test_ambient_occlusion_and_sky_view_factor() -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    # The form factor of a square of half-width 1 that is 1 above (Howell, B-3).
+    hidden = 4 / np.pi * np.sqrt(0.5) * np.arctan(np.sqrt(0.5))
+    floor = {"face_ids": [0]}
+    point = [[0.0, 0.0, 0.0]]
+    assert abs(index.ambient_occlusion(point, 4096, **floor)[0] - (1 - hidden)) < 0.01
+    assert abs(index.sky_view_factor(point, 4096, **floor)[0] - (1 - hidden)) < 0.01
+    assert index.ambient_occlusion(point, distance=0.9, **floor).tolist() == [1.0]
+    assert index.sky_view_factor(point, side="back", **floor).tolist() == [0.0]
+    free = index.sky_view_factor(np.array([[9.0, 9.0, 9.0]]), normals=[[1.0, 0.0, 0.0]])
+    assert free.dtype == np.float32 and abs(free[0] - 0.5) < 0.02
+    assert index.ambient_occlusion(np.array([[9.0, 9.0, 9.0]]), distance=5).tolist() == [1.0]
+    with pytest.raises(ValueError, match="distance is 0.0"):
+        index.ambient_occlusion(point, distance=0)
+    with pytest.raises(ValueError, match="zero"):
+        index.sky_view_factor(point, up=(0, 0, 0))
+
+
 def test_pictures_have_soft_shadows() -> None:
     camera = antumbra.Camera((0, -6, 5), (0, 0, 0))
     picture = antumbra.render(
@@ -113,3 +166,14 @@ def test_what_is_no_light_or_no_question_is_refused(make: Any, kind: type[Except
     with pytest.raises(kind) as caught:
         make()
     assert text in str(caught.value)
+
+
+def test_pictures_have_exact_soft_shadows() -> None:
+    camera = antumbra.Camera((0, -6, 5), (0, 0, 0))
+    pictures = [
+        antumbra.render(scene(), lights=LAMP, camera=camera, size=(24, 16), light_samples="exact", seed=seed)
+        for seed in (1, 2)
+    ]
+    # Without samples a seed changes nothing.
+    assert (pictures[0].shadow == pictures[1].shadow).all() and (pictures[0].color == pictures[1].color).all()
+    assert ((pictures[0].shadow > 0.0) & (pictures[0].shadow < 1.0)).any()

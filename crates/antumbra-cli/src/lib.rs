@@ -33,6 +33,8 @@ pub mod scene_source;
 #[doc(hidden)]
 pub mod screen;
 #[doc(hidden)]
+pub mod soft;
+#[doc(hidden)]
 pub mod typed;
 #[doc(hidden)]
 pub mod values;

@@ -31,6 +31,15 @@ pub enum LightValue {
     },
 }
 
+/// A light as typed where lights of the scene can be chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightChoice {
+    /// One of the scene's, by name.
+    Named(String),
+    /// Another.
+    Typed(LightValue),
+}
+
 /// A light of the scene, of either kind.
 pub enum SceneLight {
     Plain(Light),
@@ -65,6 +74,17 @@ impl LightValue {
             Self::Sky { color } => area(name, AreaShape::Sky(Sky::new(up)?), color),
         })
     }
+}
+
+/// Reads a light's name, or a light of any kind.
+pub fn light_choice(text: &str) -> Result<LightChoice, String> {
+    const KINDS: [&str; 7] = ["point", "spot", "area", "disk", "sphere", "segment", "sky"];
+    let kind = text.split_once(':').map(|(kind, _)| kind);
+    // Names may have colons.
+    if kind.is_some_and(|kind| KINDS.contains(&kind)) {
+        return light(text).map(LightChoice::Typed);
+    }
+    Ok(LightChoice::Named(text.to_owned()))
 }
 
 /// Reads a light of any kind.
@@ -196,6 +216,18 @@ mod tests {
         };
         assert_eq!(color, Color::new(0.5, 1.0, 2.0));
         assert!(matches!(shape, AreaShape::Rectangle(light) if light.is_two_sided()));
+    }
+
+    #[test]
+    fn light_choices() {
+        let named = |name: &str| Ok(LightChoice::Named(name.to_owned()));
+        assert_eq!(light_choice("lamp:1"), named("lamp:1"));
+        assert_eq!(light_choice("area"), named("area"));
+        for text in ["point:1,2,3", "area:0,0,4/1,0,0/0,1,0", "sky:"] {
+            assert_eq!(light_choice(text), light(text).map(LightChoice::Typed));
+        }
+        assert!(light_choice("point:1,2").is_err());
+        assert!(light_choice("area:0,0,4").is_err());
     }
 
     #[test]

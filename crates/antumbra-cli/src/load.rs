@@ -47,8 +47,8 @@ pub fn lit_scene(
             .any(|light| matches!(light, LightValue::Area { .. } | LightValue::Sky { .. }));
     if has_size {
         return Err(Failure::input(
-            "lights with size are for render alone",
-            "give points, spots, or a sun without a diameter",
+            "lights with size have no values or maps of their own, which this command is about",
+            "give points, spots, or a sun without a diameter; render, query, verify and inspect take lights with size",
         ));
     }
     any_lit_scene(typed, None, cost, outputs, screen)

@@ -8,9 +8,9 @@ use antumbra_scene::model::Color;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::light_values::{self, LightValue};
+use crate::light_values::{self, LightChoice, LightValue};
 pub use crate::methods::{Against, Rays, Shadows, Up};
-use crate::values::{self, CameraParts, Exposure, LightChoice, Sun};
+use crate::values::{self, CameraParts, Exposure, Sun};
 
 /// End of the help of a program.
 pub const EXIT_CODES: &str = "\
@@ -77,10 +77,10 @@ pub const SUN_HELP: &str = "Sun that replaces the file's lights, in degrees: azi
 
 /// The help of `--sun` where it may have a size.
 const SUN_WITH_SIZE_HELP: &str = "Sun that replaces the file's lights, in degrees: azimuth clockwise from north as seen from above, \
-     elevation above the horizon, and for render its angular diameter (0.53 seen from the Earth), for soft shadows. With \
+     elevation above the horizon, and for render, query, verify and inspect its angular diameter (0.53 seen from the Earth), for soft shadows. With \
      z up, north is +y and east is +x; with y up, north is -z and east is +x";
 
-/// Lights of a picture that other commands do not take.
+/// Lights of pictures and queries that other commands do not take.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene and lights")]
 pub struct MoreLights {
@@ -92,9 +92,8 @@ pub struct MoreLights {
     #[arg(long = "emissive-lights")]
     pub emissive: bool,
 
-    /// Samples of each light with size at each point; each of --spp takes others. Powers of two are spread best
-    #[arg(long = "light-samples", value_name = "N", default_value_t = antumbra_render::integrator::DEFAULT_LIGHT_SAMPLES, value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub samples: u32,
+    #[command(flatten)]
+    pub soft: crate::soft::SoftShadows,
 }
 
 /// The scene and its lights.
@@ -110,7 +109,7 @@ pub struct SceneFile {
     pub up: Option<Up>,
 
     /// Light that replaces the file's lights; repeatable. point:X,Y,Z;
-    /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render alone:
+    /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render, query, verify and inspect:
     /// area:CENTER/EDGE1/EDGE2 (shines to the side of EDGE1 x EDGE2), disk:CENTER/NORMAL/RADIUS,
     /// sphere:X,Y,Z,RADIUS, segment:END/END, sky:R,G,B. All take /R,G,B behind; area and disk also
     /// /both, to shine to both sides
@@ -397,19 +396,26 @@ pub struct Query {
     #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
 
-    /// Light to ask about: a name, as in the shadow layers of render, or point:X,Y,Z, which replaces the
-    /// file's lights; repeatable [default: all, in the file's order]
-    #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = values::light_choice, allow_hyphen_values = true)]
+    /// Light to ask about: a name, as in the shadow layers of render, or a light as render takes it (point:X,Y,Z,
+    /// area:CENTER/EDGE1/EDGE2 and so on), which replaces the file's lights; repeatable [default: all, in the file's order]
+    #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = light_values::light_choice, allow_hyphen_values = true)]
     pub lights: Vec<LightChoice>,
 
-    #[arg(long, help = SUN_HELP, help_heading = "Scene and lights", value_name = "AZIMUTH,ELEVATION", value_parser = values::sun, allow_hyphen_values = true)]
+    #[arg(long, help = SUN_WITH_SIZE_HELP, help_heading = "Scene and lights", value_name = "AZIMUTH,ELEVATION[,DIAMETER]", value_parser = values::sun_with_size, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
+
+    #[command(flatten)]
+    pub more_lights: MoreLights,
+
+    #[command(flatten)]
+    pub shares: crate::soft::Shares,
 
     /// Axis that points up, for suns [default: that of the format]
     #[arg(long, help_heading = "Scene and lights", value_name = "AXIS")]
     pub up: Option<Up>,
 
-    /// File to write answers to, 1 where a light is blocked: uint8, shape (n,) for one light, (n, lights) for more
+    /// File to write answers to, 1 where a light is blocked: uint8, shape (n,) for one light, (n, lights) for more. If
+    /// one of the lights has a size, visible fractions of all: float32, 1 where all of a light is seen
     #[arg(long, short, value_name = "OUT.npy", help_heading = "Output")]
     pub output: PathBuf,
 

@@ -30,15 +30,6 @@ pub struct PointLight {
     pub color: Color,
 }
 
-/// A light as typed where lights of the scene can be chosen.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LightChoice {
-    /// One of the scene's, by name.
-    Named(String),
-    /// Another.
-    Point(PointLight),
-}
-
 /// A sun as typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
@@ -226,14 +217,6 @@ pub fn light(text: &str) -> Result<PointLight, String> {
         position: triple(position)?,
         color,
     })
-}
-
-/// Reads a light's name, or `point:X,Y,Z`.
-pub fn light_choice(text: &str) -> Result<LightChoice, String> {
-    if text.starts_with("point:") {
-        return Ok(LightChoice::Point(light(text)?));
-    }
-    Ok(LightChoice::Named(text.to_owned()))
 }
 
 /// Reads a distance that is not negative; `inf` is any distance, digits too large for a number are a slip.
@@ -456,15 +439,6 @@ mod tests {
         for (text, expected) in errors {
             assert_eq!(light(text).unwrap_err(), expected, "{text}");
         }
-    }
-
-    #[test]
-    fn light_choices() {
-        let named = |name: &str| Ok(LightChoice::Named(name.to_owned()));
-        assert_eq!(light_choice("lamp:1"), named("lamp:1"));
-        let typed = light("point:1,2,3").map(LightChoice::Point);
-        assert_eq!(light_choice("point:1,2,3"), typed);
-        assert!(light_choice("point:1,2").is_err());
     }
 
     #[test]

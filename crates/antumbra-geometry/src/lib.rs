@@ -10,6 +10,7 @@ mod flat;
 mod ids;
 mod intersect;
 mod light;
+mod lit;
 mod mesh;
 mod number;
 mod occluders;
@@ -22,13 +23,15 @@ mod short;
 mod umbra;
 
 pub use area::{
-    AreaError, AreaSample, AreaShape, DiskLight, MAX_LIGHT_SAMPLES, MeshLight, PolygonLight,
-    RectangleLight, SamplePattern, SegmentLight, Sky, SphereLight, SunDisc, TriangleLight,
+    AreaError, AreaSample, AreaShape, Directions, DiskLight, MAX_LIGHT_SAMPLES, MeshLight,
+    PolygonLight, RectangleLight, SamplePattern, SegmentLight, Sky, SphereLight, SunDisc,
+    TriangleLight,
 };
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
 pub use glam::{DVec2, DVec3};
 pub use light::LightShape;
+pub use lit::{Horizon, LightView, MOST_BLOCKERS, MOST_SPANS, Meeting, Shares};
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{
     Element, ElementId, ElementKind, Gap, Occluders, OccludersBuilder, OccludersError, Opacity,

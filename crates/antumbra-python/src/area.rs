@@ -1,16 +1,19 @@
-//! Lights with size from Python's tuples, and visible fractions.
+//! Lights with size from Python's tuples; visible fractions, ambient occlusion, sky view factors, lit intervals.
 //!
-//! In: tuples, arrays of points. Out: lights, or errors that name what is wrong; arrays of fractions.
+//! In: tuples, arrays of points. Out: lights, or errors that name what is wrong; arrays of shares.
 
 use std::sync::Arc;
 
-use antumbra::{Batch, BatchError, BatchKind, Coordinates, LightSampling, ReceiverSide};
+use antumbra::{
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, FractionBy, LightSampling,
+    ReceiverSide, VisibleFraction,
+};
 use antumbra_geometry::{
     AreaError, AreaShape, DVec3, DiskLight, PolygonLight, RectangleLight, SegmentLight, Sky,
     SphereLight, SunDisc,
 };
 use antumbra_scene::model::{AreaLight, Color};
-use numpy::{Element, PyArray1, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{Element, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -66,7 +69,7 @@ pub(crate) fn check_area_light(light: AreaTuple) -> PyResult<()> {
     area_light(light).map(|_| ())
 }
 
-/// How a light is looked at.
+/// How shares are asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct FractionSettings {
@@ -77,8 +80,34 @@ pub(crate) struct FractionSettings {
     threads: usize,
 }
 
-/// The share of a light that each point sees: float32, shape (points,).
+/// What is asked for.
+enum Asked {
+    /// The share of a light that is seen, by samples.
+    Light(AreaShape),
+    /// The same, exact where it has a closed form: the second array is 1 there.
+    Exact(AreaShape),
+    /// What is open up to a distance.
+    Ambient(Option<f64>),
+    /// What is seen of the sky.
+    Sky(Sky),
+}
+
+/// Shares, and for exact fractions which of them are.
+type Answered<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Option<Bound<'py, PyArray1<bool>>>,
+);
+
+/// Points as Python gives them.
+struct Points<'a, 'py> {
+    points: &'a Rows<'py>,
+    surfaces: Option<&'a [u32]>,
+    normals: Option<&'a Rows<'py>>,
+}
+
+/// The share of a light that each point sees: float64, shape (points,), and where it is exact.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
 pub(crate) fn visible_fraction<'py>(
     py: Python<'py>,
     index: &ShadowIndex,
@@ -86,50 +115,142 @@ pub(crate) fn visible_fraction<'py>(
     face_ids: Option<PyReadonlyArray1<'py, u32>>,
     normals: Option<Rows<'py>>,
     light: AreaTuple,
+    is_exact: bool,
     settings: FractionSettings,
-) -> PyResult<Bound<'py, PyArray1<f32>>> {
+) -> PyResult<Answered<'py>> {
     let light = area_light(light)?.shape;
+    let asked = if is_exact {
+        Asked::Exact(light)
+    } else {
+        Asked::Light(light)
+    };
     let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
-    match (&points, &normals) {
+    let points = Points {
+        points: &points,
+        surfaces,
+        normals: normals.as_ref(),
+    };
+    shares(py, index, &points, &asked, &settings)
+}
+
+/// The share of what is around each point that is open: float64, shape (points,).
+#[pyfunction]
+pub(crate) fn ambient_occlusion<'py>(
+    py: Python<'py>,
+    index: &ShadowIndex,
+    points: Rows<'py>,
+    face_ids: Option<PyReadonlyArray1<'py, u32>>,
+    normals: Option<Rows<'py>>,
+    distance: Option<f64>,
+    settings: FractionSettings,
+) -> PyResult<Answered<'py>> {
+    let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
+    let points = Points {
+        points: &points,
+        surfaces,
+        normals: normals.as_ref(),
+    };
+    shares(py, index, &points, &Asked::Ambient(distance), &settings)
+}
+
+/// The share of the sky's light that each point gets: float64, shape (points,).
+#[pyfunction]
+pub(crate) fn sky_view_factor<'py>(
+    py: Python<'py>,
+    index: &ShadowIndex,
+    points: Rows<'py>,
+    face_ids: Option<PyReadonlyArray1<'py, u32>>,
+    normals: Option<Rows<'py>>,
+    up: [f64; 3],
+    settings: FractionSettings,
+) -> PyResult<Answered<'py>> {
+    let sky = Sky::new(up.into()).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let surfaces = face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?;
+    let points = Points {
+        points: &points,
+        surfaces,
+        normals: normals.as_ref(),
+    };
+    shares(py, index, &points, &Asked::Sky(sky), &settings)
+}
+
+/// The lit intervals of a segment for one point, as shares of its length; `None` without a closed form.
+#[pyfunction]
+pub(crate) fn lit_intervals(
+    index: &ShadowIndex,
+    point: [f64; 3],
+    face_id: Option<u32>,
+    light: AreaTuple,
+    side: &str,
+) -> PyResult<Option<Vec<[f64; 2]>>> {
+    let AreaShape::Segment(light) = area_light(light)?.shape else {
+        return Err(PyValueError::new_err(
+            "only linear lights have lit intervals",
+        ));
+    };
+    let start = antumbra::Start {
+        point: point.into(),
+        surface: face_id.map(antumbra::SurfaceId),
+    };
+    let mut counters = antumbra::Counters::default();
+    let found = index
+        .index
+        .lit_intervals(&start, side_of(side)?, &light, &mut counters);
+    found.map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+fn side_of(side: &str) -> PyResult<ReceiverSide> {
+    match side {
+        "front" => Ok(ReceiverSide::Front),
+        "back" => Ok(ReceiverSide::Back),
+        "both" => Ok(ReceiverSide::Both),
+        other => {
+            let message = format!("side is {other:?}: expected \"front\", \"back\" or \"both\"");
+            Err(PyValueError::new_err(message))
+        }
+    }
+}
+
+fn shares<'py>(
+    py: Python<'py>,
+    index: &ShadowIndex,
+    points: &Points<'_, 'py>,
+    asked: &Asked,
+    settings: &FractionSettings,
+) -> PyResult<Answered<'py>> {
+    let Points {
+        points,
+        surfaces,
+        normals,
+    } = *points;
+    match (points, normals) {
         (Rows::Double(points), None) => {
-            fractions(py, index, points, surfaces, None, &light, &settings)
+            shares_of(py, index, points, surfaces, None, asked, settings)
         }
-        (Rows::Double(points), Some(Rows::Double(normals))) => fractions(
-            py,
-            index,
-            points,
-            surfaces,
-            Some(normals),
-            &light,
-            &settings,
-        ),
+        (Rows::Double(points), Some(Rows::Double(normals))) => {
+            shares_of(py, index, points, surfaces, Some(normals), asked, settings)
+        }
         (Rows::Single(points), None) => {
-            fractions(py, index, points, surfaces, None, &light, &settings)
+            shares_of(py, index, points, surfaces, None, asked, settings)
         }
-        (Rows::Single(points), Some(Rows::Single(normals))) => fractions(
-            py,
-            index,
-            points,
-            surfaces,
-            Some(normals),
-            &light,
-            &settings,
-        ),
+        (Rows::Single(points), Some(Rows::Single(normals))) => {
+            shares_of(py, index, points, surfaces, Some(normals), asked, settings)
+        }
         _ => Err(PyTypeError::new_err(
             "points and normals: expected one dtype for both",
         )),
     }
 }
 
-fn fractions<'py, T: Element>(
+fn shares_of<'py, T: Element>(
     py: Python<'py>,
     index: &ShadowIndex,
     points: &PyReadonlyArray2<'py, T>,
     surfaces: Option<&[u32]>,
     normals: Option<&PyReadonlyArray2<'py, T>>,
-    light: &AreaShape,
+    asked: &Asked,
     settings: &FractionSettings,
-) -> PyResult<Bound<'py, PyArray1<f32>>>
+) -> PyResult<Answered<'py>>
 where
     [T; 3]: Coordinates,
 {
@@ -146,35 +267,57 @@ where
         (None, None) => BatchKind::Free,
     };
     let batch = Batch { points, kind };
-    let side = match settings.side.as_str() {
-        "front" => ReceiverSide::Front,
-        "back" => ReceiverSide::Back,
-        "both" => ReceiverSide::Both,
-        other => {
-            let message = format!("side is {other:?}: expected \"front\", \"back\" or \"both\"");
-            return Err(PyValueError::new_err(message));
-        }
-    };
+    let side = side_of(&settings.side)?;
     let sampling = LightSampling {
         samples: settings.samples,
         seed: settings.seed,
         light: 0,
     };
-    let out = PyArray1::<f32>::zeros(py, points.len(), false);
-    let mut writable = out.readwrite();
-    let fractions = writable.as_slice_mut()?;
-    let counted = stoppable(py, settings.threads, |_| {
-        index
-            .index
-            .visible_fractions(&batch, side, light, &sampling, fractions)
+    let found = stoppable(py, settings.threads, |_| {
+        ask(&index.index, &batch, side, asked, &sampling)
     })?;
-    counted.map_err(|error| match error {
+    let (values, are_exact) = found.map_err(|error| match error {
         BatchError::OffSurface { .. } => match index.index.off_surfaces(&batch) {
             Some(off) => off_surfaces_error(&off),
             None => batch_error(&error, 0),
         },
         error => batch_error(&error, 0),
     })?;
-    drop(writable);
-    Ok(out)
+    let are_exact = are_exact.map(|are_exact| PyArray1::from_vec(py, are_exact));
+    Ok((PyArray1::from_vec(py, values), are_exact))
+}
+
+/// Returns shares, and for exact fractions which of them are.
+fn ask<P: Coordinates>(
+    index: &antumbra::ShadowIndex,
+    batch: &Batch<P>,
+    side: ReceiverSide,
+    asked: &Asked,
+    sampling: &LightSampling,
+) -> Result<(Vec<f64>, Option<Vec<bool>>), BatchError> {
+    let count = batch.points.len();
+    let rounded = |answer: &dyn Fn(&mut [f32]) -> Result<BatchCounters, BatchError>| {
+        let mut shares = vec![0.0_f32; count];
+        answer(&mut shares)?;
+        Ok((shares.into_iter().map(f64::from).collect(), None))
+    };
+    match asked {
+        Asked::Light(light) => {
+            rounded(&|out| index.visible_fractions(batch, side, light, sampling, out))
+        }
+        Asked::Ambient(distance) => {
+            rounded(&|out| index.ambient_occlusion(batch, side, *distance, sampling, out))
+        }
+        Asked::Sky(sky) => rounded(&|out| index.sky_view_factor(batch, side, sky, sampling, out)),
+        Asked::Exact(light) => {
+            let mut found = vec![VisibleFraction::default(); count];
+            index.exact_visible_fractions(batch, side, light, sampling, &mut found)?;
+            let are_exact = found.iter().map(|found| found.by == FractionBy::Exact);
+            let are_exact = Some(are_exact.collect());
+            Ok((
+                found.iter().map(|found| found.fraction).collect(),
+                are_exact,
+            ))
+        }
+    }
 }

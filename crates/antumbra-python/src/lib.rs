@@ -34,7 +34,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _antumbra {
     #[pymodule_export]
+    use super::area::ambient_occlusion;
+    #[pymodule_export]
     use super::area::check_area_light;
+    #[pymodule_export]
+    use super::area::lit_intervals;
+    #[pymodule_export]
+    use super::area::sky_view_factor;
     #[pymodule_export]
     use super::area::visible_fraction;
     #[pymodule_export]

@@ -41,6 +41,7 @@ pub(crate) struct PictureSettings {
     max_depth: u32,
     seed: u64,
     light_samples: u32,
+    exact_fractions: bool,
     area_lights: Vec<AreaTuple>,
     shows_occlusion: bool,
     background: Option<[f64; 3]>,
@@ -98,6 +99,7 @@ pub(crate) fn render<'py>(
         },
         max_depth: picture.max_depth,
         light_samples: picture.light_samples,
+        exact_fractions: picture.exact_fractions,
         seed: picture.seed,
         show: if picture.shows_occlusion {
             Show::Occlusion

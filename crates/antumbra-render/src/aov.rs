@@ -8,8 +8,8 @@
 //!   that the picture's background stays when it is multiplied by the mask.
 //!   A light with size has such a layer, too: the mean of its visible fractions.
 //! - `decided-by`: for each [`DecidedBy`] the share of shadow questions that ended so, all lights
-//!   together; a sample that hits nothing counts for `no_hit`. Of a light with size, samples of the light
-//!   that were asked count for `ray`, the others for `facing_away`. The sum is 1.
+//!   together; a sample that hits nothing counts for `no_hit`. Of a light with size, the share of it
+//!   that was asked about counts for `ray`, the rest for `facing_away`. The sum is 1.
 //!
 //! Invariant: asking costs nothing: the layers use the answers that the picture uses.
 
@@ -154,7 +154,7 @@ impl Aovs {
             decided[DecidedBy::from(query) as usize] += 1.0 / light_count as f64;
         }
         for query in &seen.areas {
-            let asked = f64::from(query.asked) / f64::from(query.samples.max(1));
+            let asked = query.asked_fraction();
             decided[DecidedBy::Ray as usize] += asked / light_count as f64;
             decided[DecidedBy::FacingAway as usize] += (1.0 - asked) / light_count as f64;
         }
@@ -318,6 +318,7 @@ mod tests {
                 samples: 16,
                 asked: 12,
                 lit: 4,
+                exact: None,
             }],
         };
         aovs.add_sample(&seen, [0, 1], &mut sums);

@@ -58,6 +58,8 @@ pub struct RenderSettings {
     /// Samples of each light with size for each hit, 1 to
     /// [`MAX_LIGHT_SAMPLES`](antumbra_geometry::MAX_LIGHT_SAMPLES); each of the pixel's samples has others.
     pub light_samples: u32,
+    /// Whether lights with size have their exact visible fraction where that has a closed form; samples answer elsewhere.
+    pub exact_fractions: bool,
     /// Changes the jitter, and the samples of lights with size.
     pub seed: u64,
     /// Subject of the picture.
@@ -72,6 +74,7 @@ impl Default for RenderSettings {
             sampling: Sampling::Stratified { samples: 1 },
             max_depth: 5,
             light_samples: DEFAULT_LIGHT_SAMPLES,
+            exact_fractions: false,
             seed: 0,
             show: Show::Scene,
             aovs: Aovs::default(),
@@ -237,7 +240,8 @@ impl<'a> Tile<'a> {
     fn new(prepared: &'a Prepared, view: &'a View, settings: &'a RenderSettings) -> Self {
         let light_count = light_count(prepared.scene());
         let integrator = Integrator::new(prepared, settings.max_depth)
-            .with_light_samples(settings.light_samples, settings.seed);
+            .with_light_samples(settings.light_samples, settings.seed)
+            .with_exact_fractions(settings.exact_fractions);
         Self {
             integrator,
             view,

@@ -67,6 +67,8 @@ pub struct Settings {
     pub spp: u32,
     /// Samples of each light with size at each hit.
     pub light_samples: u32,
+    /// Whether lights with size had their exact visible fraction where that has a closed form.
+    pub exact_fractions: bool,
     /// Whether rays went through pixel corners instead.
     pub corner_rays: bool,
     /// The longest chain of rays.
@@ -142,6 +144,8 @@ pub struct LightSampleCounts {
     pub asked: u64,
     /// Samples asked and found blocked.
     pub blocked: u64,
+    /// Points that the exact visible fraction answered, without samples.
+    pub exact: u64,
 }
 
 /// Work in the grid and the tree.
@@ -250,6 +254,7 @@ impl From<&Tally> for LightSampleCounts {
             samples: area.samples,
             asked: area.asked,
             blocked: area.blocked,
+            exact: area.exact,
         }
     }
 }
@@ -285,6 +290,7 @@ mod tests {
                 size: [4, 5],
                 spp: 1,
                 light_samples: 16,
+                exact_fractions: false,
                 corner_rays: false,
                 max_depth: 5,
                 seed: 0,
@@ -333,6 +339,8 @@ mod tests {
             "/light_samples/samples",
             "/light_samples/asked",
             "/light_samples/blocked",
+            "/light_samples/exact",
+            "/settings/exact_fractions",
             "/settings/light_samples",
             "/traversal/steps",
             "/traversal/intersections",

@@ -163,8 +163,9 @@ mod threads;
 
 pub use answer::{Answer, Decided, QueryError, Shadow};
 pub use antumbra_geometry::{
-    AreaError, AreaSample, AreaShape, DiskLight, MAX_LIGHT_SAMPLES, MeshLight, PolygonLight,
-    RectangleLight, SegmentLight, Sky, SphereLight, SunDisc, TriangleLight,
+    AreaError, AreaSample, AreaShape, Directions, DiskLight, MAX_LIGHT_SAMPLES, MOST_BLOCKERS,
+    MOST_SPANS, MeshLight, PolygonLight, RectangleLight, SegmentLight, Sky, SphereLight, SunDisc,
+    TriangleLight,
 };
 pub use antumbra_geometry::{
     Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind, Hit,
@@ -176,9 +177,9 @@ pub use file::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved};
 pub use index::{BuildError, Builder, IndexOptions, LightError, Prediction, ShadowIndex, Volume};
 pub use occlusion::{QuickCheckVerdict, Refine};
 pub use query::{
-    AnyHit, Batch, BatchError, BatchKind, Coordinates, Hits, LightSamples, LightSampling, Nearness,
-    OffSurface, OffSurfaces, RayBatch, ReceiverSide, Sample, SurfaceNumber, Targets, Towards,
-    WithRays,
+    AnyHit, Batch, BatchError, BatchKind, Coordinates, FractionBy, Hits, LightSamples,
+    LightSampling, Nearness, OffSurface, OffSurfaces, RayBatch, ReceiverSide, Sample,
+    SurfaceNumber, Targets, Towards, VisibleFraction, WithRays,
 };
 pub use settings::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 pub use stats::{BatchCounters, Counters, ShadowCounters};

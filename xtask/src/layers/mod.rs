@@ -54,7 +54,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "umbra",
             "occluders",
             "mesh",
-            "patch",
+            "lit patch",
         ],
     ),
     (
@@ -86,7 +86,7 @@ const ROOMS: &[(&str, &[&str])] = &[
         "crates/antumbra-cli/src",
         &[
             "failure machine methods values",
-            "light_values memory outputs scene_source screen",
+            "light_values memory outputs scene_source screen soft",
             "interrupt saved",
             "typed",
             "load",

@@ -1,7 +1,7 @@
 //! `antumbra inspect`: what a scene holds and what its index would cost.
 
 use antumbra::{IndexOptions, Method, Refine};
-use antumbra_geometry::{Element, ElementKind, Opacity, Short};
+use antumbra_geometry::{AreaShape, Element, ElementKind, Opacity, Short};
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_scene::model::{LightKind, Scene};
 
@@ -15,7 +15,8 @@ use crate::{load, memory};
 
 /// Reads, counts, predicts; builds nothing.
 pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
+    let none = Outputs::none();
+    let scene = load::any_lit_scene(&typed.file, None, &typed.cost, &none, screen)?.scene;
     let limit = memory::limit(typed.cost.memory_limit);
     let [scene_bytes, surface_bytes] = [scene_bytes(&scene), surface_bytes(&scene)];
     let need = Need {
@@ -104,6 +105,19 @@ fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
             LightKind::Directional { towards_light } => {
                 format!("direction, towards {}", Short(towards_light))
             }
+        };
+        row(screen, &format!("  light {number}"), what);
+    }
+    if !scene.area_lights.is_empty() {
+        // They take no memory of the index.
+        row(screen, "lights with size", scene.area_lights.len());
+    }
+    for (number, light) in scene.area_lights.iter().enumerate() {
+        let (kind, size) = (light.shape.kind(), Short(light.shape.size()));
+        let what = match light.shape {
+            AreaShape::Segment(_) => format!("{kind}, length {size}"),
+            AreaShape::SunDisc(_) | AreaShape::Sky(_) => format!("{kind}, {size} steradians"),
+            _ => format!("{kind}, area {size}"),
         };
         row(screen, &format!("  light {number}"), what);
     }

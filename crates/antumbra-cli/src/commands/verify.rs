@@ -7,6 +7,7 @@
 //! or, with `--attack`, points at delicate places. They are made, asked and forgotten some thousands at a
 //! time, so there may be very many.
 
+mod area;
 mod attack;
 mod candidate;
 mod lights;
@@ -29,8 +30,8 @@ use crate::screen::Screen;
 use crate::typed::{Against, Shadows, Verify};
 use crate::{load, memory};
 use attack::{Attack, Kind};
-use candidate::Candidate;
 pub use candidate::{BuildStandIn, Other};
+use candidate::{Candidate, VALID};
 use surfaces::Surfaces;
 use tally::{Difference, Tally};
 
@@ -40,7 +41,8 @@ const RUN_QUERIES: u64 = 1 << 14;
 
 /// Builds one index a method, asks, compares; with `others` beside the methods that were typed.
 pub fn run(typed: &Verify, others: Vec<Other>, screen: &Screen) -> Result<Outcome, Failure> {
-    let scene = load::lit_scene(&typed.file, &typed.cost, &Outputs::none(), screen)?.scene;
+    let none = Outputs::none();
+    let scene = load::any_lit_scene(&typed.file, None, &typed.cost, &none, screen)?.scene;
     super::on_threads(&typed.threads, || work(typed, others, scene, screen))?
 }
 
@@ -100,12 +102,34 @@ fn work(
         .find_map(|candidate| candidate.index.voxel_planes());
     let comparison = Comparison {
         typed,
-        attack: typed
-            .attack
+        attack: (typed.attack && !scene.lights.is_empty())
             .then(|| Attack::new(&surfaces, typed.seed, voxels)),
         surfaces: &surfaces,
         candidates: &candidates,
     };
+    let found = if scene.area_lights.is_empty() {
+        area::Found::default()
+    } else {
+        let judge = built.index(area::judge_method(typed.against))?;
+        let comparison = area::Comparison {
+            against: typed.against,
+            seed: typed.seed,
+            lights: &scene.area_lights,
+            surfaces: &surfaces,
+            judge: &judge,
+            candidates: &candidates,
+        };
+        let found = comparison.run(typed.queries, screen);
+        screen.result(format!(
+            "{} samples and {} exact fractions of lights with size, {} differences",
+            found.samples, found.fractions, found.differences
+        ));
+        found
+    };
+    let area_differences = found.differences;
+    if scene.lights.is_empty() {
+        return Ok(outcome(area_differences));
+    }
     let mut tally = comparison.run(screen);
     let judge_name = match typed.against {
         Against::Reference => "reference",
@@ -121,11 +145,15 @@ fn work(
         "{} queries, {difference_count} differences",
         typed.queries
     ));
-    Ok(if difference_count == 0 {
-        Outcome::Done
-    } else {
-        Outcome::Differences
-    })
+    Ok(outcome(difference_count + area_differences))
+}
+
+/// Returns what so many differences mean.
+fn outcome(difference_count: u64) -> Outcome {
+    match difference_count {
+        0 => Outcome::Done,
+        _ => Outcome::Differences,
+    }
 }
 
 fn options(typed: &Verify, method: Method, memory_limit: u64) -> IndexOptions {
@@ -316,9 +344,6 @@ impl Comparison<'_> {
         expected.expect(VALID)
     }
 }
-
-/// Why every query has an answer.
-const VALID: &str = "starts are finite, surfaces exist";
 
 /// Queries of one light.
 #[derive(Clone, Debug, Default)]

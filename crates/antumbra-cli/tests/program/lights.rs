@@ -2,7 +2,9 @@
 
 use std::fs;
 
-use super::support::{Folder, antumbra, assert_code, count, figures, rendered, stderr, text};
+use super::support::{
+    Folder, antumbra, assert_code, count, figures, rendered, stderr, stdout, text,
+};
 
 /// Lights of every kind, typed.
 const TYPED: [&str; 7] = [
@@ -222,14 +224,127 @@ fn faces_that_emit_light_the_scene_when_asked() {
     assert_eq!(count(&figures, "/shadow/queries"), 0);
 }
 
+/// A plate over a floor, without anything round.
+const FLAT: &str = "\
+v
+from 4 -6 5
+at 0 0 0.5
+up 0 0 1
+angle 40
+hither 0.1
+resolution 48 36
+f 0.8 0.7 0.6 0.9 0 1 0 0
+p 4
+-3 -3 0
+3 -3 0
+3 3 0
+-3 3 0
+p 4
+-1 -1 1
+1 -1 1
+1 1 1.2
+-1 1 1.2
+";
+
 #[test]
-fn other_commands_refuse_lights_with_size() {
+fn exact_soft_shadows_have_no_noise_and_are_the_same_for_any_method() {
+    let folder = Folder::new();
+    let scene = folder.path("flat.nff");
+    fs::write(&scene, FLAT).unwrap();
+    let lights = [
+        "--light", TYPED[2], "--light", TYPED[5], "--sun", "225,40,3",
+    ];
+    let of = |more: &[&str]| rendered(&folder, &scene, &[&lights[..], more].concat());
+    let expected = of(&["--soft", "exact", "--shadows", "naive", "--threads", "1"]);
+    for method in ["auto", "voxel", "voxel-1990", "grid", "bvh"] {
+        let found = of(&["--soft", "exact", "--shadows", method, "--threads", "3"]);
+        assert!(found == expected, "{method}");
+    }
+    // A seed changes samples, of which there are none.
+    assert!(of(&["--soft", "exact", "--seed", "5"]) == expected);
+    assert!(of(&["--soft", "8", "--seed", "5"]) != of(&["--soft", "8"]));
+    assert!(of(&["--soft", "8"]) == of(&["--light-samples", "8"]));
+
+    let figures = figures(
+        &folder,
+        &scene,
+        &[&lights[..], &["--soft", "exact"]].concat(),
+    );
+    let of = |name: &str| count(&figures, &format!("/light_samples/{name}"));
+    assert!(
+        of("points") > 1000 && of("exact") == of("points"),
+        "{figures}"
+    );
+    assert!(of("penumbra") > 100 && of("samples") == 0);
+    let regions = of("facing_away") + of("umbra") + of("penumbra") + of("lit");
+    assert_eq!(of("points"), regions);
+}
+
+#[test]
+fn samples_answer_where_exact_fractions_have_no_closed_form() {
+    let (folder, scene) = Folder::with_scene();
+    let options = ["--light", TYPED[2], "--soft", "exact"];
+    let figures = figures(&folder, &scene, &options);
+    let of = |name: &str| count(&figures, &format!("/light_samples/{name}"));
+    // Behind the ball and the cone there are samples, elsewhere none.
+    assert!(of("exact") > 0 && of("exact") < of("points"), "{figures}");
+    assert_eq!(of("samples"), 64 * (of("points") - of("exact")));
+}
+
+#[test]
+fn verify_compares_lights_with_size() {
+    let (_folder, scene) = Folder::with_scene();
+    let lights: Vec<&str> = TYPED[2..]
+        .iter()
+        .flat_map(|light| ["--light", light])
+        .collect();
+    let options = ["--queries", "20000", "--seed", "3"];
+    for judge in ["reference", "bvh"] {
+        let command = ["verify", text(&scene), "--against", judge];
+        let output = antumbra(&[&command[..], &lights, &options].concat());
+        assert_code(&output, 0);
+        let said = stdout(&output);
+        assert!(
+            said.contains("of lights with size, 0 differences"),
+            "{said}"
+        );
+    }
+    // Both kinds of lights, and delicate places.
+    let both = ["--light", TYPED[0], "--light", TYPED[2], "--attack"];
+    let output = antumbra(&[&["verify", text(&scene)], &both[..], &options].concat());
+    assert_code(&output, 0);
+    assert!(
+        stdout(&output).contains("20000 queries, 0 differences"),
+        "{}",
+        stdout(&output)
+    );
+}
+
+#[test]
+fn inspect_lists_lights_with_size() {
+    let (_folder, scene) = Folder::with_scene();
+    let lights = ["--light", TYPED[2], "--light", "sky:", "--sun", "225,40,3"];
+    let output = antumbra(&[&["inspect", text(&scene)], &lights[..]].concat());
+    assert_code(&output, 0);
+    let said = stdout(&output);
+    for expected in [
+        "lights with size       3",
+        "rectangle, area 4",
+        "sky, 6.28",
+        "sun, 0.00",
+    ] {
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn commands_about_values_refuse_lights_with_size_and_say_why() {
     let (folder, scene) = Folder::with_scene();
     let saved = folder.path("saved.antumbra");
+    let cells = folder.path("cells.npy");
     for command in [
-        vec!["verify", text(&scene)],
-        vec!["inspect", text(&scene)],
         vec!["bake", text(&scene), "-o", text(&saved)],
+        vec!["export", text(&scene), "-o", text(&cells)],
     ] {
         for option in [
             ["--light", TYPED[2]],
@@ -238,7 +353,7 @@ fn other_commands_refuse_lights_with_size() {
         ] {
             let output = antumbra(&[&command[..], &option[..]].concat());
             assert_code(&output, 2);
-            let expected = "lights with size are for render alone";
+            let expected = "lights with size have no values or maps of their own";
             assert!(stderr(&output).contains(expected), "{}", stderr(&output));
         }
     }

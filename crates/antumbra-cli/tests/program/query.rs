@@ -109,12 +109,26 @@ impl Bench {
 
     /// Runs and returns the bytes behind the header, which must be for `shape`.
     fn answers(&self, more: &[&str], shape: &str) -> Vec<u8> {
+        self.array(more, "|u1", shape)
+    }
+
+    /// Runs and returns shares.
+    fn shares(&self, more: &[&str], shape: &str) -> Vec<f32> {
+        let bytes = self.array(more, "<f4", shape);
+        let numbers = bytes.chunks_exact(4);
+        numbers
+            .map(|x| f32::from_le_bytes(x.try_into().unwrap()))
+            .collect()
+    }
+
+    fn array(&self, more: &[&str], descr: &str, shape: &str) -> Vec<u8> {
         let output = self.run(more);
         assert_code(&output, 0);
         let bytes = fs::read(&self.out).unwrap();
         let (header, data) = bytes.split_at(128.min(bytes.len()));
         let header = String::from_utf8_lossy(header);
-        let expected = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': {shape}, }}");
+        let expected =
+            format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
         // npyz puts a space behind every comma.
         let spaceless = |text: &str| text.replace(' ', "");
         assert!(
@@ -417,4 +431,64 @@ fn answers_that_cannot_be_written_end_with_3_and_leave_nothing() {
     let is_partial = |path: &Path| path.to_string_lossy().contains("partial");
     let mut left = fs::read_dir(bench.folder.path("")).unwrap();
     assert!(!left.any(|entry| is_partial(&entry.unwrap().path())));
+}
+
+#[test]
+fn lights_with_size_are_answered_by_visible_fractions() {
+    // On the floor: under the middle of the ball, and far from it.
+    let bench = Bench::with(&doubles(&[[0.0, 0.0, 0.0], [3.9, -3.9, 0.0]]));
+    let lamp = ["--light", "area:0,0,9/0,1,0/1,0,0", "--on-surface"];
+    let found = bench.shares(&lamp, "(2,)");
+    assert_eq!(found, [0.0, 1.0]);
+    // Beside a lamp without size, and exactly.
+    let both = [&lamp[..], &["--light", "point:0,0,9", "--soft", "exact"]].concat();
+    let found = bench.shares(&both, "(2, 2,)");
+    // Columns: those without size first.
+    assert_eq!(found, [0.0, 0.0, 1.0, 1.0]);
+    let output = bench.run(&both);
+    assert!(
+        stdout(&output).contains("by samples, the others exact"),
+        "{}",
+        stdout(&output)
+    );
+    // The lamp is behind the floor.
+    assert_eq!(
+        bench.shares(&[&lamp[..], &["--side", "back"]].concat(), "(2,)"),
+        [0.0, 0.0]
+    );
+    let sun = ["--sun", "0,90,0.5", "--on-surface"];
+    assert_eq!(bench.shares(&sun, "(2,)"), [0.0, 1.0]);
+    fs::remove_file(&bench.out).unwrap();
+    let said = bench.refusal(&[&lamp[..], &["--packed"]].concat());
+    assert!(said.contains("--packed writes bits"), "{said}");
+}
+
+#[test]
+fn ambient_occlusion_and_sky_view_factors_are_answered_in_place_of_lights() {
+    let bench = Bench::with(&doubles(&[[0.0, 0.0, 0.0], [3.9, -3.9, 0.0]]));
+    let of = |more: &[&str]| bench.shares(&[&["--on-surface"], more].concat(), "(2,)");
+    // The ball touches half of the half sphere's cosine: it fills 30 degrees around the normal.
+    let open = of(&["--ambient-occlusion", "--directions", "4096"]);
+    assert!((open[0] - 0.75).abs() < 0.01 && open[1] > 0.98, "{open:?}");
+    assert_eq!(
+        of(&["--ambient-occlusion", "--distance", "0.5"]),
+        [1.0, 1.0]
+    );
+    assert_eq!(
+        of(&[
+            "--ambient-occlusion",
+            "--distance",
+            "inf",
+            "--directions",
+            "4096"
+        ]),
+        open
+    );
+    let sky = of(&["--sky-view-factor", "--directions", "4096"]);
+    assert_eq!(sky, open);
+    assert_eq!(of(&["--sky-view-factor", "--side", "back"]), [0.0, 0.0]);
+    let other = of(&["--ambient-occlusion", "--directions", "4096", "--seed", "9"]);
+    assert!((other[0] - open[0]).abs() < 0.02, "{other:?}");
+    let output = bench.run(&["--ambient-occlusion", "--sky-view-factor"]);
+    assert_code(&output, 2);
 }

@@ -62,6 +62,11 @@ impl DiskLight {
         self.plane.area
     }
 
+    /// Returns two unit vectors in the plane.
+    pub(crate) fn frame(&self) -> [DVec3; 2] {
+        self.frame
+    }
+
     pub(super) fn sample(&self, receiver: DVec3, u: f64, v: f64) -> Option<AreaSample> {
         let place = warp::disk(u, v) * self.radius;
         let [across, along] = self.frame;

@@ -32,6 +32,12 @@ impl Fan {
         self.ends.last().copied().unwrap_or(0.0)
     }
 
+    /// Returns the triangles with their areas.
+    pub(super) fn with_areas(&self) -> impl Iterator<Item = ([DVec3; 3], f64)> {
+        let triangles = self.triangles.iter();
+        triangles.map(|triangle| (*triangle, area_of(triangle)))
+    }
+
     pub(super) fn triangle(&self, number: usize) -> &[DVec3; 3] {
         &self.triangles[number]
     }
@@ -101,13 +107,24 @@ impl MeshLight {
         self.fan.area()
     }
 
+    /// Returns the triangles with their areas.
+    pub(crate) fn triangles_with_areas(&self) -> impl Iterator<Item = ([DVec3; 3], f64)> {
+        self.fan.with_areas()
+    }
+
+    /// Returns whether a triangle shines towards a receiver point.
+    pub(crate) fn shines_to(&self, triangle: &[DVec3; 3], receiver: DVec3) -> bool {
+        let side = side_of(triangle, receiver);
+        side > 0 || side < 0 && self.is_two_sided
+    }
+
     pub(super) fn sample(&self, receiver: DVec3, u: f64, v: f64) -> Option<AreaSample> {
         let (number, u) = self.fan.choose(u);
         let triangle = self.fan.triangle(number);
-        let side = side_of(triangle, receiver);
-        if side == 0 || (side < 0 && !self.is_two_sided) {
+        if !self.shines_to(triangle, receiver) {
             return None;
         }
+        let side = side_of(triangle, receiver);
         let [a, b, c] = *triangle;
         let normal = (b - a).cross(c - a);
         let point = not_behind(triangle, normal, point_of(triangle, u, v), side)?;

@@ -9,10 +9,12 @@
 //! |---|---|
 //! | `segment`, `rectangle`, `polygon`, `triangle`, `disk`, `sphere` | lights given by numbers |
 //! | `sun_disc`, `sky` | directions |
+//! | `directions` | directions around a receiver point, which are no light |
 //! | `mesh` | emitting triangles of the scene |
 //! | `warp` | square to disk, square to cap |
 //! | `pattern` | which numbers sample `i` of a receiver point has |
 
+mod directions;
 mod disk;
 mod mesh;
 mod pattern;
@@ -32,6 +34,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use directions::Directions;
 pub use disk::DiskLight;
 pub use mesh::MeshLight;
 pub use pattern::{MAX_LIGHT_SAMPLES, SamplePattern};

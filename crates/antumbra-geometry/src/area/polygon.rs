@@ -67,6 +67,11 @@ impl PolygonLight {
         self.plane.area
     }
 
+    /// Returns the triangles that samples lie on, with their areas.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = ([DVec3; 3], f64)> {
+        self.fan.with_areas()
+    }
+
     pub(super) fn sample(&self, receiver: DVec3, u: f64, v: f64) -> Option<AreaSample> {
         let (triangle, u) = self.fan.choose(u);
         let point = super::triangle::point_of(self.fan.triangle(triangle), u, v);

@@ -64,6 +64,21 @@ impl SunDisc {
         2.0 * PI * self.height
     }
 
+    /// Returns two unit vectors across the direction towards the middle.
+    pub(crate) fn frame(&self) -> [DVec3; 2] {
+        self.frame
+    }
+
+    /// Returns 1 less the cosine of the half-angle.
+    pub(crate) fn height(&self) -> f64 {
+        self.height
+    }
+
+    /// Returns the tangent of the half-angle.
+    pub(crate) fn tangent(&self) -> f64 {
+        libm::tan(self.diameter_degrees * (PI / 360.0))
+    }
+
     pub(super) fn sample(&self, u: f64, v: f64) -> AreaSample {
         let local = warp::cap(u, v, self.height);
         let [across, along] = self.frame;

@@ -12,7 +12,7 @@ use crate::intersect::{
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartSurface, largest_move_onto};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
-use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Start, Umbra};
+use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Sphere, Start, Umbra};
 
 /// A triangle with an area that a start lies on, still without its corners: whoever asks for many of them
 /// first, and for their corners then, waits once for memory.
@@ -30,7 +30,39 @@ impl StartTriangle {
     }
 }
 
+/// A surface as those see it that start on it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum OwnShape {
+    /// A triangle, or a disk by itself: no own rule hides anything.
+    Flat(Plane),
+    /// A sphere that is more than a point.
+    Ball(Sphere),
+    /// Any other.
+    Other,
+}
+
 impl Occluders {
+    /// Returns what starts on a surface need to know of it.
+    pub(crate) fn own_shape(&self, surface: SurfaceId) -> OwnShape {
+        match self.surface(surface) {
+            Surface::Triangle(triangle) => {
+                OwnShape::Flat(Plane::Points(self.positions_of(triangle)))
+            }
+            Surface::Curved(curved) => match curved.shape {
+                CurvedShape::Sphere(sphere) if sphere.radius > 0.0 => OwnShape::Ball(sphere),
+                CurvedShape::Disk(disk, axis) if axis != NO_AXIS => OwnShape::Flat(disk.plane()),
+                _ => OwnShape::Other,
+            },
+        }
+    }
+
+    /// Returns the numbers of a triangle's vertices; equal positions have equal numbers. `None` for triangles without
+    /// area and other surfaces.
+    pub(crate) fn triangle_vertices(&self, surface: SurfaceId) -> Option<[u32; 3]> {
+        let triangle = self.triangles.get(surface.0 as usize)?;
+        (triangle.axis != NO_AXIS).then_some(triangle.vertices)
+    }
+
     /// Prepares the segment from a start to a light.
     #[inline]
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {

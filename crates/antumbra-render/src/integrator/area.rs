@@ -1,7 +1,10 @@
-//! Lights with size in one point: which samples reach it, and what they bring (Paper 9.3).
+//! Lights with size in one point: which samples reach it, or which share of the light does, and what they bring
+//! (Paper 9.3).
 
-use antumbra::{Counters, LightSamples, LightSampling, ReceiverSide, ShadowCounters};
-use antumbra_geometry::{AreaSample, AreaShape, Start};
+use antumbra::{
+    Counters, LightSamples, LightSampling, ReceiverSide, ShadowCounters, VisibleFraction,
+};
+use antumbra_geometry::{AreaSample, AreaShape, LightShape, SamplePattern, Start};
 use antumbra_scene::model::{AreaLight, Color, Facing};
 
 use super::area_query::AreaQuery;
@@ -10,7 +13,19 @@ use super::{FINE, Integrator, SurfacePoint, Tally};
 use crate::prepare::Look;
 
 impl Integrator<'_> {
-    /// Asks which samples of a light with size reach a point.
+    /// Returns which side of its surface a point is lit on; `None` seen along its edge.
+    fn lit_side(&self, point: &SurfacePoint) -> Option<ReceiverSide> {
+        match self.prepared.scene().facing {
+            Facing::Winding => Some(ReceiverSide::Front),
+            Facing::Viewer => match point.viewer_side {
+                1.. => Some(ReceiverSide::Front),
+                0 => None,
+                _ => Some(ReceiverSide::Back),
+            },
+        }
+    }
+
+    /// Asks which samples of a light with size reach a point, or which share of it does.
     pub(super) fn ask_area(
         &self,
         point: &SurfacePoint,
@@ -23,14 +38,6 @@ impl Integrator<'_> {
             point: point.hit.point,
             surface: Some(point.hit.surface),
         };
-        let side = match scene.facing {
-            Facing::Winding => Some(ReceiverSide::Front),
-            Facing::Viewer => match point.viewer_side {
-                1.. => Some(ReceiverSide::Front),
-                0 => None,
-                _ => Some(ReceiverSide::Back),
-            },
-        };
         let sampling = LightSampling {
             samples: self.light_samples,
             seed: self.seed,
@@ -41,9 +48,21 @@ impl Integrator<'_> {
             ..AreaQuery::default()
         };
         // Seen along its edge a surface has no lit side.
-        if let Some(side) = side {
+        if let Some(side) = self.lit_side(point) {
             let shape = &scene.area_lights[light].shape;
             let mut counters = Counters::default();
+            if self.is_exact {
+                let exact = self
+                    .index()
+                    .exact_fraction(&start, side, shape, &mut counters);
+                query.exact = exact.expect(FINE);
+            }
+            if query.exact.is_some() {
+                query.samples = 0;
+                tally.counters.add(&counters);
+                tally.area.count(&query);
+                return query;
+            }
             self.index()
                 .sample_light(
                     &start,
@@ -63,6 +82,39 @@ impl Integrator<'_> {
         }
         tally.area.count(&query);
         query
+    }
+
+    /// Returns what a share of a light brings: the share of what is asked about that is lit, of what all of that would
+    /// bring. Places of the light are the same for all points, so that there is no noise.
+    pub(super) fn light_of_share(
+        &self,
+        point: &SurfacePoint,
+        look: &Look<'_>,
+        front_normal: antumbra_geometry::DVec3,
+        light: &AreaLight,
+        exact: &VisibleFraction,
+    ) -> Color {
+        let start = Start {
+            point: point.hit.point,
+            surface: Some(point.hit.surface),
+        };
+        let is_back = self.lit_side(point) == Some(ReceiverSide::Back);
+        let side_of = |target: &LightShape| {
+            let side = self.index().occluders().light_side(&start, target);
+            if is_back { -side } else { side }
+        };
+        let count = self.light_samples.max(1);
+        let sum = (0..count)
+            .filter_map(|number| {
+                let place = SamplePattern::place(0, number);
+                light.shape.sample(start.point, place)
+            })
+            .filter(|sample| side_of(&sample.target) > 0)
+            .map(|sample| {
+                share_of(light, &sample) * local_term(look, point, front_normal, &sample.target)
+            })
+            .fold(Color::ZERO, |sum, term| sum + term);
+        light.color * sum * (exact.fraction / exact.asked / f64::from(count))
     }
 
     /// Returns what the samples that reach a point bring.

@@ -1,14 +1,18 @@
 //! Queries of lights with size, and what they took.
 
+use antumbra::VisibleFraction;
+
 /// Which part of a light with size reaches a hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AreaQuery {
-    /// All samples of the light.
+    /// All samples of the light; 0 where its exact visible fraction answered.
     pub samples: u32,
     /// Those that the light shines from to the point, above the point's own plane.
     pub asked: u32,
     /// Of `asked`, those that reach it.
     pub lit: u32,
+    /// The exact visible fraction, where that was wanted and has a closed form.
+    pub exact: Option<VisibleFraction>,
 }
 
 /// Region of a light's shadow that a point lies in.
@@ -27,11 +31,33 @@ pub enum Region {
 impl AreaQuery {
     /// Returns the visible fraction, 0 to 1.
     pub fn visible_fraction(&self) -> f64 {
+        if let Some(exact) = self.exact {
+            return exact.fraction;
+        }
         f64::from(self.lit) / f64::from(self.samples.max(1))
+    }
+
+    /// Returns the share of the light that is asked about, 0 to 1.
+    pub fn asked_fraction(&self) -> f64 {
+        if let Some(exact) = self.exact {
+            return exact.asked;
+        }
+        f64::from(self.asked) / f64::from(self.samples.max(1))
     }
 
     /// Returns what the point is.
     pub fn region(&self) -> Region {
+        if let Some(exact) = self.exact {
+            return if exact.asked == 0.0 {
+                Region::FacingAway
+            } else if exact.fraction == 0.0 {
+                Region::Umbra
+            } else if exact.fraction < exact.asked {
+                Region::Penumbra
+            } else {
+                Region::Lit
+            };
+        }
         match (self.asked, self.lit) {
             (0, _) => Region::FacingAway,
             (_, 0) => Region::Umbra,
@@ -60,6 +86,8 @@ pub struct AreaTally {
     pub asked: u64,
     /// Of `asked`, those found blocked.
     pub blocked: u64,
+    /// Of `points`, those that the exact visible fraction answered, without samples.
+    pub exact: u64,
 }
 
 impl AreaTally {
@@ -72,10 +100,12 @@ impl AreaTally {
         self.samples += other.samples;
         self.asked += other.asked;
         self.blocked += other.blocked;
+        self.exact += other.exact;
     }
 
     pub(super) fn count(&mut self, query: &AreaQuery) {
         self.points += 1;
+        self.exact += u64::from(query.exact.is_some());
         match query.region() {
             Region::FacingAway => self.facing_away += 1,
             Region::Umbra => self.umbra += 1,

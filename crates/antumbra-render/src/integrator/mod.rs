@@ -3,7 +3,8 @@
 //! In: a ray and a prepared scene. Out: linear RGB, and every count of the work in a [`Tally`].
 //! At each hit: emission, ambient light times diffuse color (times the texture), and for each
 //! light a Lambertian and a Phong term if the light is in front, inside its cone and not blocked;
-//! for each light with size the mean of such terms over its samples that are lit (`area`);
+//! for each light with size the mean of such terms over its samples that are lit, or its exact visible fraction of their
+//! mean over all samples (`area`);
 //! then a mirrored and a refracted ray. Where a surface covers only part of what is behind, the
 //! ray goes on straight and both are mixed by coverage.
 //!
@@ -130,6 +131,7 @@ pub struct Integrator<'a> {
     prepared: &'a Prepared,
     max_depth: u32,
     light_samples: u32,
+    is_exact: bool,
     seed: u64,
     sample_number: u64,
 }
@@ -146,6 +148,7 @@ impl<'a> Integrator<'a> {
             prepared,
             max_depth,
             light_samples: DEFAULT_LIGHT_SAMPLES,
+            is_exact: false,
             seed: 0,
             sample_number: 0,
         }
@@ -158,6 +161,11 @@ impl<'a> Integrator<'a> {
             seed,
             ..self
         }
+    }
+
+    /// Takes the exact visible fraction of each light with size where it has a closed form, or samples everywhere.
+    pub fn with_exact_fractions(self, is_exact: bool) -> Self {
+        Self { is_exact, ..self }
     }
 
     /// Returns an integrator for one sample of a picture. Its number chooses the samples of lights with size.
@@ -350,7 +358,11 @@ impl<'a> Integrator<'a> {
             if let Some(seen) = &mut seen {
                 seen.areas.push(query);
             }
-            if query.lit > 0 {
+            if let Some(exact) = &query.exact {
+                if exact.fraction > 0.0 {
+                    color += self.light_of_share(point, look, front_normal, light, exact);
+                }
+            } else if query.lit > 0 {
                 color += self.light_of_area(point, look, front_normal, light, &samples);
             }
         }

@@ -133,6 +133,12 @@ impl Parts {
         })
     }
 
+    /// Returns all far surfaces.
+    pub(crate) fn far_surfaces(&self) -> impl Iterator<Item = SurfaceId> {
+        let zones = self.zones.iter();
+        zones.flat_map(|zone| zone.surfaces.iter().copied())
+    }
+
     /// Marks the starts that far surfaces block and returns how many these are.
     pub(crate) fn mark_blocked(
         &self,

@@ -5,6 +5,9 @@
 //! place (EXACTNESS.md, "Lights with size"), for any method and any number of threads. Absent here: where
 //! samples lie, which is geometry, and how they are answered, which [`ShadowIndex::occluded_targets`] knows.
 
+mod ambient;
+pub(super) mod exact;
+
 use crate::threads::prelude::*;
 use antumbra_geometry::{
     AreaSample, AreaShape, DVec3, LightShape, MAX_LIGHT_SAMPLES, SamplePattern, Start,
@@ -152,7 +155,8 @@ impl ShadowIndex {
         samples.total = sampling.count();
         samples.asked.clear();
         samples.targets.clear();
-        self.each_sample(start, side, light, point, sampling, |sample| {
+        let sample = |place| light.sample(start.point, place);
+        self.each_sample(start, side, (point, sampling), sample, |sample| {
             if let Some(sample) = sample {
                 samples.targets.push(sample.target);
                 samples.asked.push(sample);
@@ -165,14 +169,13 @@ impl ShadowIndex {
         self.occluded_targets(start, &samples.targets, &mut samples.occluded, counters)
     }
 
-    /// Visits all samples of a light for a start; `None` for those that are not asked.
+    /// Visits all samples of a start with a number; `None` for those that are not asked.
     fn each_sample(
         &self,
         start: &Start,
         side: ReceiverSide,
-        light: &AreaShape,
-        point: u64,
-        sampling: &LightSampling,
+        (point, sampling): (u64, &LightSampling),
+        sample: impl Fn([f64; 2]) -> Option<AreaSample>,
         mut visit: impl FnMut(Option<AreaSample>),
     ) {
         let pattern = SamplePattern {
@@ -188,8 +191,7 @@ impl ShadowIndex {
         };
         for number in 0..sampling.count() {
             let place = SamplePattern::place(scramble, number);
-            let sample = light.sample(start.point, place);
-            visit(sample.filter(|sample| is_seen(&sample.target)));
+            visit(sample(place).filter(|sample| is_seen(&sample.target)));
         }
     }
 
@@ -210,6 +212,23 @@ impl ShadowIndex {
         sampling: &LightSampling,
         fractions: &mut [f32],
     ) -> Result<BatchCounters, BatchError> {
+        let sampler = |_: usize, start: &Start| {
+            let point = start.point;
+            move |place| light.sample(point, place)
+        };
+        self.lit_shares(batch, side, sampling, sampler, fractions)
+    }
+
+    /// Writes for every point of a batch how many of its samples are lit, over all of them. The sampler makes what
+    /// gives a row's samples.
+    fn lit_shares<P: Coordinates, S: Fn([f64; 2]) -> Option<AreaSample>>(
+        &self,
+        batch: &Batch<P>,
+        side: ReceiverSide,
+        sampling: &LightSampling,
+        sampler: impl Fn(usize, &Start) -> S + Sync,
+        fractions: &mut [f32],
+    ) -> Result<BatchCounters, BatchError> {
         let run = Run::new(self, batch, &[])?;
         check_length("fractions", batch.points.len(), fractions.len())?;
         let per_start = sampling.count() as usize;
@@ -226,7 +245,8 @@ impl ShadowIndex {
                     _ => side,
                 };
                 let mut asked = 0;
-                self.each_sample(&start, side, light, row as u64, sampling, |sample| {
+                let numbered = (row as u64, sampling);
+                self.each_sample(&start, side, numbered, sampler(row, &start), |sample| {
                     asked += u32::from(sample.is_some());
                     // A zero direction stands for what is not asked: nothing blocks it.
                     let nowhere = LightShape::Direction(DVec3::ZERO);

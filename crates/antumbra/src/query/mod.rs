@@ -18,6 +18,7 @@ mod refused;
 mod run;
 
 pub use beam::Targets;
+pub use fraction::exact::{FractionBy, VisibleFraction};
 pub use fraction::{LightSamples, LightSampling};
 pub use locate::Sample;
 pub use named::OffSurfaces;

@@ -181,6 +181,24 @@ fn triples(
     Ok(points)
 }
 
+/// Writes numbers of a shape, whole or not at all.
+pub(super) fn write_shares(path: &Path, shape: &[u64], numbers: &[f32]) -> Result<(), Failure> {
+    let written = antumbra_files::write(
+        path,
+        |error| error,
+        |file| {
+            let mut writer = WriteOptions::<f32>::new()
+                .default_dtype()
+                .shape(shape)
+                .writer(&mut *file)
+                .begin_nd()?;
+            writer.extend(numbers.iter().copied())?;
+            writer.finish()
+        },
+    );
+    written.map_err(|error: io::Error| outputs::unwritable(path, error))
+}
+
 /// Writes bytes of a shape, whole or not at all.
 pub(in crate::commands) fn write(path: &Path, shape: &[u64], bytes: &[u8]) -> Result<(), Failure> {
     let written = antumbra_files::write(

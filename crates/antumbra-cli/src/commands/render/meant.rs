@@ -81,7 +81,8 @@ impl Meant {
             settings: RenderSettings {
                 sampling,
                 max_depth: typed.max_depth,
-                light_samples: typed.more_lights.samples,
+                light_samples: typed.more_lights.soft.samples(),
+                exact_fractions: typed.more_lights.soft.is_exact(),
                 seed: typed.seed,
                 show: typed.show.show(),
                 aovs,

@@ -43,3 +43,6 @@ impl Candidate {
         }
     }
 }
+
+/// Why every query has an answer.
+pub(super) const VALID: &str = "starts are finite, surfaces exist";

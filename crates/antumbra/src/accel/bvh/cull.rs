@@ -3,7 +3,9 @@
 //! In: a shaft and the box that it starts from. Out: every surface whose box in the tree may meet the
 //! shaft. Invariant: no surface that meets it is left out.
 
-use antumbra_geometry::{Bounds, Shaft, SurfaceId};
+use std::ops::ControlFlow;
+
+use antumbra_geometry::{Bounds, DVec3, Shaft, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8};
 
@@ -27,10 +29,21 @@ const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
 
 impl Region {
     pub(crate) fn new(frame: &Frame, shaft: &Shaft, bounds: &Bounds) -> Self {
+        let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
+        Self {
+            min: narrow(frame.point_in_frame(bounds.min)).map(|x| x - BOUND),
+            max: narrow(frame.point_in_frame(bounds.max)).map(|x| x + BOUND),
+            ..Self::below(frame, shaft.outer_planes())
+        }
+    }
+
+    /// Makes the region below up to twelve planes: outward normals with largest component 1, and points on them in
+    /// world space. Everything is near its box. A normal may err by 2^-21, which [`BOUND`] grants.
+    pub(crate) fn below(frame: &Frame, planes: impl IntoIterator<Item = (DVec3, DVec3)>) -> Self {
         // All is above a plane that is nowhere.
         let mut fours = [[[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]]; 3];
-        let planes = shaft
-            .outer_planes()
+        let planes = planes
+            .into_iter()
             .map(|(normal, point)| (normal, -normal.dot(frame.point_in_frame(point))))
             // Others start from corners of the box.
             .filter(|(_, offset)| offset.abs() < 9.0);
@@ -42,12 +55,11 @@ impl Region {
             }
             plane_count = number + 1;
         }
-        let narrow = |v: antumbra_geometry::DVec3| v.to_array().map(|x| x as f32);
         Self {
             fours,
             plane_count,
-            min: narrow(frame.point_in_frame(bounds.min)).map(|x| x - BOUND),
-            max: narrow(frame.point_in_frame(bounds.max)).map(|x| x + BOUND),
+            min: [f32::NEG_INFINITY; 3],
+            max: [f32::INFINITY; 3],
         }
     }
 }
@@ -74,8 +86,20 @@ impl Region {
 impl Bvh {
     /// Calls `visit` with every surface that may meet a region, and whether it may meet its box.
     pub(crate) fn cull(&self, region: &Region, mut visit: impl FnMut(SurfaceId, bool)) {
+        let _ = self.cull_until(region, |surface, is_near| {
+            visit(surface, is_near);
+            ControlFlow::Continue(())
+        });
+    }
+
+    /// The same, as long as `visit` says so.
+    pub(crate) fn cull_until(
+        &self,
+        region: &Region,
+        mut visit: impl FnMut(SurfaceId, bool) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         if self.nodes.is_empty() {
-            return;
+            return ControlFlow::Continue(());
         }
         let mut pending = vec![0_usize];
         while let Some(index) = pending.pop() {
@@ -92,7 +116,7 @@ impl Bvh {
                         continue;
                     }
                     ChildKind::Other => {
-                        visit(self.others[child.index()], is_near);
+                        visit(self.others[child.index()], is_near)?;
                         continue;
                     }
                     ChildKind::Triangles => &self.triangles[child.index()].members,
@@ -100,11 +124,12 @@ impl Bvh {
                 };
                 for (lane, &surface) in members.surfaces.iter().enumerate() {
                     if members.present >> lane & 1 != 0 {
-                        visit(surface, is_near);
+                        visit(surface, is_near)?;
                     }
                 }
             }
         }
+        ControlFlow::Continue(())
     }
 }
 

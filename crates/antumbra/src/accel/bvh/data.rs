@@ -139,6 +139,11 @@ impl Members {
 }
 
 impl Bvh {
+    /// Returns the frame that the tree has its numbers in.
+    pub(crate) fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
     /// Returns all surfaces of the tree.
     pub(super) fn surfaces(&self) -> impl Iterator<Item = SurfaceId> {
         let triangles = self.triangles.iter().map(|group| &group.members);

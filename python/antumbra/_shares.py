@@ -1,0 +1,282 @@
+"""Shares in place of bits: visible fractions of lights with size, ambient occlusion, sky view factors.
+
+In: arrays of points, and what is known of them. Out: arrays of numbers from 0 to 1. Absent here: lights without size.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _antumbra
+from ._arrays import Reals, numbers, reach, rows, rows_like, thread_count, vector, whole
+from .area import AreaLight, SegmentLight, Side, area_tuple_of
+from .scene import Scene
+
+SAMPLES_BESIDE_EXACT = 64
+"""Samples of a light at points where its visible fraction has no closed form."""
+
+
+class FractionSettings(TypedDict):
+    """How shares are asked for, as the extension module takes it."""
+
+    side: str
+    samples: int
+    seed: int
+    tolerance: float | None
+    threads: int
+
+
+class Shares:
+    """What can be asked of a `ShadowIndex` that is answered by shares."""
+
+    _native: _antumbra.ShadowIndex
+    _scene: Scene
+
+    def visible_fraction(
+        self,
+        points: Any,
+        light: AreaLight,
+        *,
+        face_ids: Any = None,
+        normals: Any = None,
+        side: Side = "front",
+        samples: int | Literal["exact"] = 64,
+        seed: int = 0,
+        tolerance: float | None = None,
+        threads: int = 0,
+    ) -> npt.NDArray[Any]:
+        """Answers for each point which share of a light with size it sees, by samples that are answered exactly, or exactly.
+
+        The light need not be one of the index. Points mean what they mean in `occluded`.
+
+        Args:
+            points: Shape (n, 3), float32 or float64, world space, finite.
+            light: Such as `RectLight` or `SunDisc`.
+            face_ids: Shape (n,), integers: the surfaces that the points lie on.
+            normals: Shape (n, 3): points of space that face somewhere see what is on the normal's side.
+            side: For points with `face_ids`: from which side of the surface they look, `"front"` as its winding
+                says, `"back"`, or `"both"`. What is on the other side counts as not seen.
+            samples: Samples a point, 1 to 65536; powers of two are spread best. `"exact"` takes no samples: it cuts the
+                light by the shadows of triangles. Where that has no closed form (more than 256 triangles in the way,
+                curved or alpha-tested surfaces, lights that are spheres or the sky) 64 samples answer;
+                `exact_visible_fraction` says where.
+            seed: Changes the samples. Each row has samples of its own.
+            tolerance: As of `occluded`, with `face_ids` only.
+            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
+
+        Returns:
+            The number of samples seen over all samples, float32, shape (n,); with `"exact"` the share itself, float64.
+
+        Raises:
+            ValueError: A shape does not fit, a number is not finite, or a point is not on the face that it names.
+            TypeError: A dtype does not fit, or the light has no size.
+            IndexError: A surface does not exist.
+        """
+        if isinstance(samples, str) and samples != "exact":
+            raise ValueError(f'samples is {samples!r}: expected a number or "exact"')
+        if samples == "exact":
+            how = {"face_ids": face_ids, "normals": normals, "tolerance": tolerance}
+            return self.exact_visible_fraction(points, light, side=side, seed=seed, threads=threads, **how)[0]
+        parts = area_tuple_of(light)
+        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = asked
+        found, _ = _antumbra.visible_fraction(self._native, places, ids, directions, parts, False, settings)
+        return found.astype(np.float32)
+
+    def exact_visible_fraction(
+        self,
+        points: Any,
+        light: AreaLight,
+        *,
+        face_ids: Any = None,
+        normals: Any = None,
+        side: Side = "front",
+        samples: int = SAMPLES_BESIDE_EXACT,
+        seed: int = 0,
+        tolerance: float | None = None,
+        threads: int = 0,
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Answers for each point which share of a light it sees, without samples where there is a closed form.
+
+        The share is by length, area, or for `SunDisc` solid angle: the number that samples converge to, right to 2^-32 at
+        least. It is 0 or 1 exactly where the light is wholly hidden or wholly visible.
+
+        Args:
+            points: As of `visible_fraction`, like all that follow but `samples`.
+            light: The light.
+            face_ids: Surfaces that the points lie on.
+            normals: Normals of points of space.
+            side: Side of the surface that is looked from.
+            samples: Samples at points that have no closed form.
+            seed: Changes these samples.
+            tolerance: How far points may lie off their faces.
+            threads: Threads that work.
+
+        Returns:
+            The shares, float64, shape (n,); and where they are exact, bool, shape (n,): samples answered elsewhere.
+
+        Raises:
+            ValueError: As of `visible_fraction`.
+            TypeError: As of `visible_fraction`.
+            IndexError: As of `visible_fraction`.
+        """
+        parts = area_tuple_of(light)
+        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = asked
+        found, exact = _antumbra.visible_fraction(self._native, places, ids, directions, parts, True, settings)
+        if exact is None:
+            exact = np.ones(len(found), dtype=np.bool_)
+        return found, exact
+
+    def lit_intervals(
+        self, point: Any, light: SegmentLight, *, face_id: int | None = None, side: Side = "front"
+    ) -> npt.NDArray[np.float64] | None:
+        """Answers which parts of a linear light a point sees.
+
+        Args:
+            point: Shape (3,), world space.
+            light: A `SegmentLight`.
+            face_id: The surface that the point lies on; `None` for a point of space.
+            side: Side of the surface that is looked from.
+
+        Returns:
+            Begins and ends of the lit intervals in order, as shares of the length from the light's first end, float64,
+            shape (k, 2); `None` where there is no closed form, as a curved or alpha-tested surface may be in the way.
+
+        Raises:
+            ValueError: The point is not finite, or the light is not linear.
+            IndexError: The surface does not exist.
+        """
+        if face_id is not None:
+            face_id = whole("face_id", face_id, 0, 2**32 - 1)
+            if face_id >= self._scene.surface_count:
+                raise IndexError(f"face_id is {face_id}: there are {self._scene.surface_count} surfaces")
+        found = _antumbra.lit_intervals(self._native, vector("point", point), face_id, area_tuple_of(light), side)
+        return None if found is None else np.array(found, dtype=np.float64).reshape(-1, 2)
+
+    def ambient_occlusion(
+        self,
+        points: Any,
+        samples: int = 256,
+        *,
+        face_ids: Any = None,
+        normals: Any = None,
+        distance: float | None = None,
+        side: Side = "front",
+        seed: int = 0,
+        tolerance: float | None = None,
+        threads: int = 0,
+    ) -> npt.NDArray[np.float32]:
+        """Answers for each point how open what is around it is: 1 is open, 0 closed all around.
+
+        Points with `face_ids` or `normals` look into the half sphere around the normal, directions weighted by their
+        cosine to it. Points of space, and those with `side="both"`, look all around, all directions alike.
+
+        Args:
+            points: Shape (n, 3), float32 or float64, world space, finite.
+            samples: Directions a point, 1 to 65536; powers of two are spread best. Each is answered exactly.
+            face_ids: Shape (n,), integers: the surfaces that the points lie on.
+            normals: Shape (n, 3), of any length; of a point with a zero normal nothing is open.
+            distance: Distance, above 0, up to which surfaces count; `None` for any.
+            side: For points with `face_ids`: the side that they look to.
+            seed: Changes the directions. Each row has directions of its own.
+            tolerance: As of `occluded`, with `face_ids` only.
+            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
+
+        Returns:
+            The share of directions in which nothing opaque is nearer than `distance`, float32, shape (n,).
+
+        Raises:
+            ValueError: A shape does not fit, a number is not finite, or a point is not on the face that it names.
+            TypeError: A dtype does not fit.
+            IndexError: A surface does not exist.
+        """
+        if distance is not None:
+            distance = float(distance)
+            if not distance > 0.0:
+                raise ValueError(f"distance is {distance}: expected above 0, or None for any")
+            distance = distance if math.isfinite(distance) else None
+        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = asked
+        found, _ = _antumbra.ambient_occlusion(self._native, places, ids, directions, distance, settings)
+        return found.astype(np.float32)
+
+    def sky_view_factor(
+        self,
+        points: Any,
+        samples: int = 256,
+        *,
+        face_ids: Any = None,
+        normals: Any = None,
+        up: Any = None,
+        side: Side = "front",
+        seed: int = 0,
+        tolerance: float | None = None,
+        threads: int = 0,
+    ) -> npt.NDArray[np.float32]:
+        """Answers for each point which share it gets of the light of an equally bright sky: 1 on open ground.
+
+        Directions are weighted by their cosine to the receiver's normal, and none below the horizon is sky, so a free
+        wall has 0.5. Points of space are level ground.
+
+        Args:
+            points: As of `ambient_occlusion`, like `samples`, `face_ids`, `normals`, `side` and what follows it.
+            samples: Directions a point.
+            face_ids: Surfaces that the points lie on.
+            normals: Normals of points of space.
+            up: Where the middle of the sky is, shape (3,); by default the scene's up.
+            side: Side of the surface.
+            seed: Changes the directions.
+            tolerance: How far points may lie off their faces.
+            threads: Threads that work.
+
+        Returns:
+            The share, float32, shape (n,).
+
+        Raises:
+            ValueError: As of `ambient_occlusion`, or `up` is zero.
+            TypeError: As of `ambient_occlusion`.
+            IndexError: As of `ambient_occlusion`.
+        """
+        towards = self._scene._native.up if up is None else vector("up", up)
+        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = asked
+        found, _ = _antumbra.sky_view_factor(self._native, places, ids, directions, towards, settings)
+        return found.astype(np.float32)
+
+    def _asked(
+        self,
+        points: Any,
+        face_ids: Any,
+        normals: Any,
+        side: str,
+        samples: int,
+        seed: int,
+        tolerance: float | None,
+        threads: int,
+    ) -> tuple[Reals, npt.NDArray[np.uint32] | None, Reals | None, FractionSettings]:
+        """Checks points and settings."""
+        places_of_points = rows("points", points)
+        directions = None
+        if normals is not None:
+            if face_ids is not None:
+                raise ValueError("face_ids say where points are: give them without normals")
+            places_of_points, directions = rows_like("normals", normals, "points", places_of_points)
+        ids = None
+        if face_ids is not None:
+            shape = (len(places_of_points),)
+            ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
+        elif tolerance is not None:
+            raise ValueError("tolerance: only points with face_ids have one")
+        how: FractionSettings = {
+            "side": side,
+            "samples": whole("samples", samples, 1, 65536),
+            "seed": whole("seed", seed, 0, 2**64 - 1),
+            "tolerance": reach(tolerance),
+            "threads": thread_count(threads),
+        }
+        return places_of_points, ids, directions, how
