@@ -1,6 +1,6 @@
 //! Rows: what a cell's part of one triangle, or a cell of space, knows of all lights at once (Paper 6; README.md here).
 //!
-//! In: starts. Out: for each the [`Row`] of its cell and surface, if there is one: a bit a light for *every start is
+//! In: starts. Out: for each the row of its cell and surface, if there is one: a bit a light for *every start is
 //! lit*, one for *every start is in shadow*, neither for what is not known. Invariant: what a row says holds for every
 //! start of its surface in its inflated cell, by the rule of EXACTNESS.md. It is a function of the scene, the light, the
 //! cell and the surface; which rows there are depends on what was asked, and changes no answer. All bytes are taken from
