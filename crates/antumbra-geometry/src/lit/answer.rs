@@ -16,9 +16,9 @@ pub enum Meeting {
 /// Shares of a light: which part of it is asked about and which part of that is lit, as shares of the whole light, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shares {
-    /// What shines towards the start and is above its horizon.
+    /// Share that shines towards the start and is above its horizon.
     pub asked: f64,
-    /// What of that is lit.
+    /// Share that is lit, too.
     pub lit: f64,
 }
 

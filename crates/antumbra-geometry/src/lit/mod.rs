@@ -48,7 +48,7 @@ pub const MOST_BLOCKERS: usize = 256;
 /// Largest number of triangles that hide some of a segment.
 pub const MOST_SPANS: usize = 4096;
 
-/// What of a light is above the plane of the receiver point.
+/// Part of a light that is above the plane of the receiver point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Horizon {
     /// All of it.

@@ -6,7 +6,8 @@
 
 use antumbra_geometry::{AreaSample, Directions, Sky, Start};
 
-use super::{LightSampling, ReceiverSide};
+use super::LightSampling;
+use crate::query::points::ReceiverSide;
 use crate::{Batch, BatchCounters, BatchError, BatchKind, Coordinates, ShadowIndex};
 
 impl ShadowIndex {

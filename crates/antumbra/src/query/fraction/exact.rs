@@ -11,8 +11,9 @@ use antumbra_geometry::{
     AreaShape, Horizon, LightView, Meeting, SegmentLight, Shares, Start, SurfaceId,
 };
 
-use super::{CHUNK_POINTS, LightSamples, LightSampling, ReceiverSide};
+use super::{CHUNK_POINTS, LightSamples, LightSampling};
 use crate::accel::bvh::Region;
+use crate::query::points::ReceiverSide;
 use crate::query::run::{Run, check_length};
 use crate::threads::prelude::*;
 use crate::{
@@ -39,10 +40,10 @@ pub enum FractionBy {
 /// The share of a light that a receiver point sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VisibleFraction {
-    /// What is lit, 0 to 1: by length, area or solid angle over that of the whole light. 0 and 1 mean wholly hidden
+    /// Share that is lit, 0 to 1: by length, area or solid angle over that of the whole light. 0 and 1 mean wholly hidden
     /// and wholly visible.
     pub fraction: f64,
-    /// What would be lit if nothing were in between: the part that shines towards the point and is above its plane.
+    /// Share that would be lit if nothing were in between: the part that shines towards the point and is above its plane.
     pub asked: f64,
     /// How it was found.
     pub by: FractionBy,
