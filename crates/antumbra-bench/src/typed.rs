@@ -326,7 +326,9 @@ pub(crate) struct Kept {
     pub(crate) occlusion: Option<PathBuf>,
 }
 
+// The flattened arguments are a group of this name already.
 #[derive(Args, Debug)]
+#[group(skip)]
 pub(crate) struct Verify {
     #[command(flatten)]
     pub(crate) ours: cli::Verify,
