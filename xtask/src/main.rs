@@ -4,6 +4,7 @@ mod layers;
 mod paths;
 mod python;
 mod run;
+mod tables;
 mod words;
 
 use std::path::Path;
@@ -21,6 +22,7 @@ chores:
   wheel    the Python package's wheel for users, into target/wheels
   site     the documentation's site, into target/site
   cli      the reference of the program in docs/cli.md, from what the program says of itself
+  tables   the tables of docs/performance.md, from the raw runs in bench/runs
   layers   only the check that crates and modules look downwards
   paths    only the check that files named in our Markdown exist
   words    only the check of words that have a better one
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         Some("wheel") => python::wheel(),
         Some("site") => python::site(),
         Some("cli") => cli(),
+        Some("tables") => tables::write(),
         Some("layers") => layers::check(),
         Some("paths") => paths::check(),
         Some("words") => words::check(),
@@ -73,6 +76,7 @@ fn lint() -> Result<()> {
     layers::check()?;
     paths::check()?;
     words::check()?;
+    tables::check()?;
     run::cargo(&["fmt", "--all", "--check"], &[])?;
     let clippy = [
         "clippy",
