@@ -409,8 +409,8 @@ mod tests {
                 "l.json:1: lights[0].center[2]: invalid type: string \"x\", expected f64",
             ),
             (
-                r#"{"type": "disk", "color": [0, 0, 1]}"#,
-                "l.json:1: lights[0].color: unknown field `color`",
+                r#"{"type": "disk", "tint": [0, 0, 1]}"#,
+                "l.json:1: lights[0].tint: unknown field `tint`",
             ),
         ];
         for (light, expected) in cases {
