@@ -46,6 +46,21 @@ pub enum QueryError {
     /// The query names a light that is not there.
     #[error("light {0} does not exist")]
     UnknownLight(usize),
+    /// The point is not on the surface that it names, by more than rounding to `f32` explains.
+    #[error(
+        "{} is {distance} away from surface {surface}, more than the {allowed} that rounding explains",
+        Short(*point)
+    )]
+    OffSurface {
+        /// Position.
+        point: DVec3,
+        /// Which surface it names.
+        surface: u32,
+        /// How far that is, world units.
+        distance: f64,
+        /// How far it might have been.
+        allowed: f64,
+    },
     /// A target is NaN, infinite or beyond 2^100.
     #[error("target {index} is {}: coordinates must be finite and at most 2^100 in magnitude", Short(*target))]
     BadTarget {

@@ -10,6 +10,7 @@ use antumbra::{
     AnyHit, Batch, Counters, DVec3, LightShape, Method, Occluders, Opacity, QueryError, Refine,
     Refinement, ShadowIndex, Start, SurfaceId,
 };
+use antumbra_geometry::Precision;
 
 use common::{METHODS, Random, add_cone_and_disk, add_pane, builder_of, is_shadowed, lamps};
 
@@ -54,6 +55,7 @@ fn starts(occluders: &Occluders, count: usize) -> Vec<Start> {
 #[test]
 fn one_bit_is_the_answer_of_a_query() {
     let occluders = scene();
+    let (mut on_surface, mut off_surface) = (0, 0);
     for method in METHODS {
         let index = builder_of(&occluders, &lamps(), method)
             .build()
@@ -61,17 +63,34 @@ fn one_bit_is_the_answer_of_a_query() {
         for start in starts(&occluders, 500) {
             for light in 0..lamps().len() {
                 let expected = is_shadowed(&index, &start, light);
-                let found = match start.surface {
-                    Some(surface) => index.is_occluded(start.point, surface, light),
-                    None => index.is_occluded_at(start.point.to_array(), light),
+                let Some(surface) = start.surface else {
+                    let found = index.is_occluded_at(start.point.to_array(), light);
+                    assert_eq!(found, Ok(expected), "{method:?} {start:?}");
+                    continue;
                 };
-                assert_eq!(found, Ok(expected), "{method:?} {start:?}");
+                let found = index.is_occluded(start.point, surface, light);
+                if occluders.is_on(surface, start.point, Precision::Single) {
+                    assert_eq!(found, Ok(expected), "{method:?} {start:?}");
+                    on_surface += 1;
+                } else {
+                    // Another question was meant than the one that would be answered.
+                    let is_refused = matches!(found, Err(QueryError::OffSurface { .. }));
+                    assert!(is_refused, "{method:?} {start:?} {found:?}");
+                    off_surface += 1;
+                }
             }
         }
     }
+    assert!(
+        on_surface > 100 && off_surface > 100,
+        "{on_surface} {off_surface}"
+    );
     let index = builder_of(&occluders, &lamps(), Method::Auto)
         .build()
         .expect("an index");
+    let above = index.is_occluded([0.5_f32, 0.25, 5.0], 0, 1);
+    let told = above.expect_err("5 above the floor").to_string();
+    assert!(told.contains("away from surface 0"), "{told}");
     let at = [0.5_f32, 0.25, 0.0];
     assert_eq!(
         index.is_occluded(at, 0, 1),

@@ -1,14 +1,15 @@
 //! One question, one bit: for who wants neither counters nor how an answer was found.
 
-use antumbra_geometry::{Start, SurfaceId};
+use antumbra_geometry::{Occluders, Start, SurfaceId};
 
+use super::off_surface::{OffSurface, off_surface};
 use super::own_rays::{AnyHit, WithRays};
 use super::points::Coordinates;
 use crate::{Counters, QueryError, Shadow, ShadowIndex};
 
 impl ShadowIndex {
     /// Returns whether something opaque is between a point on a surface and a light: a shadow ray's answer, without
-    /// an offset. `point` is in world space; a triangle or a disk takes it up exactly, wherever rounding has left it.
+    /// an offset. `point` is in world space; a triangle or a disk takes it up exactly, wherever rounding to `f32` has left it.
     ///
     /// As [`ShadowIndex::shadow`], which also counts and says how it knew. For many points at once
     /// [`ShadowIndex::occluded`] is several times as fast, and uses all threads.
@@ -32,7 +33,8 @@ impl ShadowIndex {
     /// ```
     ///
     /// # Errors
-    /// The point is not finite or beyond 2^100, or its surface or the light does not exist.
+    /// The point is not finite or beyond 2^100, its surface or the light does not exist, or the point is farther from its
+    /// surface than rounding to `f32` explains.
     pub fn is_occluded(
         &self,
         point: impl Coordinates,
@@ -59,6 +61,7 @@ impl ShadowIndex {
     #[inline]
     fn is_shadowed(&self, start: &Start, light: usize) -> Result<bool, QueryError> {
         let answer = self.shadow(start, light, &mut Counters::default())?;
+        check_surface(self.occluders(), start)?;
         Ok(answer.shadow == Shadow::Shadowed)
     }
 }
@@ -91,7 +94,30 @@ impl<R: AnyHit> WithRays<'_, R> {
 
     fn is_shadowed(&self, start: &Start, light: usize) -> Result<bool, QueryError> {
         let answer = self.shadow(start, light, &mut Counters::default())?;
+        check_surface(self.index.occluders(), start)?;
         Ok(answer.shadow == Shadow::Shadowed)
+    }
+}
+
+/// Checks that a start is on the surface that it names, as batches do.
+fn check_surface(occluders: &Occluders, start: &Start) -> Result<(), QueryError> {
+    let Some(SurfaceId(surface)) = start.surface else {
+        return Ok(());
+    };
+    match off_surface(occluders, 0, start.point, surface, None) {
+        None => Ok(()),
+        Some(OffSurface {
+            point,
+            surface,
+            distance,
+            allowed,
+            ..
+        }) => Err(QueryError::OffSurface {
+            point,
+            surface,
+            distance,
+            allowed,
+        }),
     }
 }
 
