@@ -210,7 +210,18 @@ fn lights_of_fixtures_agree_with_the_oracle() {
                     Some(surface) => index.lights_visible(start.point, surface),
                     None => index.lights_visible_at(start.point),
                 };
-                let words = words.expect("a fine query");
+                // A point off its surface is refused one by one, and answered where starts are given.
+                let words = match words {
+                    Err(QueryError::OffSurface { .. }) => {
+                        let mut words = vec![0; fixture.lights.len().div_ceil(64)];
+                        let (all, mut counters) = (ReceiverSide::Both, Counters::default());
+                        index
+                            .lights_visible_of(&[start], all, &mut words, &mut counters)
+                            .expect("a fine query");
+                        words
+                    }
+                    words => words.expect("a fine query"),
+                };
                 for (number, &light) in fixture.lights.iter().enumerate() {
                     let truth = oracle.is_blocked(query.point, query.surface, light);
                     let bit = words[number / 64] >> (number % 64) & 1;
@@ -441,6 +452,8 @@ fn what_has_no_answer_is_refused_and_nothing_is_written() {
     let random = &mut Random(2);
     let (occluders, lights) = flat(random, 3);
     let index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Asked));
+    let far = index.lights_visible([0.0, 0.0, 1e6], SurfaceId(0));
+    assert!(matches!(far, Err(QueryError::OffSurface { .. })), "{far:?}");
     let fine = Start {
         point: DVec3::ZERO,
         surface: None,

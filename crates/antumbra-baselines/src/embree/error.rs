@@ -12,7 +12,7 @@ pub enum EmbreeError {
         list(tried)
     )]
     NotFound {
-        /// What was tried, in order.
+        /// Names that were tried, in order.
         tried: Vec<PathBuf>,
     },
     /// A library was found but cannot be used.
@@ -20,7 +20,7 @@ pub enum EmbreeError {
     Unusable {
         /// The library.
         path: PathBuf,
-        /// What the loader said.
+        /// Message of the loader.
         message: String,
     },
     /// Embree reports an error.
@@ -28,7 +28,7 @@ pub enum EmbreeError {
     Refused {
         /// `RTCError`.
         code: i32,
-        /// What was being done.
+        /// Step that failed.
         doing: &'static str,
     },
 }

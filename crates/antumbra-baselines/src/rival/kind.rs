@@ -1,4 +1,4 @@
-//! What rivals are, are told, and have in common.
+//! Inputs of rivals, and code that they share.
 
 use antumbra::{Answer, Counters, Decided, QueryError, Shadow, ShadowIndex};
 use antumbra_geometry::{DVec3, Segment, Start};

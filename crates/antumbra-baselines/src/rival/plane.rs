@@ -2,13 +2,13 @@
 
 use antumbra_geometry::DVec3;
 
-/// What cells are inflated by, round a point.
+/// Margin of cells round a point.
 pub(super) const POINT_MARGIN: f64 = 1.0 / (1 << 22) as f64;
 
-/// What the error of a start may be, as a share of its distance from a point.
+/// Largest error of a start, as a share of its distance from a point.
 pub(super) const POINT_ERROR: f64 = 1.0 / (1 << 26) as f64;
 
-/// The same two for directions, as shares of the scene's scale.
+/// Margin and largest error for directions, as shares of the scene's scale.
 pub(super) const DIRECTION_MARGIN: f64 = 1.0 / (1u64 << 36) as f64;
 
 pub(super) const DIRECTION_ERROR: f64 = 1.0 / (1u64 << 38) as f64;
@@ -40,7 +40,7 @@ pub(super) struct Plane {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Eye {
     Point(DVec3),
-    /// What places are relative to, and the slopes of the direction along `p` and `q`.
+    /// Origin of places, and the slopes of the direction along `p` and `q`.
     Direction(DVec3, [f64; 2]),
 }
 

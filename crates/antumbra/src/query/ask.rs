@@ -1,8 +1,8 @@
 //! One question, one bit: for who wants neither counters nor how an answer was found.
 
-use antumbra_geometry::{Occluders, Start, SurfaceId};
+use antumbra_geometry::{Start, SurfaceId};
 
-use super::off_surface::{OffSurface, off_surface};
+use super::off_surface::check_surface;
 use super::own_rays::{AnyHit, WithRays};
 use super::points::Coordinates;
 use crate::{Counters, QueryError, Shadow, ShadowIndex};
@@ -96,28 +96,6 @@ impl<R: AnyHit> WithRays<'_, R> {
         let answer = self.shadow(start, light, &mut Counters::default())?;
         check_surface(self.index.occluders(), start)?;
         Ok(answer.shadow == Shadow::Shadowed)
-    }
-}
-
-/// Checks that a start is on the surface that it names, as batches do.
-fn check_surface(occluders: &Occluders, start: &Start) -> Result<(), QueryError> {
-    let Some(SurfaceId(surface)) = start.surface else {
-        return Ok(());
-    };
-    match off_surface(occluders, 0, start.point, surface, None) {
-        None => Ok(()),
-        Some(OffSurface {
-            point,
-            surface,
-            distance,
-            allowed,
-            ..
-        }) => Err(QueryError::OffSurface {
-            point,
-            surface,
-            distance,
-            allowed,
-        }),
     }
 }
 

@@ -1,6 +1,8 @@
 //! Whether a point is on the surface that it names.
 
-use antumbra_geometry::{DVec3, Occluders, Precision, SurfaceId};
+use antumbra_geometry::{DVec3, Occluders, Precision, Start, SurfaceId};
+
+use crate::QueryError;
 
 /// A point that is not on the surface that it names.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,4 +44,26 @@ pub(crate) fn off_surface(
         distance: occluders.distance(id, point)?,
         allowed: tolerance.unwrap_or_else(|| occluders.allowed(id, point, Precision::Single)),
     })
+}
+
+/// Checks that a start is on the surface that it names, as batches do.
+pub(crate) fn check_surface(occluders: &Occluders, start: &Start) -> Result<(), QueryError> {
+    let Some(SurfaceId(surface)) = start.surface else {
+        return Ok(());
+    };
+    match off_surface(occluders, 0, start.point, surface, None) {
+        None => Ok(()),
+        Some(OffSurface {
+            point,
+            surface,
+            distance,
+            allowed,
+            ..
+        }) => Err(QueryError::OffSurface {
+            point,
+            surface,
+            distance,
+            allowed,
+        }),
+    }
 }

@@ -14,6 +14,7 @@ use crate::accel::bvh::Memory;
 use crate::clock::Reading;
 use crate::occlusion::{AllLights, Asked, LightRows, Place, ROW_BLOCK, RowTable, Scene};
 use crate::query::beam::{AskedBlock, WORD};
+use crate::query::off_surface::check_surface;
 use crate::{Coordinates, Counters, QueryError, ReceiverSide, Refine, Shadow, ShadowIndex};
 
 /// As few lights are asked one by one. From a sweep of 3 to 64 in rooms: the lights that rows leave open lie in all
@@ -85,7 +86,8 @@ impl ShadowIndex {
     /// ```
     ///
     /// # Errors
-    /// The point is not finite or beyond 2^100, or its surface does not exist.
+    /// The point is not finite or beyond 2^100, its surface does not exist, or the point is farther from it than rounding
+    /// to `f32` explains.
     pub fn lights_visible(
         &self,
         point: impl Coordinates,
@@ -95,7 +97,9 @@ impl ShadowIndex {
             point: point.as_f64(),
             surface: Some(surface.into()),
         };
-        self.all_visible(&start)
+        let visible = self.all_visible(&start)?;
+        check_surface(self.occluders(), &start)?;
+        Ok(visible)
     }
 
     /// Returns which of the index's lights reach a point of space, as [`ShadowIndex::lights_visible`] does for points
