@@ -316,7 +316,8 @@ fn start_in(
                 0 => random.pick(places),
                 _ => center + scale * random.pick(&[1.0, 3.0]) * random.of_cube(),
             },
-            surface: None,
+            // The rule holds for every point, however far from the surface.
+            surface: random.pick(&[None, Some(surface)]),
         },
     }
 }
@@ -361,6 +362,14 @@ fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
                     expected.iter().filter(|&&is_shadowed| is_shadowed).count() as u64,
                     "{name}"
                 );
+                // Small batches, of which some start on near surfaces alone.
+                let mut few = vec![false; starts.len()];
+                for (starts, few) in starts.chunks(4).zip(few.chunks_mut(4)) {
+                    index
+                        .shadows(starts, light, few, &mut counters)
+                        .expect("answers");
+                }
+                assert_eq!(few, expected, "{name} {light}");
                 for ((start, &expected), &together) in starts.iter().zip(&expected).zip(&together) {
                     let alone = index.shadow(start, light, &mut counters).expect("answer");
                     assert_eq!(

@@ -59,7 +59,37 @@ impl Split {
 pub(crate) struct Parts {
     /// All surfaces, the far ones left out.
     pub(crate) near: Arc<Occluders>,
+    near_box: NearBox,
     zones: Vec<Zone>,
+}
+
+/// Where starts on near surfaces lie.
+#[derive(Clone, Copy, Debug)]
+struct NearBox {
+    /// The box of the near surfaces, and a little more: points are rounded.
+    points: Bounds,
+    /// A box that holds the exact start (EXACTNESS.md, "The start") of every point in `points` on a near surface.
+    ///
+    /// On a triangle it is a point of that triangle. Else it is the point itself, or, on a disk or a cap, the point
+    /// moved along the axis of the largest component of the plane's normal by at most sqrt(3) times the distance of
+    /// the plane's own point, which is in `points` as well. Twice the extents leave room for every rounding.
+    starts: Bounds,
+}
+
+impl NearBox {
+    const NONE: Self = Self {
+        points: Bounds::EMPTY,
+        starts: Bounds::EMPTY,
+    };
+
+    fn new(near: &Occluders) -> Self {
+        let bounds = near.bounds();
+        let extents = bounds.size().element_sum();
+        Self {
+            points: bounds.inflated(DVec3::splat(extents / 1024.0)),
+            starts: bounds.inflated(DVec3::splat(2.0 * extents)),
+        }
+    }
 }
 
 /// Far surfaces that lie close together themselves.
@@ -79,15 +109,19 @@ impl Parts {
         if groups.len() <= 1 {
             return Self {
                 near: all.clone(),
+                near_box: NearBox::NONE,
                 zones: Vec::new(),
             };
         }
         let far = groups.split_off(1);
         let left_out: Vec<ElementId> = far.iter().flatten().copied().collect();
         let zones = far.iter().map(|elements| Zone::new(all, elements));
+        let zones = zones.collect();
+        let near = Arc::new(all.without(&left_out));
         Self {
-            zones: zones.collect(),
-            near: Arc::new(all.without(&left_out)),
+            near_box: NearBox::new(&near),
+            zones,
+            near,
         }
     }
 
@@ -139,7 +173,7 @@ impl Parts {
         zones.flat_map(|zone| zone.surfaces.iter().copied())
     }
 
-    /// Marks the starts that far surfaces block and returns how many these are.
+    /// Marks the starts that far surfaces block and returns how many these are. None of the starts is on a far surface.
     pub(crate) fn mark_blocked(
         &self,
         all: &Occluders,
@@ -152,11 +186,16 @@ impl Parts {
         if self.is_whole() {
             return 0;
         }
+        let near = &self.near_box;
+        let is_near_free = !self.may_block(&near.starts, light);
         let mut count = 0;
         let chunks = starts
             .chunks(TOGETHER)
             .zip(is_shadowed.chunks_mut(TOGETHER));
         for (starts, is_shadowed) in chunks {
+            if is_near_free && starts.iter().all(|start| near.points.contains(start.point)) {
+                continue;
+            }
             let bounds = around(all, starts);
             let mut zones = self.zones.iter();
             if !zones.any(|zone| may_meet(&bounds, light, &zone.bounds)) {
@@ -404,4 +443,80 @@ fn is_close(reaches: impl Iterator<Item = usize>, most_far: usize, distance: usi
 /// Returns the exponent of a number that is not negative, as its bits have it.
 fn exponent(x: f64) -> usize {
     (x.to_bits() >> 52 & 0x7ff) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use antumbra_geometry::{Cone, Disk, Opacity};
+
+    use super::*;
+    use crate::occlusion::testing::Random;
+
+    /// Surfaces of all kinds in a unit cube, and a triangle far out.
+    fn scene(random: &mut Random) -> Arc<Occluders> {
+        let mut builder = Occluders::builder();
+        for number in 0..2 * FEWEST_ELEMENTS {
+            let center = random.of_cube();
+            // Nearly along three axes at once, too.
+            let normals = [random.of_cube(), DVec3::new(1.0, 1.0, 1.0 - 1e-15)];
+            let added = match number % 4 {
+                0 => builder.add_disk(
+                    Disk {
+                        center,
+                        normal: random.pick(&normals),
+                        radius: 0.1,
+                    },
+                    Opacity::Opaque,
+                ),
+                1 => builder.add_cone(
+                    Cone {
+                        base: center,
+                        base_radius: 0.1,
+                        apex: random.of_cube(),
+                        apex_radius: 0.05,
+                        is_closed: true,
+                    },
+                    Opacity::Opaque,
+                ),
+                _ => {
+                    let corners = [(); 3].map(|()| center + 0.1 * random.of_cube());
+                    builder.add_face(&corners, Opacity::Opaque)
+                }
+            };
+            added.expect("a surface");
+        }
+        let far = [DVec3::X, DVec3::Y, DVec3::Z].map(|corner| 1e6 * (corner + DVec3::ONE));
+        builder.add_face(&far, Opacity::Opaque).expect("a face");
+        Arc::new(builder.build())
+    }
+
+    #[test]
+    fn exact_starts_on_near_surfaces_lie_in_the_box_of_near_starts() {
+        let random = &mut Random(5);
+        let mut moved_count = 0;
+        for _ in 0..20 {
+            let all = scene(random);
+            let parts = Parts::new(&all, Split::Wide);
+            assert!(!parts.is_whole());
+            let NearBox { points, starts } = parts.near_box;
+            for surface in parts.near.present_surfaces() {
+                for _ in 0..20 {
+                    // Corners as well.
+                    let shares = [random.of_cube().signum(), random.of_cube()];
+                    let share = random.pick(&shares);
+                    let point = points.center() + 0.5 * points.size() * share;
+                    let point = point.clamp(points.min, points.max);
+                    let start = Start {
+                        point,
+                        surface: Some(surface),
+                    };
+                    let segment = all.segment(&start, &LightShape::Direction(DVec3::Z));
+                    assert!(starts.contains(segment.origin()), "{start:?}");
+                    moved_count += u32::from(!points.contains(segment.origin()));
+                }
+            }
+        }
+        // Disks and caps move points out of the box of the surfaces.
+        assert!(moved_count > 100, "{moved_count}");
+    }
 }

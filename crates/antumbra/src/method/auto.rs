@@ -1,6 +1,6 @@
 //! The exact shadow map, and rays until it pays and where it does not know.
 
-use antumbra_geometry::Start;
+use antumbra_geometry::{DVec3, Start};
 
 use super::order::WINDOW;
 use super::voxel::{ByVoxel, NOTED, Rays};
@@ -93,19 +93,41 @@ impl<R: Rays> ByVoxel<'_, R> {
         let (occluders, light) = (self.occluders, self.light_number);
         let mut unknown = Unknown::default();
         let (mut list_count, mut shadowed_count) = (0, 0);
-        let blocks = starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY));
-        for (block, (starts, is_shadowed)) in blocks.enumerate() {
-            antumbra_task::check();
+        let mut ask = |starts: &[Start], number_of: &dyn Fn(usize) -> u32, is_shadowed: &mut [bool]| {
             let told = self
                 .values
                 .find_many_in_map((lists, map), occluders, starts, light);
-            for (number, is_shadowed) in is_shadowed.iter_mut().enumerate() {
-                *is_shadowed = told.shadowed >> number & 1 != 0;
+            for place in 0..starts.len() {
+                is_shadowed[number_of(place) as usize] = told.shadowed >> place & 1 != 0;
             }
             shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
             list_count += u64::from((told.listed & !told.unknown).count_ones());
-            unknown.add(block * MANY, told.unknown, starts);
+            unknown.add(starts, number_of, told.unknown);
+        };
+        let mut rest = Rest::new();
+        let mut shadowed_faces = 0;
+        for (block, begin) in starts.chunks(MANY).zip((0..).step_by(MANY)) {
+            antumbra_task::check();
+            let (known, shadowed) = map.faces_of(block);
+            if known == 0 {
+                ask(block, &|place| (begin + place) as u32, is_shadowed);
+                continue;
+            }
+            shadowed_faces += u64::from(shadowed.count_ones());
+            for (number, start) in block.iter().enumerate() {
+                is_shadowed[begin + number] = shadowed >> number & 1 != 0;
+                rest.add_if(known >> number & 1 == 0, start, begin + number);
+                if rest.count == MANY {
+                    ask(&rest.starts, &|place| rest.numbers[place], is_shadowed);
+                    rest.count = 0;
+                }
+            }
         }
+        if rest.count > 0 {
+            let left = &rest.starts[..rest.count];
+            ask(left, &|place| rest.numbers[place], is_shadowed);
+        }
+        shadowed_count += shadowed_faces;
         let mut made = 0;
         if !unknown.starts.is_empty() {
             made = self
@@ -162,7 +184,11 @@ impl<R: Rays> ByVoxel<'_, R> {
             self.values
                 .find_one_in_map(map, self.occluders, start, light)
         };
-        let mut found = map.map_or(Found::NOTHING, find);
+        let by_face = |(_, map): (_, &Map)| map.face_of(start);
+        let mut found = map.and_then(by_face).map_or_else(
+            || map.map_or(Found::NOTHING, find),
+            Found::by_value,
+        );
         let mut made = 0;
         if let (true, Some(map), true) = (found.is_nothing(), map, is_sampled) {
             let asking = std::slice::from_ref(start);
@@ -211,16 +237,49 @@ struct Unknown {
 }
 
 impl Unknown {
-    /// Adds those of a block, which begins with the chunk's `first`.
+    /// Adds those of a block, a bit each.
     #[inline]
-    fn add(&mut self, first: usize, mut numbers: u64, block: &[Start]) {
-        while numbers != 0 {
-            let number = numbers.trailing_zeros() as usize;
-            numbers &= numbers - 1;
-            if let Some(start) = block.get(number) {
+    fn add(&mut self, block: &[Start], number_of: impl Fn(usize) -> u32, mut places: u64) {
+        while places != 0 {
+            let place = places.trailing_zeros() as usize;
+            places &= places - 1;
+            if let Some(start) = block.get(place) {
                 self.starts.push(*start);
-                self.numbers.push((first + number) as u32);
+                self.numbers.push(number_of(place));
             }
         }
+    }
+}
+
+/// Starts on faces of which nothing is known as a whole, until there are enough for a lookup.
+struct Rest {
+    starts: [Start; MANY],
+    /// Their numbers in the chunk.
+    numbers: [u32; MANY],
+    count: usize,
+}
+
+/// In place of a start.
+const NOWHERE: Start = Start {
+    point: DVec3::ZERO,
+    surface: None,
+};
+
+impl Rest {
+    fn new() -> Self {
+        Self {
+            starts: [NOWHERE; MANY],
+            numbers: [0; MANY],
+            count: 0,
+        }
+    }
+
+    /// Adds a start if that is wanted, without a branch.
+    #[inline(always)]
+    fn add_if(&mut self, is_wanted: bool, start: &Start, number: usize) {
+        let at = self.count % MANY;
+        self.starts[at] = *start;
+        self.numbers[at] = number as u32;
+        self.count = at + usize::from(is_wanted);
     }
 }

@@ -16,7 +16,7 @@ impl Found {
     const BY_LIST: u8 = 0b10;
 
     #[inline(always)]
-    pub(super) fn by_value(is_shadowed: bool) -> Self {
+    pub(crate) fn by_value(is_shadowed: bool) -> Self {
         Self(u8::from(is_shadowed))
     }
 

@@ -121,12 +121,7 @@ impl AdaptiveValues {
         match runs {
             // Nothing was known.
             runs if runs.iter().all(|run| run.is_empty()) => Ok(()),
-            [tiles, first, surfaces, rest] if self.knowledge == Knowledge::Maps => {
-                match rest.is_empty() {
-                    true => self.take_map(occluders, light, [tiles, first, surfaces]),
-                    false => Err(Misfit::At(0, "more than a map")),
-                }
-            }
+            runs if self.knowledge == Knowledge::Maps => self.take_map(occluders, light, runs),
             [words, bricks, leaves, entries] if bricks.is_empty() => {
                 match [leaves, entries].iter().all(|run| run.is_empty()) {
                     true => self.take_stream(occluders, light, &words),

@@ -13,6 +13,7 @@ use super::super::tables::{NONE, Tables};
 use super::super::views::CELLS_ALONG_TILE;
 use super::super::views::View;
 pub(super) use super::codes::{LEVELS, digit, place_codes};
+use super::faces::Part;
 use super::facet::{Cells, Depths, Facet, ROOM};
 pub(super) use super::made::{Made, Owned};
 pub(super) use super::queries::Queries;
@@ -28,16 +29,19 @@ const CUT: f32 = 1_500.0;
 const TESTS_LEFT: u32 = 2_000;
 const MOST_APART: usize = 6;
 
+/// Starts nearer a light among the surfaces may be in no tile.
+const LEAST_TOLD: f64 = 1.0 / 32.0;
+
 /// Depths that are compared are off by [`BOUND`] each, and so is a start's.
 const APART: f32 = 4.0 * BOUND;
 const PAST: f32 = 2.0 * BOUND;
 
 #[derive(Clone, Copy, Debug)]
-struct Entry {
-    facet: u16,
+pub(super) struct Entry {
+    pub(super) facet: u16,
     covers: bool,
-    near: f32,
-    far: f32,
+    pub(super) near: f32,
+    pub(super) far: f32,
 }
 
 /// The word of a cell, and the one for free starts.
@@ -78,7 +82,7 @@ impl Cell {
 /// Makes tiles, one after another.
 pub(super) struct Builder<'a, S> {
     simd: S,
-    tables: Tables<'a>,
+    pub(super) tables: Tables<'a>,
     depths: Depths,
     /// By how much cells are inflated, in tiles.
     margin: f32,
@@ -87,6 +91,8 @@ pub(super) struct Builder<'a, S> {
     facets: Vec<Facet>,
     /// For each of them the number of its surface among those of the tile.
     numbers: Vec<u16>,
+    /// For each of them its surface, and what cells tell of it.
+    parts: Vec<(u32, Part)>,
     /// Facets beyond each side, [`NONE`] where there is none.
     beyond: Vec<[u32; 3]>,
     /// For each facet its number in the list at hand.
@@ -108,6 +114,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             is_crowded: false,
             facets: Vec::new(),
             numbers: Vec::new(),
+            parts: Vec::new(),
             beyond: Vec::new(),
             in_list: Vec::new(),
             words: Vec::new(),
@@ -133,7 +140,38 @@ impl<'a, S: Simd> Builder<'a, S> {
             }
         }
         self.margin = (margin as f32) + ROOM;
+        self.parts.clear();
+        // Starts on curved shapes are where their points are. Of what comes too near the light not all starts are
+        // in a tile.
+        let is_told = |facet: &Facet| {
+            self.tables.side(facet.surface as usize).is_some()
+                && (!view.is_face || f64::from(facet.nearest()) > LEAST_TOLD)
+        };
+        let part = |facet: &Facet| match is_told(facet) {
+            true => (facet.surface, Part::default()),
+            false => (facet.surface, Part::DOUBT),
+        };
+        self.parts.extend(self.facets.iter().map(part));
         self.find_beyond();
+    }
+
+    pub(super) fn facet(&self, entry: &Entry) -> &Facet {
+        &self.facets[usize::from(entry.facet)]
+    }
+
+    pub(super) fn part_of(&self, facet: u16) -> Part {
+        self.parts[usize::from(facet)].1
+    }
+
+    pub(super) fn tell(&mut self, facet: u16, part: Part) {
+        self.parts[usize::from(facet)].1.add(part);
+    }
+
+    /// Tells of all entries of a list.
+    fn tell_all(&mut self, list: &[Entry], part: impl Fn(usize, &Entry) -> Part) {
+        for (number, entry) in list.iter().enumerate() {
+            self.tell(entry.facet, part(number, entry));
+        }
     }
 
     /// Makes the tile itself, or its cell of a level that holds the place of a code; with lists for free starts where
@@ -158,6 +196,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             cell.low[1] += cell.side * (number >> 2) as f32;
         }
         let known = if self.is_crowded {
+            self.parts.iter_mut().for_each(|(_, part)| part.add(Part::DOUBT));
             Known::alike(Word::HOPELESS)
         } else {
             let mut list = self.simd.vectorize(
@@ -167,6 +206,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             self.cell(&mut list, &cell, queries)
         };
         Made {
+            parts: &self.parts,
             words: &self.words,
             own: known.word,
             free: known.free,
@@ -278,10 +318,22 @@ impl<'a, S: Simd> Builder<'a, S> {
         }
     }
 
+    /// Leaves out what begins so far behind the nearest sheet that it is in shadow.
+    fn keep_before(&mut self, list: &mut Vec<Entry>, depth: f32) {
+        let parts = &mut self.parts;
+        list.retain(|entry| {
+            let is_before = entry.near <= depth;
+            if !is_before {
+                parts[usize::from(entry.facet)].1.add(Part::SHADOWED);
+            }
+            is_before
+        });
+    }
+
     fn cell(&mut self, list: &mut Vec<Entry>, cell: &Cell, queries: Queries) -> Known {
         let covers = list.iter().filter(|entry| entry.covers);
         let mut full = covers.fold(f32::INFINITY, |full, entry| full.min(entry.far));
-        list.retain(|entry| entry.near <= full + APART);
+        self.keep_before(list, full + APART);
         let nearest = list
             .iter()
             .fold(f32::INFINITY, |near, entry| near.min(entry.near))
@@ -293,6 +345,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             && entry.covers
         {
             let word = Word::threshold(entry.far + PAST);
+            self.tell(entry.facet, Part::LIT);
             let free = self.free(list, nearest, |_| true);
             return Known { word, free };
         }
@@ -309,6 +362,7 @@ impl<'a, S: Simd> Builder<'a, S> {
                 let mut others = others.filter(|&(number, _)| !sheet.holds(number));
                 if others.all(|(_, other)| other.near > full + APART) {
                     let word = Word::threshold(full + PAST);
+                    self.tell_all(list, |number, _| sheet.part_of(number));
                     let free = self.free(list, nearest, |number| sheet.holds(number));
                     return Known { word, free };
                 }
@@ -320,6 +374,7 @@ impl<'a, S: Simd> Builder<'a, S> {
                     let mut others = numbers.filter(|number| !sheet.holds(*number));
                     if others.all(|number| is_hidden(&number) || is_behind(&number)) {
                         let word = self.write_slant(&slant, full + PAST);
+                        self.tell_all(list, |number, _| sheet.part_of(number));
                         let free = self.free(list, nearest, |number| sheet.holds(number));
                         return Known { word, free };
                     }
@@ -331,6 +386,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             let may_be_apart = over.is_none_or(|over| over.count_ones() < 2);
             if sheet.is_none() && may_be_apart && list.len() <= MOST_APART && self.are_apart(list) {
                 let word = Word::LIT;
+                self.tell_all(list, |_, _| Part::LIT);
                 let free = self.free(list, nearest, |_| true);
                 return Known { word, free };
             }
@@ -361,6 +417,7 @@ impl<'a, S: Simd> Builder<'a, S> {
         if is_finest || !pays {
             if asked > queries.longest || order.len() > LONGEST {
                 self.order = order;
+                self.tell_all(list, |_, _| Part::DOUBT);
                 // Rays take less.
                 return Known::alike(match is_finest || queries.are_all {
                     true => Word::HOPELESS,
@@ -377,10 +434,19 @@ impl<'a, S: Simd> Builder<'a, S> {
             self.words
                 .extend(entries.map(|&(_, nearest, number)| entry(nearest, number)));
             self.order = order;
+            let is_hidden = |number: usize| number < MOST_IN_SHEET && hidden >> number & 1 != 0;
+            let is_asked = |number: usize| {
+                sheet.holds(number) || !is_hidden(number) && list[number].near <= full + APART
+            };
+            self.tell_all(list, |number, _| match is_asked(number) {
+                true => Part::default(),
+                false => Part::SHADOWED,
+            });
+            self.resolve(list, is_asked);
             return Known::alike(Word::list(place));
         }
         self.order = order;
-        list.retain(|entry| entry.near <= full + APART);
+        self.keep_before(list, full + APART);
         let list = std::mem::take(list);
         self.node(&list, cell, queries)
     }
@@ -542,7 +608,7 @@ impl<'a, S: Simd> Builder<'a, S> {
     /// Returns whether no two of a list hide one another.
     fn are_apart(&self, list: &[Entry]) -> bool {
         let facet = |entry: &Entry| &self.facets[usize::from(entry.facet)];
-        if list.iter().any(|entry| facet(entry).sides[0] == [0.0; 3]) {
+        if list.iter().any(|entry| !facet(entry).has_sides()) {
             return false;
         }
         let mut positions = [[DVec3::ZERO; 3]; MOST_APART];

@@ -261,7 +261,7 @@ impl Facet {
             | cells.v.simd_lt(self.low[1] - half)
             | cells.v.simd_gt(self.high[1] + half);
         let mut covers = 0;
-        if self.sides[0] != [0.0; 3] {
+        if self.has_sides() {
             let mut least = f32x16::splat(simd, f32::INFINITY);
             for [x, y, z] in self.sides {
                 let value = cells.u * x + (cells.v * y + z);
@@ -300,6 +300,11 @@ impl Facet {
             near,
             far,
         }
+    }
+
+    /// Returns whether its sides are told.
+    pub(super) fn has_sides(&self) -> bool {
+        self.sides[0] != [0.0; 3]
     }
 
     /// Returns the depth before which it is nowhere.

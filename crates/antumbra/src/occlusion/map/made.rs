@@ -1,9 +1,12 @@
 //! What was built for a cell.
 
+use super::faces::Part;
 use super::words::{Arena, NODE_CELLS, Word};
 
 /// The words below a tile or cell, places from its first on, and its own.
 pub(super) struct Made<'a> {
+    /// Of a tile, what it tells of the surfaces that it lists.
+    pub(super) parts: &'a [(u32, Part)],
     pub(super) words: &'a [u32],
     pub(super) own: Word,
     pub(super) free: Word,
@@ -11,6 +14,7 @@ pub(super) struct Made<'a> {
 
 /// The same, kept.
 pub(super) struct Owned {
+    pub(super) parts: Box<[(u32, Part)]>,
     pub(super) words: Box<[u32]>,
     pub(super) own: Word,
     pub(super) free: Word,
@@ -19,6 +23,7 @@ pub(super) struct Owned {
 impl Owned {
     pub(super) fn borrow(&self) -> Made<'_> {
         Made {
+            parts: &self.parts,
             words: &self.words,
             own: self.own,
             free: self.free,
@@ -29,6 +34,7 @@ impl Owned {
 impl Made<'_> {
     pub(super) fn to_owned(&self) -> Owned {
         Owned {
+            parts: self.parts.into(),
             words: self.words.into(),
             own: self.own,
             free: self.free,

@@ -7,10 +7,12 @@
 
 mod build;
 mod codes;
+mod faces;
 mod facet;
 mod found;
 mod made;
 mod queries;
+mod resolve;
 mod runs;
 mod sheet;
 
@@ -24,12 +26,13 @@ mod words;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use antumbra_geometry::{DVec2, LightShape, Occluders};
+use antumbra_geometry::{DVec2, LightShape, Occluders, Start};
 use antumbra_task::{check, checked};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 
 use self::build::{AGAIN, Builder, LEVELS, Made, Owned, Queries, digit, place_codes};
+use self::faces::Faces;
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
 pub(super) use self::runs::MapRuns;
@@ -55,6 +58,7 @@ pub(crate) struct Map {
     /// For each tile what it knows, and what it says of free starts.
     tiles: Box<[AtomicU32]>,
     free: Box<[AtomicU32]>,
+    faces: Faces,
     /// Queries that found nothing in a tile; once it is made, free ones.
     asked: Box<[AtomicU32]>,
     /// Queries that calls in progress will ask of a tile.
@@ -159,6 +163,7 @@ impl Map {
             arena: Arena::new((most_bytes / 4) as usize),
             share: OnceLock::new(),
             is_full: AtomicBool::new(false),
+            faces: Faces::new(occluders.surface_count(), surfaces.iter().copied()),
             first: first.into(),
             surfaces: surfaces.into(),
             depths: Depths::of(&views.all[0]),
@@ -174,7 +179,8 @@ impl Map {
             + size_of_val(&*self.tiles)
             + size_of_val(&*self.free)
             + size_of_val(&*self.asked)
-            + size_of_val(&*self.coming);
+            + size_of_val(&*self.coming)
+            + self.faces.bytes();
         (tables + 4 * self.arena.held()) as u64
     }
 
@@ -204,6 +210,28 @@ impl Map {
             }
         }
         place
+    }
+
+    /// Tells of at most 64 starts which lie on faces that are lit or in shadow as a whole, and of these which are in
+    /// shadow, a bit each.
+    #[inline]
+    pub(crate) fn faces_of(&self, starts: &[Start]) -> (u64, u64) {
+        let (mut known, mut shadowed) = (0, 0);
+        for (number, start) in starts.iter().enumerate() {
+            let value = self.faces.value(start.surface);
+            known |= u64::from(value & 1 | value >> 1) << number;
+            shadowed |= u64::from(value >> 1) << number;
+        }
+        (known, shadowed)
+    }
+
+    /// Returns whether a start is in shadow, if all starts on its face are, or none is.
+    #[inline]
+    pub(crate) fn face_of(&self, start: &Start) -> Option<bool> {
+        match self.faces.value(start.surface) {
+            0 => None,
+            value => Some(value >> 1 != 0),
+        }
     }
 
     fn surfaces_of(&self, tile: usize) -> &[u32] {
@@ -460,7 +488,18 @@ impl Map {
             Some(slot) => self.arena.publish(slot, word, free),
             None => {
                 self.free[tile].store(free.0, Ordering::Relaxed);
-                self.tiles[tile].store(word.0, Ordering::Release);
+                // A tile that is made again tells nothing new. Two threads may make one at once.
+                let is_first = |before: u32| before == Word::UNASKED.0 && word != Word::UNASKED;
+                if is_first(self.tiles[tile].load(Ordering::Relaxed)) {
+                    for &(surface, part) in made.parts {
+                        self.faces.tell(surface, part);
+                    }
+                }
+                if is_first(self.tiles[tile].swap(word.0, Ordering::AcqRel)) {
+                    for &(surface, _) in made.parts {
+                        self.faces.finish_tile(surface);
+                    }
+                }
             }
         }
         true

@@ -16,6 +16,7 @@ use super::super::stream::Misfit;
 use super::super::tables::Tables;
 use super::super::views::Views;
 use super::build::{LEVELS, LONGEST};
+use super::faces::Faces;
 use super::facet::Depths;
 pub(in super::super) use super::runs::MapRuns;
 use super::words::{
@@ -55,7 +56,10 @@ impl Map {
         }
         let tables = [&self.first, &self.surfaces].map(|table| Cow::Borrowed(&**table));
         let [first, surfaces] = tables;
-        ([Cow::Owned(writer.words), first, surfaces], pending_count)
+        // Last: of tiles that were written all is told.
+        let faces = Cow::Owned(self.faces.packed());
+        let tiles = Cow::Owned(writer.words);
+        ([tiles, first, surfaces, faces], pending_count)
     }
 
     /// Takes words that were saved of a light's map, in an arena of at most so many bytes.
@@ -68,7 +72,7 @@ impl Map {
         tables: &Tables<'_>,
         most_bytes: u64,
     ) -> Result<Self, Misfit> {
-        let [tiles, first, surfaces] = runs;
+        let [tiles, first, surfaces, faces] = runs;
         let surface_count = occluders.surface_count() as u32;
         check_tables(&first, &surfaces, surface_count)
             .map_err(|misfit| misfit.after(tiles.len()))?;
@@ -104,6 +108,18 @@ impl Map {
             let words = made.iter().map(word);
             words.map(|word| AtomicU32::new(word.0)).collect()
         };
+        let not_made = made.iter().zip(first.windows(2));
+        let not_made = not_made.filter(|((word, _), _)| *word == Word::UNASKED);
+        let faces = Faces::of_packed(
+            occluders.surface_count(),
+            not_made.flat_map(|(_, ends)| {
+                let surfaces = &surfaces[ends[0] as usize..ends[1] as usize];
+                surfaces.iter().copied()
+            }),
+            &faces,
+        );
+        let at = tiles.len() + first.len() + surfaces.len();
+        let faces = faces.ok_or(Misfit::At(at, "faces of another number or kind"))?;
         let noughts = || (0..count).map(|_| AtomicU32::new(0)).collect();
         Ok(Self {
             tiles: of_each(|&(word, _)| word),
@@ -113,6 +129,7 @@ impl Map {
             arena: if is_open { arena } else { arena.trimmed() },
             share: OnceLock::new(),
             is_full: AtomicBool::new(false),
+            faces,
             first: first.into(),
             surfaces: surfaces.into(),
             depths: Depths::of(&views.all[0]),

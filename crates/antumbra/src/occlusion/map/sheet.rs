@@ -1,5 +1,7 @@
 //! Sheets of surfaces, and slants over them.
 
+use super::faces::Part;
+
 /// Sheets are looked for among so many surfaces, and disjoint ones among so many.
 pub(super) const MOST_IN_SHEET: usize = 48;
 
@@ -27,6 +29,14 @@ impl Sheet {
 
     pub(super) fn is_none(&self) -> bool {
         self.members == 0
+    }
+
+    /// Returns what a threshold behind the sheet tells of an entry of its cell: it is a member, or all behind.
+    pub(super) fn part_of(&self, number: usize) -> Part {
+        match self.holds(number) {
+            true => Part::LIT,
+            false => Part::SHADOWED,
+        }
     }
 
     pub(super) fn holds(&self, number: usize) -> bool {

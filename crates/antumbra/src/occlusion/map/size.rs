@@ -25,12 +25,16 @@ pub(crate) fn price(occluders: &Occluders, is_joined: bool) -> u64 {
     each * occluders.surface_count() as u64
 }
 
+/// Bytes for each surface of what is known of whole faces.
+const FACE_BYTES: usize = 5;
+
 /// Returns the most bytes that [`Map::new`](super::Map::new) takes at its height but for its arena.
 pub(crate) fn height_bytes(occluders: &Occluders) -> u64 {
     // As many again by rounding and borders.
     let tiles = 2 * tile_count(occluders) as usize;
     let entries = most_entries(occluders.surface_count(), tiles);
-    (24 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries) as u64
+    let of_tiles = 24 * tiles + (size_of::<(u32, u32)>() + size_of::<u32>()) * entries;
+    (of_tiles + FACE_BYTES * occluders.surface_count()) as u64
 }
 
 /// Returns the most bytes of its words.

@@ -202,6 +202,7 @@ fn what_a_map_tells_is_what_surfaces_do() {
     let random = &mut Random(1);
     let (mut lit, mut full, mut listed, mut unknown) = (0, 0, 0, 0);
     let (mut slanted, mut free) = (0, 0);
+    let (mut lit_faces, mut full_faces) = (0, 0);
     for _ in 0..1_000 {
         let occluders = scene(random);
         if occluders.bounds().size().max_element() < 0.1 {
@@ -305,11 +306,66 @@ fn what_a_map_tells_is_what_surfaces_do() {
                 }
             }
         }
+        let [more_lit, more_full] = attack_faces(&map, &occluders, &light, random);
+        lit_faces += more_lit;
+        full_faces += more_full;
     }
+    assert!(
+        lit_faces > 1_000 && full_faces > 1_000,
+        "{lit_faces} {full_faces}"
+    );
     assert!(
         full > 8_000 && lit > 20_000 && listed > 2_000 && slanted > 1_000 && free > 1_000,
         "{full} {lit} {listed} {unknown} {slanted} {free}"
     );
+}
+
+/// Asks starts on all faces that are told as a whole, at corners, on edges, inside, from points anywhere; returns how
+/// many faces are lit and in shadow.
+fn attack_faces(
+    map: &Map,
+    occluders: &Occluders,
+    light: &LightShape,
+    random: &mut Random,
+) -> [usize; 2] {
+    let mut counts = [0; 2];
+    for surface in occluders.surfaces() {
+        let start = |point| Start {
+            point,
+            surface: Some(surface),
+        };
+        let Some(is_shadowed) = map.face_of(&start(DVec3::ZERO)) else {
+            continue;
+        };
+        let [a, b, c] = occluders.triangle_positions(surface).expect("a triangle");
+        counts[usize::from(is_shadowed)] += 1;
+        for number in 0..16 {
+            let share = |random: &mut Random| {
+                let inside = random.real(0.0, 1.0);
+                random.pick(&[0.0, 1.0, 0.5, inside, inside, 1e-9, 1.0 - 1e-9])
+            };
+            let (s, t) = (share(random), share(random));
+            let mut point = a + s * (b - a) + t * (1.0 - s) * (c - a);
+            match number {
+                0 => point = a,
+                1 => point = b,
+                2 => point = c,
+                3 => point = random.in_box(&occluders.bounds()),
+                4 => point += random.pick(&[1e-12, 1e-6, 0.1]) * random.of_cube(),
+                _ => {}
+            }
+            let segment = occluders.segment(&start(point), light);
+            let blocking = occluders
+                .surfaces()
+                .find(|&other| occluders.blocks(other, &segment));
+            assert_eq!(
+                blocking.is_some(),
+                is_shadowed,
+                "{light:?} {surface:?} {point} {blocking:?}"
+            );
+        }
+    }
+    counts
 }
 
 fn map_of<T>(

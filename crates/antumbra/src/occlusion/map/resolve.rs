@@ -1,0 +1,118 @@
+//! What is told of the faces of a cell that has a list.
+//!
+//! In: the facets of the list. Out: for each whether all its starts in the cell are lit, or in shadow, or it is not
+//! known. The proof is in the note beside this file, "Faces".
+
+use antumbra_geometry::{DVec3, SurfaceId};
+use fearless_simd::Simd;
+
+use super::super::forms::Verdict;
+use super::build::{Builder, Entry};
+use super::faces::Part;
+
+/// Longer lists are left in doubt.
+const MOST_RESOLVED: usize = 24;
+
+/// Heights over a plane are told with this share of the products they are made of: they err by less than a sixteenth.
+const HEIGHT_DOUBT: f64 = 1.0 / (1u64 << 44) as f64;
+
+impl<S: Simd> Builder<'_, S> {
+    /// Tells of those entries of a list that it asks.
+    pub(super) fn resolve(&mut self, list: &[Entry], is_asked: impl Fn(usize) -> bool) {
+        let asked: Vec<usize> = (0..list.len()).filter(|&number| is_asked(number)).collect();
+        let are_few = asked.len() <= MOST_RESOLVED;
+        for &number in &asked {
+            let facet = list[number].facet;
+            // Nothing that is in doubt already gets better.
+            if self.part_of(facet).0 & Part::DOUBT.0 != 0 {
+                continue;
+            }
+            let part = match are_few {
+                true => self.resolved(list, &asked, number),
+                false => Part::DOUBT,
+            };
+            self.tell(facet, part);
+        }
+    }
+
+    fn resolved(&self, list: &[Entry], asked: &[usize], number: usize) -> Part {
+        let own = &list[number];
+        let Some(corners) = self.corners(own) else {
+            return Part::DOUBT;
+        };
+        let mut others = asked.iter().filter(|&&other| other != number);
+        let mut is_lit = true;
+        for &other in others.by_ref() {
+            let other = &list[other];
+            if is_lit && !self.may_hide(other, own, &corners) {
+                continue;
+            }
+            is_lit = false;
+            if self.hides_all(other, &corners) {
+                return Part::SHADOWED;
+            }
+        }
+        if is_lit { Part::LIT } else { Part::DOUBT }
+    }
+
+    fn corners(&self, entry: &Entry) -> Option<[DVec3; 3]> {
+        let surface = SurfaceId(self.facet(entry).surface);
+        self.tables.occluders.triangle_positions(surface)
+    }
+
+    /// Returns whether a facet may hide a part of another in the cell.
+    fn may_hide(&self, other: &Entry, own: &Entry, corners: &[DVec3; 3]) -> bool {
+        if other.near > own.far {
+            return false;
+        }
+        let Some(others) = self.corners(other) else {
+            return true;
+        };
+        let (a, b) = (self.facet(own), self.facet(other));
+        if a.has_sides() && b.has_sides() {
+            let are_parted = a.parts_from(b, [corners, &others]) || b.parts_from(a, [&others, corners]);
+            if are_parted {
+                return false;
+            }
+        }
+        let [own_side, other_side] = [a, b].map(|facet| {
+            let side = self.tables.side(facet.surface as usize);
+            f64::from(side.unwrap_or(0))
+        });
+        // Before the other's plane, or the other behind this one's.
+        let is_before = are_on(&others, other_side, corners);
+        let is_behind = are_on(corners, -own_side, &others);
+        !is_before && !is_behind
+    }
+
+    /// Returns whether a facet surely hides a whole triangle.
+    fn hides_all(&self, other: &Entry, corners: &[DVec3; 3]) -> bool {
+        let surface = self.facet(other).surface;
+        let forms = self.tables.umbra_forms(surface as usize);
+        let is_opaque = self
+            .tables
+            .occluders
+            .is_opaque_everywhere(SurfaceId(surface));
+        forms.filter(|_| is_opaque).is_some_and(|forms| {
+            corners.iter().all(|&corner| {
+                let place = self.tables.frame.point_in_frame(corner);
+                let place = place.to_array().map(|x| x as f32);
+                forms.verdict(place) == Verdict::Inside
+            })
+        })
+    }
+}
+
+/// Returns whether points surely lie on one side of a triangle's plane, or are corners of it.
+fn are_on(plane: &[DVec3; 3], side: f64, points: &[DVec3; 3]) -> bool {
+    let [a, b, c] = *plane;
+    let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac);
+    let size = ab.abs().max_element() * ac.abs().max_element();
+    side != 0.0
+        && points.iter().all(|point| {
+            let seen = *point - a;
+            let doubt = HEIGHT_DOUBT * size * seen.abs().max_element() + f64::MIN_POSITIVE;
+            plane.contains(point) || side * normal.dot(seen) > doubt
+        })
+}
