@@ -5,16 +5,18 @@
 mod common;
 mod damage;
 mod processes;
+mod refused;
+mod room;
 mod world;
 
 use std::fs;
 use std::sync::Arc;
 
-use antumbra::{Change, KeptLight, Method, Refine, Refinement, Refusal, SaveError, Volume};
-use antumbra_geometry::{Coverage, DVec3, LightShape, Occluders, Opacity, Start};
+use antumbra::{KeptLight, Method, Refine, Volume};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Start};
 
 use common::Random;
-use world::{Folder, METHODS, World, ask, lamps, refinement, scene};
+use world::{Folder, METHODS, World, ask, lamps, refinement};
 
 #[test]
 fn eager_values_come_back_whole() {
@@ -257,219 +259,6 @@ fn check_one_light_that_changes_leaves_the_others(method: Method) {
 }
 
 #[test]
-fn stale_files_are_refused_with_the_reason() {
-    let world = World::new(64, Refine::Lazy);
-    let folder = Folder::new();
-    let path = folder.file("old.antumbra");
-    world.index().save(&path).expect("a file");
-    let other = |nudge| World {
-        occluders: scene(12, 60, nudge),
-        ..World::new(64, Refine::Lazy)
-    };
-    assert!(other(0.0).load(&path).is_ok());
-    assert_eq!(other(1e-9).refusal(&path), Refusal::Stale(Change::Scene));
-    // The box of the scene is part of it, too.
-    assert!(matches!(
-        World {
-            occluders: scene(13, 60, 0.0),
-            ..World::new(64, Refine::Lazy)
-        }
-        .refusal(&path),
-        Refusal::Stale(Change::Scene | Change::Cells)
-    ));
-
-    let usual = world.refinement;
-    let setting = |name, found, expected| {
-        Refusal::Stale(Change::Setting {
-            name,
-            found,
-            expected,
-        })
-    };
-    for (refinement, reason) in [
-        (
-            Refinement {
-                resolution: 128,
-                ..usual
-            },
-            setting("resolution", 64, 128),
-        ),
-        (
-            Refinement {
-                space_resolution: 64,
-                ..usual
-            },
-            setting("resolution for points of space", 32, 64),
-        ),
-        (
-            Refinement {
-                short_list: 2,
-                ..usual
-            },
-            setting("short list", 1, 2),
-        ),
-        (
-            Refinement {
-                space_list: 2,
-                ..usual
-            },
-            setting("list for points of space", 8, 2),
-        ),
-        (
-            Refinement {
-                long_list: 2,
-                ..usual
-            },
-            setting("long list", 32, 2),
-        ),
-    ] {
-        let world = World {
-            refinement,
-            ..World::new(64, Refine::Lazy)
-        };
-        assert_eq!(world.refusal(&path), reason);
-    }
-    let by_rays = world.builder().method(Method::Bvh).occlusion_file(&path);
-    let error = by_rays.build().expect_err("no values");
-    assert!(
-        error.to_string().ends_with("a method that keeps nothing"),
-        "{error}"
-    );
-}
-
-#[test]
-fn stale_maps_are_refused_and_settings_of_voxels_are_none_of_theirs() {
-    let maps = |nudge| World {
-        occluders: scene(12, 60, nudge),
-        ..World::new(64, Refine::Eager).by(Method::Auto)
-    };
-    let world = maps(0.0);
-    let folder = Folder::new();
-    let path = folder.file("maps.antumbra");
-    world.index().save(&path).expect("a file");
-    assert_eq!(maps(1e-9).refusal(&path), Refusal::Stale(Change::Scene));
-    let finer = World {
-        refinement: refinement(256, Refine::Eager),
-        ..maps(0.0)
-    };
-    let index = finer.load(&path).expect("it is taken");
-    assert_eq!(index.kept_lights(), [KeptLight::Taken; 2]);
-}
-
-#[test]
-fn a_file_says_by_which_method_it_is_used() {
-    let folder = Folder::new();
-    let starts = World::new(64, Refine::Lazy).starts(2_000, 23);
-    for saved in METHODS {
-        let world = World::new(64, Refine::Eager).by(saved);
-        let path = folder.file("file");
-        world.index().save(&path).expect("a file");
-        // The usual method takes what there is.
-        let auto = World::new(64, Refine::Eager).by(Method::Auto);
-        let index = auto.load(&path).expect("it is taken");
-        assert_eq!(index.method(), saved);
-        auto.assert_right(&index, &starts, &auto.expected(&starts));
-        let voxel = World::new(64, Refine::Eager).by(Method::Voxel);
-        match saved {
-            Method::Auto => assert_eq!(voxel.refusal(&path), Refusal::OtherMethod),
-            _ => assert_eq!(voxel.load(&path).expect("taken").method(), saved),
-        }
-        let by_rays = World::new(64, Refine::Eager).by(Method::Bvh);
-        assert_eq!(by_rays.refusal(&path), Refusal::NoValues);
-    }
-}
-
-#[test]
-fn values_without_room_are_left_out() {
-    METHODS
-        .into_iter()
-        .for_each(check_values_without_room_are_left_out);
-}
-
-fn check_values_without_room_are_left_out(method: Method) {
-    let world = World::new(128, Refine::Eager).by(method);
-    let folder = Folder::new();
-    let path = folder.file("file");
-    let whole = world.index();
-    whole.save(&path).expect("a file");
-    let starts = world.starts(10_000, 15);
-    let expected = world.expected(&starts);
-    let bytes = whole.knowledge_bytes();
-    let mut seen = Vec::new();
-    for share in [0, 4, 8, 12, 30] {
-        let mut world = World::new(128, Refine::Lazy).by(method);
-        world.refinement.memory = bytes * share / 10;
-        let index = world
-            .load(&path)
-            .expect("it is taken as far as there is room");
-        world.assert_right(&index, &starts, &expected);
-        assert!(index.knowledge_bytes() <= world.refinement.memory);
-        seen.extend(index.kept_lights().to_vec());
-    }
-    assert!(seen.contains(&KeptLight::Taken) && seen.contains(&KeptLight::NoRoom));
-    assert_eq!(seen[..2], [KeptLight::NoRoom; 2]);
-    assert_eq!(seen[8..], [KeptLight::Taken; 2]);
-}
-
-#[test]
-fn what_found_no_room_may_still_be_made() {
-    METHODS
-        .into_iter()
-        .for_each(check_what_found_no_room_may_still_be_made);
-}
-
-fn check_what_found_no_room_may_still_be_made(method: Method) {
-    let world = World::new(64, Refine::Eager).by(method);
-    let folder = Folder::new();
-    let path = folder.file("part");
-    let starts = world.starts(10_000, 16);
-    let expected = world.expected(&starts);
-    let whole = world.index().knowledge_bytes();
-    let (mut part_count, mut is_any_partly_made) = (0, false);
-    for share in [0, 2, 4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 50, 60] {
-        let mut small = World::new(64, Refine::Eager).by(method);
-        small.refinement.memory = whole * share / 20;
-        let index = small.index();
-        small.assert_right(&index, &starts, &expected);
-        let is_part = index.save(&path).expect("a file").pending_count > 0;
-        part_count += u32::from(is_part);
-        is_any_partly_made |= is_part && index.occlusion_bytes() > 0;
-        // Who has room makes the rest.
-        let index = world.load(&path).expect("it is taken");
-        world.assert_right(&index, &starts, &expected);
-        let pending_count = index.save(&path).expect("a file").pending_count;
-        assert_eq!(pending_count, 0, "{share} {:?}", index.kept_lights());
-    }
-    assert!(part_count > 2 && is_any_partly_made, "{part_count}");
-}
-
-#[test]
-fn lights_that_nobody_asked_take_no_words_and_are_made_later() {
-    METHODS
-        .into_iter()
-        .for_each(check_lights_that_nobody_asked_take_no_words_and_are_made_later);
-}
-
-fn check_lights_that_nobody_asked_take_no_words_and_are_made_later(method: Method) {
-    let world = World::new(64, Refine::Lazy).by(method);
-    let folder = Folder::new();
-    let path = folder.file("nothing");
-    let saved = world.index().save(&path).expect("a file");
-    assert!(saved.pending_count > 0 && saved.bytes < 1 << 20);
-    let loaded = world.load(&path).expect("it is taken");
-    assert_eq!(loaded.kept_lights(), [KeptLight::Taken; 2]);
-    assert_eq!(loaded.knowledge_bytes(), 0);
-    let starts = world.starts(2_000, 17);
-    let expected = world.expected(&starts);
-    world.assert_right(&loaded, &starts, &expected);
-    // Whoever makes all makes these.
-    let eager = World::new(64, Refine::Eager).by(method);
-    let made = eager.load(&path).expect("it is taken");
-    eager.assert_right(&made, &starts, &expected);
-    assert_eq!(made.save(&path).expect("a file").pending_count, 0);
-}
-
-#[test]
 fn a_volume_says_what_holds_in_all_of_a_cell() {
     let world = World::new(64, Refine::Eager);
     let index = world.index();
@@ -544,55 +333,6 @@ fn a_volume_says_what_holds_in_all_of_a_cell() {
     let values = lazy.volume(8).expect("values").values;
     assert!(values.iter().all(|&value| value == Volume::MIXED));
     assert_eq!(by_rays.volume(8), None);
-}
-
-#[derive(Debug)]
-struct Holes {
-    is_told: bool,
-    edge: f64,
-}
-
-impl Coverage for Holes {
-    fn is_solid_at(&self, uv: [f64; 2]) -> bool {
-        uv[0] > self.edge
-    }
-
-    fn identify(&self, write: &mut dyn FnMut(&[u8])) -> bool {
-        write(&self.edge.to_le_bytes());
-        self.is_told
-    }
-}
-
-#[test]
-fn holes_are_part_of_the_scene() {
-    let world = |is_told, edge| {
-        let mut builder = Occluders::builder();
-        let holes = builder.add_coverage(Arc::new(Holes { is_told, edge }));
-        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let uvs = corners.map(|corner| [corner.x, corner.y]);
-        builder
-            .add_alpha_tested_face(&corners, &uvs, holes)
-            .expect("a face");
-        World {
-            occluders: Arc::new(builder.build()),
-            ..World::new(32, Refine::Lazy)
-        }
-    };
-    let folder = Folder::new();
-    let path = folder.file("file");
-    world(true, 0.5).index().save(&path).expect("a file");
-    assert!(world(true, 0.5).load(&path).is_ok());
-    let refusal = world(true, 0.25).refusal(&path);
-    assert_eq!(refusal, Refusal::Stale(Change::Scene));
-    let refusal = world(false, 0.5).refusal(&path);
-    assert!(matches!(refusal, Refusal::Unidentified(_)));
-    let error = world(false, 0.5).index().save(&path);
-    assert!(matches!(error, Err(SaveError::Unidentified(_))));
-    // What cannot be told is not written over what can.
-    assert!(world(true, 0.5).load(&path).is_ok());
-    let by_rays = world(true, 0.5).builder().method(Method::Bvh).build();
-    let error = by_rays.expect("an index").save(&path);
-    assert_eq!(error, Err(SaveError::NoValues));
 }
 
 #[test]
