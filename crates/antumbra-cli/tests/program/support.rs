@@ -113,3 +113,16 @@ pub(crate) fn count(figures: &Value, path: &str) -> u64 {
         .and_then(Value::as_u64)
         .unwrap_or_else(|| panic!("{path} in {figures}"))
 }
+
+/// Two points of space near the small scene.
+pub(crate) const POINTS: [[f64; 3]; 2] = [[0.0, 0.1, 2.0], [2.5, 2.5, 2.0]];
+
+/// Makes an array of two points.
+pub(crate) fn npy(points: &[[f64; 3]; 2]) -> Vec<u8> {
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }";
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((118_u16).to_le_bytes());
+    bytes.extend(format!("{header:<117}\n").bytes());
+    bytes.extend(points.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+    bytes
+}
