@@ -1,11 +1,11 @@
 //! One question, one bit: for who wants neither counters nor how an answer was found.
 
-use antumbra_geometry::{Start, SurfaceId};
+use antumbra_geometry::{Occluders, Start, SurfaceId};
 
 use super::off_surface::check_surface;
 use super::own_rays::{AnyHit, WithRays};
 use super::points::Coordinates;
-use crate::{Counters, QueryError, Shadow, ShadowIndex};
+use crate::{Answer, Counters, QueryError, Shadow, ShadowIndex};
 
 impl ShadowIndex {
     /// Returns whether something opaque is between a point on a surface and a light: a shadow ray's answer, without
@@ -60,9 +60,8 @@ impl ShadowIndex {
 
     #[inline]
     fn is_shadowed(&self, start: &Start, light: usize) -> Result<bool, QueryError> {
-        let answer = self.shadow(start, light, &mut Counters::default())?;
-        check_surface(self.occluders(), start)?;
-        Ok(answer.shadow == Shadow::Shadowed)
+        let answer = self.shadow(start, light, &mut Counters::default());
+        bit(answer, self.occluders(), start)
     }
 }
 
@@ -92,11 +91,23 @@ impl<R: AnyHit> WithRays<'_, R> {
         self.is_shadowed(&in_space(point), light)
     }
 
+    #[inline]
     fn is_shadowed(&self, start: &Start, light: usize) -> Result<bool, QueryError> {
-        let answer = self.shadow(start, light, &mut Counters::default())?;
-        check_surface(self.index.occluders(), start)?;
-        Ok(answer.shadow == Shadow::Shadowed)
+        let answer = self.shadow(start, light, &mut Counters::default());
+        bit(answer, self.index.occluders(), start)
     }
+}
+
+/// Returns the bit of an answer, unless the point is not on its surface.
+#[inline]
+fn bit(
+    answer: Result<Answer, QueryError>,
+    occluders: &Occluders,
+    start: &Start,
+) -> Result<bool, QueryError> {
+    let answer = answer?;
+    check_surface(occluders, start)?;
+    Ok(answer.shadow == Shadow::Shadowed)
 }
 
 fn on_surface(point: impl Coordinates, surface: impl Into<SurfaceId>) -> Start {
