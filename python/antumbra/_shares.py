@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import Reals, numbers, reach, rows, rows_like, thread_count, vector, whole
+from ._warning import warn_of_surfaces
 from .area import AreaLight, SegmentLight, Side, area_tuple_of
 from .scene import Scene
 
@@ -40,8 +41,8 @@ class Shares:
         self,
         points: Any,
         light: AreaLight,
-        *,
         face_ids: Any = None,
+        *,
         normals: Any = None,
         side: Side = "front",
         samples: int | Literal["exact"] = 64,
@@ -54,7 +55,8 @@ class Shares:
         The light need not be one of the index. Points mean what they mean in `occluded`.
 
         Args:
-            points: Shape (n, 3), float32 or float64, world space, finite.
+            points: Shape (n, 3), float32 or float64, world space, finite. Without `face_ids` they are points of space: an
+                `AntumbraWarning` says it where many lie on surfaces.
             light: Such as `RectLight` or `SunDisc`.
             face_ids: Shape (n,), integers: the surfaces that the points lie on.
             normals: Shape (n, 3): points of space that face somewhere see what is on the normal's side.
@@ -79,9 +81,9 @@ class Shares:
         if isinstance(samples, str) and samples != "exact":
             raise ValueError(f'samples is {samples!r}: expected a number or "exact"')
         if samples == "exact":
-            how = {"face_ids": face_ids, "normals": normals, "tolerance": tolerance}
-            return self.exact_visible_fraction(points, light, side=side, seed=seed, threads=threads, **how)[0]
-        parts = area_tuple_of(light)
+            how = {"normals": normals, "tolerance": tolerance}
+            return self.exact_visible_fraction(points, light, face_ids, side=side, seed=seed, threads=threads, **how)[0]
+        parts = area_tuple_of(light, self._scene)
         asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = asked
         found, _ = _antumbra.visible_fraction(self._native, places, ids, directions, parts, False, settings)
@@ -91,8 +93,8 @@ class Shares:
         self,
         points: Any,
         light: AreaLight,
-        *,
         face_ids: Any = None,
+        *,
         normals: Any = None,
         side: Side = "front",
         samples: int = SAMPLES_BESIDE_EXACT,
@@ -124,7 +126,7 @@ class Shares:
             TypeError: As of `visible_fraction`.
             IndexError: As of `visible_fraction`.
         """
-        parts = area_tuple_of(light)
+        parts = area_tuple_of(light, self._scene)
         asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = asked
         found, exact = _antumbra.visible_fraction(self._native, places, ids, directions, parts, True, settings)
@@ -151,22 +153,25 @@ class Shares:
             ValueError: The point is not finite, or the light is not linear.
             IndexError: The surface does not exist.
         """
-        if face_id is not None:
+        at = vector("point", point)
+        if face_id is None:
+            warn_of_surfaces("point", self._native.suspicious_share(np.array([at])), "face_id")
+        else:
             face_id = whole("face_id", face_id, 0, 2**32 - 1)
             if face_id >= self._scene.surface_count:
                 raise IndexError(f"face_id is {face_id}: there are {self._scene.surface_count} surfaces")
-        found = _antumbra.lit_intervals(self._native, vector("point", point), face_id, area_tuple_of(light), side)
+        found = _antumbra.lit_intervals(self._native, at, face_id, area_tuple_of(light, self._scene), side)
         return None if found is None else np.array(found, dtype=np.float64).reshape(-1, 2)
 
     def ambient_occlusion(
         self,
         points: Any,
-        samples: int = 256,
-        *,
         face_ids: Any = None,
+        *,
         normals: Any = None,
         distance: float | None = None,
         side: Side = "front",
+        samples: int = 256,
         seed: int = 0,
         tolerance: float | None = None,
         threads: int = 0,
@@ -177,12 +182,13 @@ class Shares:
         cosine to it. Points of space, and those with `side="both"`, look all around, all directions alike.
 
         Args:
-            points: Shape (n, 3), float32 or float64, world space, finite.
-            samples: Directions a point, 1 to 65536; powers of two are spread best. Each is answered exactly.
+            points: Shape (n, 3), float32 or float64, world space, finite. Without `face_ids` they are points of space: an
+                `AntumbraWarning` says it where many lie on surfaces.
             face_ids: Shape (n,), integers: the surfaces that the points lie on.
             normals: Shape (n, 3), of any length; of a point with a zero normal nothing is open.
             distance: Distance, above 0, up to which surfaces count; `None` for any.
             side: For points with `face_ids`: the side that they look to.
+            samples: Directions a point, 1 to 65536; powers of two are spread best. Each is answered exactly.
             seed: Changes the directions. Each row has directions of its own.
             tolerance: As of `occluded`, with `face_ids` only.
             threads: Threads that work; 0 for one a processor. Answers do not depend on them.
@@ -208,12 +214,12 @@ class Shares:
     def sky_view_factor(
         self,
         points: Any,
-        samples: int = 256,
-        *,
         face_ids: Any = None,
+        *,
         normals: Any = None,
         up: Any = None,
         side: Side = "front",
+        samples: int = 256,
         seed: int = 0,
         tolerance: float | None = None,
         threads: int = 0,
@@ -224,12 +230,13 @@ class Shares:
         wall has 0.5. Points of space are level ground.
 
         Args:
-            points: As of `ambient_occlusion`, like `samples`, `face_ids`, `normals`, `side` and what follows it.
-            samples: Directions a point.
+            points: As of `ambient_occlusion`, like all that follow but `up`.
             face_ids: Surfaces that the points lie on.
             normals: Normals of points of space.
-            up: Where the middle of the sky is, shape (3,); by default the scene's up.
+            up: Where the middle of the sky is, shape (3,); by default the scene's up, with a warning where its file does
+                not say it.
             side: Side of the surface.
+            samples: Directions a point.
             seed: Changes the directions.
             tolerance: How far points may lie off their faces.
             threads: Threads that work.
@@ -242,7 +249,7 @@ class Shares:
             TypeError: As of `ambient_occlusion`.
             IndexError: As of `ambient_occlusion`.
         """
-        towards = self._scene._native.up if up is None else vector("up", up)
+        towards = self._scene._up_for("the sky") if up is None else vector("up", up)
         asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = asked
         found, _ = _antumbra.sky_view_factor(self._native, places, ids, directions, towards, settings)
@@ -272,6 +279,8 @@ class Shares:
             ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
         elif tolerance is not None:
             raise ValueError("tolerance: only points with face_ids have one")
+        else:
+            warn_of_surfaces("points", self._native.suspicious_share(places_of_points), "face_ids")
         how: FractionSettings = {
             "side": side,
             "samples": whole("samples", samples, 1, 65536),

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias, overload
+
+import numpy as np
 
 from . import _antumbra
 from ._arrays import vector
-from .lights import Vector, _color, _direction, _White
+from .lights import Vector, _color, _direction, _White, towards_sun
+from .scene import Scene
 
 AreaTuple: TypeAlias = tuple[
     str, str, list[tuple[float, float, float]], float, bool, tuple[float, float, float], bool
@@ -22,6 +25,10 @@ class _Area:
 
     def _tuple(self) -> AreaTuple:
         raise NotImplementedError
+
+    def _tuple_in(self, scene: Scene) -> AreaTuple:
+        """Returns the light as it is in a scene, which may say which way is up."""
+        return self._tuple()
 
     def _check(self) -> None:
         object.__setattr__(self, "color", _color(getattr(self, "color"), None))
@@ -176,15 +183,20 @@ class SegmentLight(_Area):
         return ("segment", self.name, vectors, 0.0, False, _color(self.color, None), self.falls_off)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class SunDisc(_Area):
-    """A round patch of directions, as the sun is.
+    """A round patch of directions, as the sun is: `SunDisc(180, 45)`, or `SunDisc(direction=(1, 0, 1))`.
+
+    **With z up, north is +y and east is +x. With y up, north is -z and east is +x.**
 
     Args:
-        direction: From the scene **towards the light**, any length but zero.
+        azimuth: Degrees clockwise from north, seen from above, as of `Sun`: 90 is east, 180 is south.
+        elevation: Degrees above the horizon, -90 to 90.
         diameter_degrees: Above 0, below 180; 0.53 is the sun seen from the Earth.
         color: Linear RGB, not negative: what a surface has that faces all of it.
         name: For layers of pictures.
+        up: The axis that points up in the scene, `"z"` or `"y"`.
+        direction: In place of azimuth and elevation: from the scene **towards the light**, any length but zero.
     """
 
     direction: Vector
@@ -192,8 +204,46 @@ class SunDisc(_Area):
     color: Vector = _White
     name: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "direction", _direction("direction", self.direction))
+    @overload
+    def __init__(
+        self,
+        azimuth: float,
+        elevation: float,
+        diameter_degrees: float = 0.53,
+        color: Vector = _White,
+        name: str = "",
+        *,
+        up: Literal["z", "y"] = "z",
+    ) -> None: ...
+
+    @overload
+    def __init__(
+        self, *, direction: Vector, diameter_degrees: float = 0.53, color: Vector = _White, name: str = ""
+    ) -> None: ...
+
+    def __init__(
+        self,
+        azimuth: float | None = None,
+        elevation: float | None = None,
+        diameter_degrees: float = 0.53,
+        color: Vector = _White,
+        name: str = "",
+        *,
+        up: Literal["z", "y"] = "z",
+        direction: Vector | None = None,
+    ) -> None:
+        if azimuth is not None and np.ndim(azimuth) != 0:
+            raise TypeError(f"azimuth is {azimuth!r}: expected degrees; a vector is given as direction=")
+        if direction is None:
+            if azimuth is None or elevation is None:
+                raise TypeError("SunDisc: expected azimuth and elevation, or direction=")
+            direction = towards_sun(azimuth, elevation, up)
+        elif azimuth is not None or elevation is not None:
+            raise TypeError("SunDisc: expected azimuth and elevation, or direction=, not both")
+        object.__setattr__(self, "direction", _direction("direction", direction))
+        object.__setattr__(self, "diameter_degrees", diameter_degrees)
+        object.__setattr__(self, "color", color)
+        object.__setattr__(self, "name", name)
         self._check()
 
     def _tuple(self) -> AreaTuple:
@@ -207,20 +257,25 @@ class Sky(_Area):
 
     Args:
         color: Linear RGB, not negative: what open ground has.
-        up: Which way is up, any length but zero.
+        up: Which way is up, any length but zero; by default the scene's up.
         name: For layers of pictures.
     """
 
     color: Vector = _White
-    up: Vector = (0.0, 0.0, 1.0)
+    up: Vector | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "up", _direction("up", self.up))
+        if self.up is not None:
+            object.__setattr__(self, "up", _direction("up", self.up))
         self._check()
 
+    def _tuple_in(self, scene: Scene) -> AreaTuple:
+        sky = self if self.up is not None else replace(self, up=scene._up_for("the sky"))
+        return sky._tuple()
+
     def _tuple(self) -> AreaTuple:
-        vectors: list[Any] = [self.up]
+        vectors: list[Any] = [(0.0, 0.0, 1.0) if self.up is None else self.up]
         return ("sky", self.name, vectors, 0.0, False, _color(self.color, None), False)
 
 
@@ -231,16 +286,16 @@ Side: TypeAlias = Literal["front", "back", "both"]
 """The side of its surface that a point looks from."""
 
 
-def area_tuple_of(light: Any) -> AreaTuple:
-    """Returns a light as the extension module takes it."""
+def area_tuple_of(light: Any, scene: Scene) -> AreaTuple:
+    """Returns a light of a scene as the extension module takes it."""
     if not isinstance(light, _Area):
         raise TypeError(f"light: expected a light with size, such as RectLight, found {type(light).__name__}")
-    return light._tuple()
+    return light._tuple_in(scene)
 
 
-def parted(lights: Any) -> tuple[list[Any], list[AreaTuple]]:
-    """Parts lights, or one, into those without size, and the others as the extension module takes them."""
+def parted(lights: Any, scene: Scene) -> tuple[list[Any], list[AreaTuple]]:
+    """Parts lights of a scene, or one, into those without size, and the others as the extension module takes them."""
     if not isinstance(lights, Iterable):
         lights = [lights]
-    areas = [light._tuple() for light in lights if isinstance(light, _Area)]
+    areas = [light._tuple_in(scene) for light in lights if isinstance(light, _Area)]
     return [light for light in lights if not isinstance(light, _Area)], areas

@@ -48,6 +48,21 @@ def _direction(name: str, value: Any) -> tuple[float, float, float]:
     return direction
 
 
+def towards_sun(azimuth_degrees: Any, elevation_degrees: Any, up: Any) -> list[float]:
+    """Returns the direction towards a place of the sky, and warns of one below the horizon."""
+    axes = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
+    if up not in axes:
+        raise ValueError(f'up is {up!r}: expected "z" or "y"')
+    azimuth, elevation = float(azimuth_degrees), float(elevation_degrees)
+    if not abs(azimuth) <= 3600.0:
+        raise ValueError(f"the azimuth is {azimuth} degrees: expected -3600 to 3600")
+    if not abs(elevation) <= 90.0:
+        raise ValueError(f"the elevation is {elevation} degrees: expected -90 to 90")
+    if elevation < 0.0:
+        warn(f"the sun is {-elevation} degrees below the horizon: it shines from below")
+    return _antumbra.towards_sun(azimuth, elevation, axes[up])
+
+
 @dataclass(frozen=True, init=False)
 class PointLight(_Colored):
     """A point that shines in all directions.
@@ -129,17 +144,7 @@ class DirectionalLight(_Colored):
             name: As of the class.
             colour: The older spelling of `color`.
         """
-        axes = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
-        if up not in axes:
-            raise ValueError(f'up is {up!r}: expected "z" or "y"')
-        azimuth, elevation = float(azimuth_degrees), float(elevation_degrees)
-        if not abs(azimuth) <= 3600.0:
-            raise ValueError(f"azimuth_degrees is {azimuth}: expected -3600 to 3600")
-        if not abs(elevation) <= 90.0:
-            raise ValueError(f"elevation_degrees is {elevation}: expected -90 to 90")
-        if elevation < 0.0:
-            warn(f"the sun is {-elevation} degrees below the horizon: it shines from below")
-        return cls(_antumbra.towards_sun(azimuth, elevation, axes[up]), color, name, colour=colour)
+        return cls(towards_sun(azimuth_degrees, elevation_degrees, up), color, name, colour=colour)
 
     def _tuple(self) -> LightTuple:
         zero = (0.0, 0.0, 0.0)

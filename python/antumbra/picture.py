@@ -182,7 +182,8 @@ def render(
 
     The interpreter's lock is released; Ctrl-C ends the work.
     """
-    native = scene_of(scene)._native
+    scene = scene_of(scene)
+    native = scene._native
     if show not in ("scene", "occlusion"):
         raise ValueError(f'show is {show!r}: expected "scene" or "occlusion"')
     if size is None:
@@ -198,7 +199,7 @@ def render(
         up = native.up if camera.up is None else vector("camera.up", camera.up)
         eye, at = vector("camera.eye", camera.eye), vector("camera.at", camera.at)
         view = (eye, at, up, float(camera.fov_degrees))
-    plain, areas = (None, []) if lights is None else parted(lights)
+    plain, areas = (None, []) if lights is None else parted(lights, scene)
     picture: PictureSettings = {
         "size": (width, height),
         "samples": whole("samples", samples, 1, 65536),

@@ -46,8 +46,8 @@ class Scene:
 
         Args:
             path: The file; its ending says the format: `.nff`, `.obj`, `.gltf`, `.glb`, `.ply` or `.stl`.
-            up: `"y"` or `"z"`, for cameras and suns that the file does not give; nothing is turned. By default
-                as the format has it.
+            up: `"y"` or `"z"`, for cameras, suns and skies that the file does not give; nothing is turned. By default
+                as the format has it; OBJ (y), PLY and STL (z) do not say it, and what depends on it then warns.
             memory_limit: The most bytes that files, pictures and the scene may take together while they are
                 read. What does not fit is refused before it is taken. By default three quarters of the
                 machine's memory.
@@ -130,6 +130,22 @@ class Scene:
         """The box around all surfaces, shape (2, 3), or `None` for an empty scene."""
         bounds = self._native.bounds
         return None if bounds is None else np.array(bounds)
+
+    @property
+    def up(self) -> tuple[float, float, float]:
+        """Which way is up, for cameras, suns and skies: of the file, or as given, or as is usual for the format."""
+        x, y, z = self._native.up
+        return x, y, z
+
+    def _up_for(self, what: str) -> tuple[float, float, float]:
+        """Returns `up`, and warns where it is a guess that an answer depends on."""
+        if self._native.is_up_assumed:
+            taken, other = ("z", "y") if self.up == (0.0, 0.0, 1.0) else ("y", "z")
+            warn(
+                f"the file does not say which way is up: taking +{taken} for {what}; "
+                f'Scene.load(path, up="{other}") takes +{other}'
+            )
+        return self.up
 
     @property
     def lights(self) -> list[Light]:

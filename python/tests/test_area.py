@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +24,7 @@ LIGHTS: list[Any] = [
     antumbra.DiskLight((0, 0, 3), (0, 0, -1), 0.5),
     antumbra.SphereLight((0, 0, 3), 0.5),
     antumbra.SegmentLight((-1, 0, 3), (1, 0, 3)),
-    antumbra.SunDisc((1, 0, 1), 5.0),
+    antumbra.SunDisc(direction=(1, 0, 1), diameter_degrees=5.0),
     antumbra.Sky(),
 ]
 
@@ -45,9 +48,10 @@ def test_a_point_under_the_plate_is_dark_one_far_away_is_lit_and_one_between_see
 def test_fractions_do_not_depend_on_the_method() -> None:
     points = np.random.default_rng(1).uniform(-4, 4, (300, 3))
     points[:, 2] = 0.0
+    ids = np.where(points[:, 1] <= points[:, 0], 0, 1)
     for light in LIGHTS:
         found = [
-            antumbra.ShadowIndex(scene(), [], method=method).visible_fraction(points, light, samples=33)
+            antumbra.ShadowIndex(scene(), [], method=method).visible_fraction(points, light, ids, samples=33)
             for method in ("naive", "bvh", "voxel", "auto")
         ]
         for other in found[1:]:
@@ -65,7 +69,8 @@ def test_the_side_of_the_surface_decides_what_is_seen() -> None:
     assert seen(face_ids=[0]) > 0.9
     assert seen(face_ids=[0], side="back") == 0.0
     assert seen(face_ids=[0], side="both") == seen(face_ids=[0])
-    assert seen(normals=[[0.0, 0.0, -1.0]]) == 0.0
+    with pytest.warns(antumbra.AntumbraWarning, match=r"points: 1 of 1 .* Give face_ids"):
+        assert seen(normals=[[0.0, 0.0, -1.0]]) == 0.0
 
 
 def test_exact_fractions_are_what_samples_come_near_to() -> None:
@@ -84,7 +89,7 @@ def test_exact_fractions_are_what_samples_come_near_to() -> None:
     assert under.tolist() == [0.0]
     wrong: Any = "many"
     with pytest.raises(ValueError, match="samples is 'many'"):
-        index.visible_fraction(points, LAMP, samples=wrong)
+        index.visible_fraction(points, LAMP, ids, samples=wrong)
 
 
 def test_a_linear_light_has_lit_intervals() -> None:
@@ -99,7 +104,7 @@ def test_a_linear_light_has_lit_intervals() -> None:
         index.lit_intervals((0, 0, 0), light, face_id=99)
     lamp: Any = LAMP
     with pytest.raises(ValueError, match="linear"):
-        index.lit_intervals((0, 0, 0), lamp)
+        index.lit_intervals((0, 0, 0), lamp, face_id=0)
 
 
 def test_ambient_occlusion_and_sky_view_factor() -> None:
@@ -108,17 +113,17 @@ def test_ambient_occlusion_and_sky_view_factor() -> None:
     hidden = 4 / np.pi * np.sqrt(0.5) * np.arctan(np.sqrt(0.5))
     floor = {"face_ids": [0]}
     point = [[0.0, 0.0, 0.0]]
-    assert abs(index.ambient_occlusion(point, 4096, **floor)[0] - (1 - hidden)) < 0.01
-    assert abs(index.sky_view_factor(point, 4096, **floor)[0] - (1 - hidden)) < 0.01
+    assert abs(index.ambient_occlusion(point, samples=4096, **floor)[0] - (1 - hidden)) < 0.01
+    assert abs(index.sky_view_factor(point, samples=4096, **floor)[0] - (1 - hidden)) < 0.01
     assert index.ambient_occlusion(point, distance=0.9, **floor).tolist() == [1.0]
     assert index.sky_view_factor(point, side="back", **floor).tolist() == [0.0]
     free = index.sky_view_factor(np.array([[9.0, 9.0, 9.0]]), normals=[[1.0, 0.0, 0.0]])
     assert free.dtype == np.float32 and abs(free[0] - 0.5) < 0.02
     assert index.ambient_occlusion(np.array([[9.0, 9.0, 9.0]]), distance=5).tolist() == [1.0]
     with pytest.raises(ValueError, match="distance is 0.0"):
-        index.ambient_occlusion(point, distance=0)
+        index.ambient_occlusion(point, distance=0, **floor)
     with pytest.raises(ValueError, match="zero"):
-        index.sky_view_factor(point, up=(0, 0, 0))
+        index.sky_view_factor(point, up=(0, 0, 0), **floor)
 
 
 def test_pictures_have_soft_shadows() -> None:
@@ -140,7 +145,11 @@ CASES: list[tuple[Any, type[Exception], str]] = [
     (lambda: antumbra.SphereLight((0, 0, 3), -1.0), ValueError, "the radius is -1"),
     (lambda: antumbra.DiskLight((0, 0, 3), (0, 0, 0), 1.0), ValueError, "normal is"),
     (lambda: antumbra.SegmentLight((0, 0, 3), (0, 0, 3)), ValueError, "its ends are the same point"),
-    (lambda: antumbra.SunDisc((0, 0, 1), 180.0), ValueError, "angular diameter"),
+    (lambda: antumbra.SunDisc(0, 90, 180.0), ValueError, "angular diameter"),
+    (lambda: antumbra.SunDisc(0, 91), ValueError, "the elevation is 91.0 degrees"),
+    (lambda: antumbra.SunDisc((0, 0, 1), 5.0), TypeError, "a vector is given as direction="),  # type: ignore[call-overload]
+    (lambda: antumbra.SunDisc(180), TypeError, "expected azimuth and elevation, or direction="),  # type: ignore[call-overload]
+    (lambda: antumbra.SunDisc(180, 45, direction=(0, 0, 1)), TypeError, "not both"),  # type: ignore[call-overload]
     (lambda: antumbra.Sky(color=(-1, 0, 0)), ValueError, "color is"),
     (lambda: antumbra.PolygonLight([(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]), ValueError, "not convex"),
     (
@@ -149,12 +158,12 @@ CASES: list[tuple[Any, type[Exception], str]] = [
         "light: expected a light with size",
     ),
     (
-        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], LAMP, side="up"),  # type: ignore[arg-type]
+        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], LAMP, [0], side="up"),  # type: ignore[arg-type]
         ValueError,
         'side is "up"',
     ),
     (
-        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], LAMP, samples=0),
+        lambda: antumbra.ShadowIndex(scene(), []).visible_fraction([[0.0, 0, 0]], LAMP, [0], samples=0),
         ValueError,
         "samples",
     ),
@@ -177,3 +186,68 @@ def test_pictures_have_exact_soft_shadows() -> None:
     # Without samples a seed changes nothing.
     assert (pictures[0].shadow == pictures[1].shadow).all() and (pictures[0].color == pictures[1].color).all()
     assert ((pictures[0].shadow > 0.0) & (pictures[0].shadow < 1.0)).any()
+
+
+ASKED: list[Any] = [
+    lambda index, points, **how: index.visible_fraction(points, LAMP, **how),
+    lambda index, points, **how: index.visible_fraction(points, LAMP, samples="exact", **how),
+    lambda index, points, **how: index.visible_fraction(points, antumbra.Sky(), **how),
+    lambda index, points, **how: index.exact_visible_fraction(points, LAMP, **how),
+    lambda index, points, **how: index.ambient_occlusion(points, **how),
+    lambda index, points, **how: index.sky_view_factor(points, **how),
+]
+
+
+@pytest.mark.parametrize("ask", ASKED)
+def test_points_of_space_that_lie_on_surfaces_warn_whatever_share_is_asked_for(ask: Any) -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    on_floor = np.array([[0.0, -0.1, 0.0], [3.0, -3.0, 0.0]])
+    with pytest.warns(antumbra.AntumbraWarning, match="points: 2 of 2 .* Give face_ids") as told:
+        ask(index, on_floor)
+    assert [warning.filename for warning in told] == [__file__]
+    # Those that name their faces, and those above them, are as they should be: a warning would be an error.
+    ask(index, on_floor, face_ids=[0, 0])
+    ask(index, on_floor + (0.0, 0.0, 0.5))
+
+
+def test_a_point_of_space_on_a_surface_warns_where_intervals_are_asked_for() -> None:
+    index = antumbra.ShadowIndex(scene(), [])
+    light = antumbra.SegmentLight((-4, 0.3, 2), (4, 0.3, 2))
+    with pytest.warns(antumbra.AntumbraWarning, match="point: 1 of 1 .* Give face_id "):
+        index.lit_intervals((0, 0, 0), light)
+
+
+def test_a_sun_disc_is_where_a_sun_is() -> None:
+    for up in ("z", "y"):
+        disc, sun = antumbra.SunDisc(140, 30, up=up), antumbra.Sun(140, 30, up=up)  # type: ignore[arg-type]
+        assert disc.direction == sun.direction and disc.diameter_degrees == 0.53
+    assert antumbra.SunDisc(direction=(0, 0, 2)).direction == (0.0, 0.0, 2.0)
+    assert dataclasses.replace(antumbra.SunDisc(90, 0), diameter_degrees=2.0).diameter_degrees == 2.0
+    with pytest.warns(antumbra.AntumbraWarning, match="10.0 degrees below the horizon"):
+        antumbra.SunDisc(90, -10)
+
+
+def test_up_of_a_file_that_does_not_say_it_is_told_where_the_sky_depends_on_it(tmp_path: Path) -> None:
+    path = tmp_path / "wall.obj"
+    path.write_text("v 0 0 -9\nv 0 9 9\nv 0 -9 9\nf 1 2 3\n")
+    point = np.array([[1.0, 0.0, 0.0]])
+    sides = {"normals": [[0.0, 1.0, 0.0]]}
+    index = antumbra.ShadowIndex(antumbra.Scene.load(path), [])
+    assert index.scene.up == (0.0, 1.0, 0.0)
+    asked: list[Any] = [
+        lambda index: index.sky_view_factor(point, samples=4096, **sides),
+        lambda index: index.visible_fraction(point, antumbra.Sky(), samples=4096, **sides),
+    ]
+    for ask in asked:
+        with pytest.warns(antumbra.AntumbraWarning, match=r"taking \+y for the sky; .*up=\"z\"") as told:
+            assumed = ask(index)
+        assert [warning.filename for warning in told] == [__file__]
+        # What is said is not guessed, and the answers go by it.
+        for up in ("y", "z"):
+            said = ask(antumbra.ShadowIndex(antumbra.Scene.load(path, up=up), []))
+            assert (said == assumed).all() == (up == "y")
+    index.sky_view_factor(point, up=(0, 1, 0), **sides)
+    index.ambient_occlusion(point, **sides)
+    again = pickle.loads(pickle.dumps(index.scene))
+    with pytest.warns(antumbra.AntumbraWarning, match="taking"):
+        antumbra.ShadowIndex(again, []).sky_view_factor(point, **sides)

@@ -36,7 +36,8 @@ impl Subject {
         screen: &Screen,
     ) -> Result<Self, Failure> {
         let file = typed.light.file(path);
-        let mut scene = load::lit_scene(&file, &typed.cost, &typed.outputs()?, screen)?.scene;
+        let lit = load::lit_scene(&file, &typed.cost, &typed.outputs()?, screen)?;
+        let mut scene = lit.scene;
         if typed.light_number >= scene.lights.len() {
             return Err(Failure::input(
                 format!(
@@ -49,7 +50,7 @@ impl Subject {
             ));
         }
         scene.lights = vec![scene.lights.swap_remove(typed.light_number)];
-        let camera = load::camera(&scene, &file, typed.camera.as_ref(), size, screen)?;
+        let camera = load::camera(&scene, &lit.up, typed.camera.as_ref(), size, screen)?;
         let options = IndexOptions {
             method: Method::Grid,
             grid: typed.cost.grid.unwrap_or_default(),

@@ -11,7 +11,10 @@ use crate::values::{self, PointLight, number, numbers, triple};
 
 /// The patterns of `--light`.
 pub const PATTERNS: &str = "point:X,Y,Z; spot:X,Y,Z/AXIS/INNER,OUTER with half-angles in degrees; with size \
-     area:CENTER/EDGE1/EDGE2, disk:CENTER/NORMAL/RADIUS, sphere:X,Y,Z,RADIUS, segment:END/END, sky:R,G,B";
+     area:CENTER/EDGE1/EDGE2, disk:CENTER/NORMAL/RADIUS, sphere:X,Y,Z,RADIUS, segment:END/END, sky or sky:R,G,B";
+
+/// The kind of light that needs no more than its name.
+const SKY: &str = "sky";
 
 /// A light as typed.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,10 +81,10 @@ impl LightValue {
 
 /// Reads a light's name, or a light of any kind.
 pub fn light_choice(text: &str) -> Result<LightChoice, String> {
-    const KINDS: [&str; 7] = ["point", "spot", "area", "disk", "sphere", "segment", "sky"];
+    const KINDS: [&str; 7] = ["point", "spot", "area", "disk", "sphere", "segment", SKY];
     let kind = text.split_once(':').map(|(kind, _)| kind);
     // Names may have colons.
-    if kind.is_some_and(|kind| KINDS.contains(&kind)) {
+    if kind.is_some_and(|kind| KINDS.contains(&kind)) || text.trim() == SKY {
         return light(text).map(LightChoice::Typed);
     }
     Ok(LightChoice::Named(text.to_owned()))
@@ -90,13 +93,17 @@ pub fn light_choice(text: &str) -> Result<LightChoice, String> {
 /// Reads a light of any kind.
 pub fn light(text: &str) -> Result<LightValue, String> {
     let Some((kind, rest)) = text.split_once(':') else {
+        // The only kind that needs nothing else.
+        if text.trim() == SKY {
+            return Ok(LightValue::Sky { color: Color::ONE });
+        }
         return Err(format!("expected {PATTERNS}"));
     };
     let mut parts: Vec<&str> = rest.split('/').collect();
     let kind = kind.trim();
     match kind {
         "point" => return values::light(text).map(LightValue::Point),
-        "sky" => {
+        SKY => {
             let color = match rest.trim() {
                 "" => Color::ONE,
                 color => color_of(color)?,
@@ -209,6 +216,7 @@ mod tests {
         assert_eq!(kind("sphere:0,0,4,0.5"), "sphere");
         assert_eq!(kind("segment:0,0,4/1,0,4/1,1,0"), "segment");
         assert_eq!(kind("sky:"), "sky");
+        assert_eq!(light("sky"), light("sky:1,1,1"));
         assert_eq!(kind("sky:.2,.3,.4"), "sky");
         let Ok(LightValue::Area { shape, color }) = light("area:0,0,4/1,0,0/0,1,0/.5,1,2/both")
         else {
@@ -223,7 +231,7 @@ mod tests {
         let named = |name: &str| Ok(LightChoice::Named(name.to_owned()));
         assert_eq!(light_choice("lamp:1"), named("lamp:1"));
         assert_eq!(light_choice("area"), named("area"));
-        for text in ["point:1,2,3", "area:0,0,4/1,0,0/0,1,0", "sky:"] {
+        for text in ["point:1,2,3", "area:0,0,4/1,0,0/0,1,0", "sky:", "sky"] {
             assert_eq!(light_choice(text), light(text).map(LightChoice::Typed));
         }
         assert!(light_choice("point:1,2").is_err());

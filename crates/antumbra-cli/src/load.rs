@@ -3,6 +3,7 @@
 //! Whatever the program adds or leaves out by itself is said on standard error.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use antumbra_geometry::{DVec3, Short};
@@ -30,6 +31,45 @@ pub struct LitScene {
     pub load_time: Duration,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
+    /// Which way is up.
+    pub up: Up,
+    /// Whether the only light is a sun that neither the file nor the command line has.
+    pub is_sun_invented: bool,
+}
+
+/// Which way is up, and whether that is a guess that the user has to hear of.
+#[derive(Debug)]
+pub struct Up {
+    pub direction: DVec3,
+    /// Whether neither the file nor `--up` says it.
+    pub is_assumed: bool,
+    is_said: AtomicBool,
+}
+
+impl Up {
+    /// Says once which axis is taken for up, where that is a guess; `what` depends on it.
+    pub fn say(&self, what: &str, screen: &Screen) {
+        if self.is_assumed && !self.is_said.swap(true, Ordering::Relaxed) {
+            let (axis, other) = match self.direction == DVec3::Z {
+                true => ("+z", "y"),
+                false => ("+y", "z"),
+            };
+            screen.note(format!(
+                "the file does not say which way is up: taking {axis} for {what} (--up {other} for +{other})"
+            ));
+        }
+    }
+}
+
+/// Whether a command asks about lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lighting {
+    /// A scene without lights gets a sun, and a note says so.
+    Needed,
+    /// A scene without lights gets a sun; the command itself says that it is invented.
+    Listed,
+    /// No light plays a part.
+    Unneeded,
 }
 
 /// Reads a scene and settles its lights: as typed, else the file's, else a sun. Settles what is
@@ -51,13 +91,14 @@ pub fn lit_scene(
             "give points, spots, or a sun without a diameter; render, query, verify and inspect take lights with size",
         ));
     }
-    any_lit_scene(typed, None, cost, outputs, screen)
+    any_lit_scene(typed, None, Lighting::Needed, cost, outputs, screen)
 }
 
 /// Reads a scene as [`lit_scene`] does, with lights with size too.
 pub fn any_lit_scene(
     typed: &SceneFile,
     more: Option<&MoreLights>,
+    lighting: Lighting,
     cost: &IndexCost,
     outputs: &Outputs,
     screen: &Screen,
@@ -77,10 +118,23 @@ pub fn any_lit_scene(
         .for_each(|warning| screen.warning(warning));
 
     let mut scene = loaded.scene;
-    let up = scene_source::up(&scene, typed.up);
-    let chosen = chosen_lights(typed, more, up, limit)?;
+    let up = Up {
+        direction: scene_source::up(&scene, typed.up),
+        is_assumed: loaded.is_up_assumed,
+        is_said: AtomicBool::default(),
+    };
     let from_file = more.and_then(|more| more.file.as_ref());
     files.extend(from_file.cloned());
+    if lighting == Lighting::Unneeded {
+        return Ok(LitScene {
+            scene,
+            load_time,
+            files,
+            up,
+            is_sun_invented: false,
+        });
+    }
+    let chosen = chosen_lights(typed, more, &up, limit, screen)?;
     if let Some(sun) = typed.sun
         && sun.elevation_degrees < 0.0
     {
@@ -110,9 +164,13 @@ pub fn any_lit_scene(
         }
         scene.area_lights.extend(emissive);
     }
-    if scene.lights.is_empty() && scene.area_lights.is_empty() {
-        screen.note("the scene has no light; taking a sun (choose one with --sun or --light)");
-        scene.lights.push(scene_source::default_sun(up));
+    let is_sun_invented = scene.lights.is_empty() && scene.area_lights.is_empty();
+    if is_sun_invented {
+        if lighting == Lighting::Needed {
+            screen.note("the scene has no light; taking a sun (choose one with --sun or --light)");
+            up.say("the sun", screen);
+        }
+        scene.lights.push(scene_source::default_sun(up.direction));
     }
     let sky = scene_source::sky(&typed.scene, &scene);
     scene.background = typed.background.or(sky).unwrap_or(scene.background);
@@ -120,6 +178,8 @@ pub fn any_lit_scene(
         scene,
         load_time,
         files,
+        up,
+        is_sun_invented,
     })
 }
 
@@ -127,35 +187,46 @@ pub fn any_lit_scene(
 fn chosen_lights(
     typed: &SceneFile,
     more: Option<&MoreLights>,
-    up: DVec3,
+    up: &Up,
     memory_limit: u64,
+    screen: &Screen,
 ) -> Result<Option<Lights>, Failure> {
     let from_file = more.and_then(|more| more.file.as_ref());
     if typed.lights.is_empty() && typed.sun.is_none() && from_file.is_none() {
         return Ok(None);
     }
     let mut chosen = Lights::default();
+    if typed.sun.is_some() {
+        up.say("--sun", screen);
+    }
+    let is_sky = |light: &LightValue| matches!(light, LightValue::Sky { .. });
+    if typed.lights.iter().any(is_sky) {
+        up.say("the sky", screen);
+    }
     for (number, light) in typed.lights.iter().enumerate() {
         let name = format!("light {}", number + 1);
-        let light = light.clone().into_light(name, up);
+        let light = light.clone().into_light(name, up.direction);
         match light.map_err(|error| Failure::input(error.to_string(), ""))? {
             SceneLight::Plain(light) => chosen.lights.push(light),
             SceneLight::Area(light) => chosen.area_lights.push(light),
         }
     }
     if let Some(path) = from_file {
-        let of_file = read_lights(path, up, memory_limit)?;
+        let of_file = read_lights(path, up.direction, memory_limit)?;
+        if of_file.depend_on_up {
+            up.say("suns and skies of --lights", screen);
+        }
         chosen.lights.extend(of_file.lights);
         chosen.area_lights.extend(of_file.area_lights);
     }
     match typed.sun {
         Some(sun) if sun.diameter_degrees.is_some() => {
-            let disc = scene_source::sun_disc(sun, up);
+            let disc = scene_source::sun_disc(sun, up.direction);
             chosen
                 .area_lights
                 .push(disc.map_err(|error| Failure::input(error.to_string(), ""))?);
         }
-        Some(sun) => chosen.lights.push(scene_source::sun(sun, up)),
+        Some(sun) => chosen.lights.push(scene_source::sun(sun, up.direction)),
         None => {}
     }
     Ok(Some(chosen))
@@ -164,16 +235,16 @@ fn chosen_lights(
 /// Settles the camera: as typed, else the file's, else one that frames the scene.
 pub fn camera(
     scene: &Scene,
-    file: &SceneFile,
+    up: &Up,
     typed: Option<&CameraParts>,
     size: [u32; 2],
     screen: &Screen,
 ) -> Result<Camera, Failure> {
-    let up = scene_source::up(scene, file.up);
     let Some(parts) = typed else {
         return Ok(scene.camera.unwrap_or_else(|| {
             screen.note("the scene has no camera; taking one that frames it (--camera sets one)");
-            scene_source::frame_camera(scene, up, size)
+            up.say("the camera", screen);
+            scene_source::frame_camera(scene, up.direction, size)
         }));
     };
     let due = |part: Option<_>, from_file: Option<_>, name: &str| {
@@ -187,10 +258,17 @@ pub fn camera(
         })
     };
     let base = scene.camera.as_ref();
+    let own_up = || {
+        up.say("the camera", screen);
+        up.direction
+    };
     Ok(Camera {
         eye: due(parts.eye, base.map(|camera| camera.eye), "eye")?,
         at: due(parts.at, base.map(|camera| camera.at), "at")?,
-        up: parts.up.or(base.map(|camera| camera.up)).unwrap_or(up),
+        up: parts
+            .up
+            .or(base.map(|camera| camera.up))
+            .unwrap_or_else(own_up),
         vertical_fov_degrees: parts
             .fov_degrees
             .or(base.map(|camera| camera.vertical_fov_degrees))

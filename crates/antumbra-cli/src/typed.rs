@@ -24,12 +24,21 @@ Exit codes:
   143  asked to terminate (SIGTERM)
 When stopped, what has a partial result writes it: a picture, or what was measured";
 
+/// Ends the help of the program.
+pub const EXAMPLES: &str = "\
+Examples:
+  A picture of a mesh of your own with z up, a sun in the south and soft shadows:
+    antumbra render house.obj --up z --sun 180,45,0.53 --soft exact -o house.png
+  Which of many points, a NumPy array of shape (n, 3), that sun does not reach:
+    antumbra query house.obj --up z --sun 180,45 --points P.npy --on-surface -o OUT.npy
+";
+
 /// Columns of help texts at most.
 pub const HELP_WIDTH: usize = 100;
 
 /// Exact shadow answers for static scenes, mostly without tracing a ray.
 #[derive(Debug, Parser)]
-#[command(name = "antumbra", version, after_help = EXIT_CODES, max_term_width = HELP_WIDTH)]
+#[command(name = "antumbra", version, after_help = format!("{EXAMPLES}\n{EXIT_CODES}"), max_term_width = HELP_WIDTH)]
 pub struct Typed {
     #[command(flatten)]
     pub verbosity: Verbosity,
@@ -111,7 +120,7 @@ pub struct SceneFile {
     /// Light that replaces the file's lights; repeatable. point:X,Y,Z;
     /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render, query, verify and inspect:
     /// area:CENTER/EDGE1/EDGE2 (shines to the side of EDGE1 x EDGE2), disk:CENTER/NORMAL/RADIUS,
-    /// sphere:X,Y,Z,RADIUS, segment:END/END, sky:R,G,B. All take /R,G,B behind; area and disk also
+    /// sphere:X,Y,Z,RADIUS, segment:END/END, sky or sky:R,G,B. All take /R,G,B behind; area and disk also
     /// /both, to shine to both sides
     #[arg(long = "light", value_name = "LIGHT", value_parser = light_values::light, allow_hyphen_values = true)]
     pub lights: Vec<LightValue>,

@@ -115,8 +115,8 @@ pub(crate) fn batch_error(error: &BatchError, first: usize) -> PyErr {
             let said = match nearest {
                 Some((SurfaceId(face), distance)) => format!(
                     "on no surface: the nearest, face {face}, is {distance:.3e} away, and {allowed:.3e} is allowed; \
-                     give tolerance=, or points as float32 if they were rounded to that, or ask about points of \
-                     space, without on_surface"
+                     give tolerance=, or points as float32 if they were rounded to that; occluded_at answers for \
+                     points of space"
                 ),
                 None => "on no surface: the scene has none".to_owned(),
             };

@@ -27,6 +27,7 @@ pub(crate) struct Scene {
     pub(crate) gathered: Gathered,
     warnings: Vec<String>,
     files: Vec<PathBuf>,
+    is_up_assumed: bool,
 }
 
 #[pymethods]
@@ -58,6 +59,7 @@ impl Scene {
             }
             let mut scene = Self::of(model)?;
             scene.files = loaded.files;
+            scene.is_up_assumed = loaded.is_up_assumed;
             scene.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
             Ok(scene)
         })?
@@ -90,7 +92,7 @@ impl Scene {
     /// Everything that the scene is, for `of_bytes`.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = stoppable(py, 0, |_| {
-            postcard::to_allocvec(&(VERSION, &*self.model, &self.warnings))
+            postcard::to_allocvec(&(VERSION, &*self.model, &self.warnings, self.is_up_assumed))
         })?;
         let bytes = bytes.map_err(|error| PyValueError::new_err(error.to_string()))?;
         Ok(PyBytes::new(py, &bytes))
@@ -108,10 +110,11 @@ impl Scene {
                     "antumbra {version} wrote them, and this is {VERSION}"
                 )));
             }
-            let (model, warnings) =
+            let (model, warnings, is_up_assumed) =
                 postcard::from_bytes(rest).map_err(|error| refused(error.to_string()))?;
             let mut scene = Self::of(model)?;
             scene.warnings = warnings;
+            scene.is_up_assumed = is_up_assumed;
             Ok(scene)
         })?
     }
@@ -168,6 +171,12 @@ impl Scene {
         })
     }
 
+    /// Whether neither the file nor the caller says which way is up.
+    #[getter]
+    fn is_up_assumed(&self) -> bool {
+        self.is_up_assumed
+    }
+
     /// Which way is up.
     #[getter]
     fn up(&self) -> [f64; 3] {
@@ -196,6 +205,7 @@ impl Scene {
             gathered,
             warnings: Vec::new(),
             files: Vec::new(),
+            is_up_assumed: false,
         })
     }
 

@@ -3,29 +3,38 @@
 use antumbra::{IndexOptions, Method, Refine};
 use antumbra_geometry::{AreaShape, Element, ElementKind, Opacity, Short};
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
-use antumbra_scene::model::{LightKind, Scene};
+use antumbra_scene::model::LightKind;
 
 use crate::failure::{Failure, Outcome};
+use crate::load::{self, Lighting, LitScene};
+use crate::memory;
 use crate::memory::Need;
 use crate::outputs::Outputs;
 use crate::screen::Screen;
 use crate::typed::{Inspect, Shadows};
 use crate::values::format_bytes;
-use crate::{load, memory};
 
 /// Reads, counts, predicts; builds nothing.
 pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
     let none = Outputs::none();
-    let scene = load::any_lit_scene(&typed.file, None, &typed.cost, &none, screen)?.scene;
+    let lit = load::any_lit_scene(
+        &typed.file,
+        None,
+        Lighting::Listed,
+        &typed.cost,
+        &none,
+        screen,
+    )?;
+    let scene = &lit.scene;
     let limit = memory::limit(typed.cost.memory_limit);
-    let [scene_bytes, surface_bytes] = [scene_bytes(&scene), surface_bytes(&scene)];
+    let [scene_bytes, surface_bytes] = [scene_bytes(scene), surface_bytes(scene)];
     let need = Need {
         scene: scene_bytes,
         surfaces: surface_bytes,
         ..Need::default()
     };
     need.check(limit)?;
-    let gathered = Gathered::of(&scene)?;
+    let gathered = Gathered::of(scene)?;
     let options = |method| IndexOptions {
         method,
         grid: typed.cost.grid.unwrap_or_default(),
@@ -33,7 +42,7 @@ pub fn run(typed: &Inspect, screen: &Screen) -> Result<Outcome, Failure> {
         memory_limit: limit,
         ..IndexOptions::default()
     };
-    contents(&scene, &gathered, screen);
+    contents(&lit, &gathered, screen);
 
     // Predicted before any of it is taken.
     row(screen, "memory, scene", format_bytes(scene_bytes));
@@ -59,7 +68,8 @@ fn row(screen: &Screen, name: &str, value: impl std::fmt::Display) {
     screen.result(format!("{name:<22} {value}"));
 }
 
-fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
+fn contents(lit: &LitScene, gathered: &Gathered, screen: &Screen) {
+    let scene = &lit.scene;
     let occluders = gathered.occluders();
     row(screen, "objects", scene.objects.len());
     row(screen, "elements", occluders.elements().len());
@@ -106,7 +116,11 @@ fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
                 format!("direction, towards {}", Short(towards_light))
             }
         };
-        row(screen, &format!("  light {number}"), what);
+        let invented = match lit.is_sun_invented {
+            true => "; invented, as neither the file nor an option has a light",
+            false => "",
+        };
+        row(screen, &format!("  light {number}"), what + invented);
     }
     if !scene.area_lights.is_empty() {
         // They take no memory of the index.
@@ -129,6 +143,15 @@ fn contents(scene: &Scene, gathered: &Gathered, screen: &Screen) {
         } else {
             "none"
         },
+    );
+    let assumed = match lit.up.is_assumed {
+        true => "; assumed, as the file does not say it (see --up)",
+        false => "",
+    };
+    row(
+        screen,
+        "up",
+        format!("{}{assumed}", Short(lit.up.direction)),
     );
     let bounds = occluders.bounds();
     if bounds.is_empty() {

@@ -12,7 +12,7 @@ use antumbra_scene::model::Scene;
 
 use crate::failure::{Failure, Outcome};
 use crate::light_values::{LightChoice, LightValue};
-use crate::load;
+use crate::load::{self, Lighting};
 use crate::outputs::{Content, Outputs};
 use crate::saved;
 use crate::screen::Screen;
@@ -38,15 +38,20 @@ pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
         background: None,
     };
     let more = Some(&typed.more_lights);
-    let scene = load::any_lit_scene(&file, more, &typed.cost, &outputs, screen)?.scene;
+    let lighting = match typed.shares.replace_lights() {
+        true => Lighting::Unneeded,
+        false => Lighting::Needed,
+    };
+    let lit = load::any_lit_scene(&file, more, lighting, &typed.cost, &outputs, screen)?;
+    let scene = &lit.scene;
     if typed.shares.replace_lights() || !scene.area_lights.is_empty() {
         return super::on_threads(&typed.threads, || {
-            shares::work(typed, files, &scene, &names, screen)
+            shares::work(typed, files, &lit, &names, screen)
         })?;
     }
-    let chosen = Chosen::of(&scene, &names)?;
+    let chosen = Chosen::of(scene, &names)?;
     super::on_threads(&typed.threads, || {
-        work(typed, files, &scene, &chosen, screen)
+        work(typed, files, scene, &chosen, screen)
     })?
 }
 

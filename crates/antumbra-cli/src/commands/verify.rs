@@ -42,7 +42,15 @@ const RUN_QUERIES: u64 = 1 << 14;
 /// Builds one index a method, asks, compares; with `others` beside the methods that were typed.
 pub fn run(typed: &Verify, others: Vec<Other>, screen: &Screen) -> Result<Outcome, Failure> {
     let none = Outputs::none();
-    let scene = load::any_lit_scene(&typed.file, None, &typed.cost, &none, screen)?.scene;
+    let scene = load::any_lit_scene(
+        &typed.file,
+        None,
+        load::Lighting::Needed,
+        &typed.cost,
+        &none,
+        screen,
+    )?
+    .scene;
     super::on_threads(&typed.threads, || work(typed, others, scene, screen))?
 }
 

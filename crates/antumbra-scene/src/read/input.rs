@@ -25,6 +25,8 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
     /// The files that it was read from, the scene's own first; none where bytes were given.
     pub files: Vec<PathBuf>,
+    /// Whether [`Scene::up`] is only what is usual for the format: neither the file nor [`ReadOptions::up`] says it.
+    pub is_up_assumed: bool,
 }
 
 /// Answers to what a file leaves open, and its memory limit. The default takes what is usual for the format.

@@ -26,6 +26,8 @@ pub struct Lights {
     pub lights: Vec<Light>,
     /// Those with size.
     pub area_lights: Vec<AreaLight>,
+    /// Whether one of them is a sky, or a sun by azimuth and elevation: such lights go by which way is up.
+    pub depend_on_up: bool,
 }
 
 /// The largest magnitude of a coordinate.
@@ -142,6 +144,7 @@ impl Entry {
         }
         let name = self.name.take().unwrap_or_default();
         let falls_off = self.falls_off.take().unwrap_or(false);
+        lights.depend_on_up |= kind == "sky" || self.azimuth_degrees.is_some();
         match self.shape(&kind, up)? {
             Shape::Plain(kind) => lights.lights.push(Light {
                 name,

@@ -5,15 +5,15 @@
 use antumbra::{
     Batch, BatchCounters, BatchError, FractionBy, ReceiverSide, ShadowIndex, VisibleFraction,
 };
-use antumbra_geometry::Sky;
+use antumbra_geometry::{DVec3, Sky};
 use antumbra_render::aov::all_light_names;
 use antumbra_scene::model::Scene;
 
 use super::arrays;
 use super::asked::{Chosen, Files, batch, failure, index, nearness, warn_of_surfaces};
 use crate::failure::{Failure, Outcome};
+use crate::load::LitScene;
 use crate::saved;
-use crate::scene_source;
 use crate::screen::Screen;
 use crate::typed::Query;
 
@@ -32,10 +32,11 @@ enum Column {
 pub(super) fn work(
     typed: &Query,
     files: Files,
-    scene: &Scene,
+    lit: &LitScene,
     names: &[&str],
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
+    let scene = &lit.scene;
     if typed.packed {
         return Err(Failure::input(
             "--packed writes bits, and the answers are shares",
@@ -58,9 +59,13 @@ pub(super) fn work(
     if !typed.on_surface && normals.is_none() {
         warn_of_surfaces(&index, &points, screen);
     }
+    if typed.shares.sky_view_factor {
+        lit.up.say("the sky", screen);
+    }
     let asking = Asking {
         typed,
         scene,
+        up: lit.up.direction,
         index: &index,
         batch: &points_of,
     };
@@ -143,6 +148,7 @@ fn columns(typed: &Query, scene: &Scene, names: &[&str]) -> Result<(Chosen, Vec<
 struct Asking<'a, 'b> {
     typed: &'a Query,
     scene: &'a Scene,
+    up: DVec3,
     index: &'a ShadowIndex,
     batch: &'a Batch<'b, [f64; 3]>,
 }
@@ -165,8 +171,7 @@ impl Asking<'_, '_> {
                 answered.map(done)
             }
             Column::SkyViewFactor => {
-                let up = scene_source::up(self.scene, self.typed.up);
-                let sky = Sky::new(up).expect("up is an axis, or a reader's");
+                let sky = Sky::new(self.up).expect("up is an axis, or a reader's");
                 let index = self.index;
                 let answered = index.sky_view_factor(self.batch, side, &sky, &directions, values);
                 answered.map(done)

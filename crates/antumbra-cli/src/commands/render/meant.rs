@@ -13,10 +13,11 @@ use antumbra_scene::model::Scene;
 
 use super::files::Format;
 use crate::failure::Failure;
+use crate::load::{self, LitScene};
+use crate::memory;
 use crate::screen::Screen;
 use crate::typed::{QuickCheckAction, Render, ShowWhat};
 use crate::values::{Exposure, MAX_SIDE};
-use crate::{load, memory};
 
 /// The picture's size where neither file nor command line gives one.
 const DEFAULT_SIZE: [u32; 2] = [512, 512];
@@ -40,15 +41,16 @@ impl Meant {
     pub(super) fn of(
         typed: &Render,
         format: Format,
-        scene: &Scene,
+        lit: &LitScene,
         screen: &Screen,
     ) -> Result<Self, Failure> {
+        let scene = &lit.scene;
         let file_size = scene.camera.and_then(|camera| camera.resolution);
         let size = typed
             .size
             .or(file_size.map(clamped))
             .unwrap_or(DEFAULT_SIZE);
-        let camera = load::camera(scene, &typed.file, typed.camera.as_ref(), size, screen)?;
+        let camera = load::camera(scene, &lit.up, typed.camera.as_ref(), size, screen)?;
         let frame_count = typed.orbit.unwrap_or(1);
         let frames = (0..frame_count)
             .map(|frame| {

@@ -20,7 +20,7 @@ use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::load;
+use crate::load::{self, Lighting};
 use crate::memory::Need;
 use crate::outputs::{Content, Outputs};
 use crate::saved;
@@ -43,11 +43,12 @@ pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Out
     let lit = load::any_lit_scene(
         &typed.file,
         Some(&typed.more_lights),
+        Lighting::Needed,
         &typed.cost,
         &outputs,
         screen,
     )?;
-    let meant = Meant::of(typed, format, &lit.scene, screen)?;
+    let meant = Meant::of(typed, format, &lit, screen)?;
     // What depends on the scene: frames and layers.
     for (option, path) in meant.more_files(typed, &lit.scene) {
         outputs.add_made(option, &path, Content::Picture)?;

@@ -119,6 +119,7 @@ pub fn read_gltf(
         scene,
         warnings: warnings.finish(),
         files: Vec::new(),
+        is_up_assumed: false,
     })
 }
 

@@ -499,6 +499,7 @@ impl<'a> Reader<'a> {
             scene,
             warnings: warnings.finish(),
             files: Vec::new(),
+            is_up_assumed: false,
         }
     }
 }

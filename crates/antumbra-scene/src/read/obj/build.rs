@@ -94,6 +94,7 @@ impl Reader<'_> {
             scene,
             warnings,
             files: Vec::new(),
+            is_up_assumed: false,
         })
     }
 

@@ -123,6 +123,7 @@ pub fn read_obj(
     }
     let mut loaded = reader.finish(open, room)?;
     loaded.scene.up = options.up.unwrap_or(UpAxis::Y).vector();
+    loaded.is_up_assumed = options.up.is_none();
     Ok(loaded)
 }
 

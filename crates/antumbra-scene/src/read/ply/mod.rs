@@ -106,6 +106,7 @@ pub fn read_ply(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Load
         scene,
         warnings: warnings.finish(),
         files: Vec::new(),
+        is_up_assumed: options.up.is_none(),
     })
 }
 

@@ -69,6 +69,7 @@ pub fn read_stl(file: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Load
         scene,
         warnings: warnings.finish(),
         files: Vec::new(),
+        is_up_assumed: options.up.is_none(),
     })
 }
 
