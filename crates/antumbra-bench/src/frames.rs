@@ -21,7 +21,6 @@ use antumbra_cli::screen::Screen;
 
 use super::contender::Contender;
 use super::frames_report::{Report, SceneReport, SeriesReport, Timing};
-use super::head::Head;
 use super::judge::{Verdicts, judge};
 use super::measure::{self, Measured, Stopwatch, median};
 use super::methods::{self, Built};
@@ -29,7 +28,6 @@ use super::record::{self, Aim, Recorded};
 use super::report::{Preparation, Shares};
 use super::subject::{self, Subject};
 use super::typed::Frames;
-use antumbra_cli::outputs::write_json;
 
 /// Queries a call where several threads share a frame; one thread is given the whole frame.
 const SHARED_SLICE: usize = 65_536;
@@ -46,24 +44,12 @@ const BVH: usize = 1;
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Frames, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = antumbra_cli::typed::Threads {
-        threads: Some(typed.subjects.threads),
-    };
-    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
+    typed.subjects.timed.run(|| work(typed, screen))?
 }
 
 fn work(typed: &Frames, screen: &Screen) -> Result<Outcome, Failure> {
-    let thread_count = usize::from(typed.subjects.threads);
-    let stopwatch = Stopwatch::new(thread_count);
-    let (embree, where_it_is) = subject::find_embree(thread_count, screen);
-    let head = Head::new(
-        stopwatch.name(),
-        thread_count,
-        typed.rounds,
-        typed.size,
-        where_it_is,
-    );
-    screen.result(head.text());
+    let (stopwatch, embree, head) =
+        subject::begin(&typed.subjects.timed, typed.rounds, typed.size, screen);
     let mut report = Report::new(head);
     for path in &typed.subjects.scenes {
         let scene = scene(path, typed, embree.as_ref(), stopwatch, screen)?;
@@ -72,9 +58,7 @@ fn work(typed: &Frames, screen: &Screen) -> Result<Outcome, Failure> {
     }
     report.average();
     screen.result(report.means());
-    if let Some(path) = &typed.subjects.json {
-        write_json(path, &report)?;
-    }
+    typed.subjects.figures.write(&report)?;
     let is_clean = report
         .scenes
         .iter()
@@ -290,7 +274,7 @@ impl Bench<'_> {
         recorded: &Recorded,
         found: &mut [bool],
     ) -> (u64, Duration) {
-        let slice = if self.typed.subjects.threads == 1 {
+        let slice = if self.typed.subjects.timed.count() == 1 {
             found.len().max(1)
         } else {
             SHARED_SLICE

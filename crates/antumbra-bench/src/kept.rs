@@ -81,18 +81,15 @@ pub(super) fn run(typed: &Kept, screen: &Screen) -> Result<Outcome, Failure> {
             "measure them one by one",
         ));
     };
-    let threads = antumbra_cli::typed::Threads {
-        threads: Some(typed.subjects.threads),
-    };
-    antumbra_cli::commands::on_threads(&threads, || match &typed.child {
+    typed.subjects.timed.run(|| match &typed.child {
         Some(queries) => answer(typed, scene, queries, screen),
         None => measure(typed, scene, screen),
     })?
 }
 
 fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failure> {
-    let stopwatch = Stopwatch::new(typed.subjects.threads.into());
-    let threads = typed.subjects.threads.into();
+    let threads = typed.subjects.timed.count();
+    let stopwatch = Stopwatch::new(threads);
     let head = Head::new(
         stopwatch.name(),
         threads,
@@ -179,9 +176,7 @@ fn measure(typed: &Kept, scene: &Path, screen: &Screen) -> Result<Outcome, Failu
         without,
     };
     screen.result(report.table());
-    if let Some(path) = &typed.subjects.json {
-        outputs::write_json(path, &report)?;
-    }
+    typed.subjects.figures.write(&report)?;
     let all = report.with_file.iter().chain(&report.without);
     Ok(if all.map(|took| took.differences).sum::<u64>() == 0 {
         Outcome::Done
@@ -262,7 +257,7 @@ fn process(queries: &Path, file: Option<&Path>) -> Result<Took, Failure> {
 fn answer(typed: &Kept, scene: &Path, queries: &Path, screen: &Screen) -> Result<Outcome, Failure> {
     let (starts, expected) = read_queries(queries)?;
     let mut found = vec![false; starts.len()];
-    let stopwatch = Stopwatch::new(typed.subjects.threads.into());
+    let stopwatch = Stopwatch::new(typed.subjects.timed.count());
     let (loaded, scene_time) = stopwatch.time(|| -> Result<_, Failure> {
         let file = typed.subjects.light.file(scene);
         let mut scene =

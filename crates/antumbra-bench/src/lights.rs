@@ -19,7 +19,6 @@ use antumbra_scene::generate::rooms;
 use serde::Serialize;
 
 use antumbra_cli::failure::{Failure, Outcome};
-use antumbra_cli::outputs::{Content, Outputs, write_json};
 use antumbra_cli::screen::Screen;
 
 use super::head::Head;
@@ -75,37 +74,23 @@ struct Report {
 
 /// Measures all numbers of lights, then tells.
 pub(super) fn run(typed: &Lights, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = antumbra_cli::typed::Threads {
-        threads: Some(typed.threads),
-    };
-    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
+    typed.timed.run(|| work(typed, screen))?
 }
 
 fn work(typed: &Lights, screen: &Screen) -> Result<Outcome, Failure> {
-    let mut outputs = Outputs::none();
-    outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
-    let thread_count = usize::from(typed.threads);
-    let stopwatch = Stopwatch::new(thread_count);
-    let (embree, where_it_is) = subject::find_embree(thread_count, screen);
+    // Nothing is read. What may not be written to is told before anything is measured.
+    typed.figures.outputs(None)?;
+    let (stopwatch, embree, head) = subject::begin(&typed.timed, typed.rounds, typed.size, screen);
     let mut report = Report {
-        head: Head::new(
-            stopwatch.name(),
-            thread_count,
-            typed.rounds,
-            typed.size,
-            where_it_is,
-        ),
+        head,
         scenes: Vec::new(),
     };
-    screen.result(report.head.text());
     for &count in &typed.counts {
         let found = scene(count, typed, embree.as_ref(), stopwatch)?;
         screen.result(found.row());
         report.scenes.push(found);
     }
-    if let Some(path) = &typed.json {
-        write_json(path, &report)?;
-    }
+    typed.figures.write(&report)?;
     let is_clean = report.scenes.iter().all(|scene| scene.mismatches == 0);
     Ok(if is_clean {
         Outcome::Done

@@ -11,7 +11,6 @@ use antumbra_render::prepare::Prepared;
 use antumbra_cli::failure::{Failure, Outcome};
 use antumbra_cli::screen::Screen;
 
-use super::head::Head;
 use super::judge::judge;
 use super::measure::{self, Measured, Stopwatch};
 use super::methods::{self, Built};
@@ -20,7 +19,6 @@ use super::report::{Preparation, Report, SceneReport, SetReport, Shares, WorkOfQ
 use super::subject::{self, Subject};
 use super::typed::Shadows;
 use super::{cold, oracle};
-use antumbra_cli::outputs::write_json;
 
 /// Other cameras whose queries values come from: those of the frames before and after the timed
 /// one, of so many around the scene.
@@ -28,24 +26,13 @@ const ORBIT_FRAMES: u32 = 16;
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = antumbra_cli::typed::Threads {
-        threads: Some(typed.subjects.threads),
-    };
-    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
+    typed.subjects.timed.run(|| work(typed, screen))?
 }
 
 fn work(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
-    let thread_count = usize::from(typed.subjects.threads);
-    let stopwatch = Stopwatch::new(thread_count);
-    let (embree, where_it_is) = subject::find_embree(thread_count, screen);
-    let mut report = Report::new(Head::new(
-        stopwatch.name(),
-        thread_count,
-        typed.rounds,
-        typed.size,
-        where_it_is,
-    ));
-    screen.result(report.head.text());
+    let (stopwatch, embree, head) =
+        subject::begin(&typed.subjects.timed, typed.rounds, typed.size, screen);
+    let mut report = Report::new(head);
     for path in &typed.subjects.scenes {
         let scene = scene(path, typed, embree.as_ref(), stopwatch, screen)?;
         screen.result(scene.table());
@@ -53,9 +40,7 @@ fn work(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
     }
     report.average();
     screen.result(report.means());
-    if let Some(path) = &typed.subjects.json {
-        write_json(path, &report)?;
-    }
+    typed.subjects.figures.write(&report)?;
     let is_clean = report
         .scenes
         .iter()
@@ -113,7 +98,7 @@ fn scene(
         |frame| record::frame(recorder, &still, 0, typed.subjects.jitter(frame)),
         typed.rounds,
         stopwatch,
-        usize::from(typed.subjects.threads),
+        typed.subjects.timed.count(),
     );
     screen.detail(format!("{}: cold values measured", path.display()));
 

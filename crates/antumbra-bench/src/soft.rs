@@ -16,7 +16,6 @@ use antumbra_scene::gather::light_shapes;
 use serde::Serialize;
 
 use antumbra_cli::failure::{Failure, Outcome};
-use antumbra_cli::outputs::write_json;
 use antumbra_cli::screen::Screen;
 
 use super::head::Head;
@@ -69,10 +68,7 @@ struct Report {
 
 /// Measures all scenes, then tells.
 pub(super) fn run(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
-    let threads = antumbra_cli::typed::Threads {
-        threads: Some(typed.subjects.threads),
-    };
-    antumbra_cli::commands::on_threads(&threads, || work(typed, screen))?
+    typed.subjects.timed.run(|| work(typed, screen))?
 }
 
 fn work(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
@@ -82,27 +78,17 @@ fn work(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
             "give --degrees numbers from 0 to 90",
         ));
     }
-    let thread_count = usize::from(typed.subjects.threads);
-    let stopwatch = Stopwatch::new(thread_count);
-    let (embree, where_it_is) = subject::find_embree(thread_count, screen);
+    let (stopwatch, embree, head) =
+        subject::begin(&typed.subjects.timed, typed.rounds, typed.size, screen);
     let mut report = Report {
-        head: Head::new(
-            stopwatch.name(),
-            thread_count,
-            typed.rounds,
-            typed.size,
-            where_it_is,
-        ),
+        head,
         scenes: Vec::new(),
     };
-    screen.result(report.head.text());
     for path in &typed.subjects.scenes {
         scene(path, typed, embree.as_ref(), stopwatch, screen, &mut report)?;
     }
     screen.result(means(&report.scenes));
-    if let Some(path) = &typed.subjects.json {
-        write_json(path, &report)?;
-    }
+    typed.subjects.figures.write(&report)?;
     let is_clean = report.scenes.iter().all(|scene| scene.mismatches == 0);
     Ok(if is_clean {
         Outcome::Done

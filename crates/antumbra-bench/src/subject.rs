@@ -15,8 +15,9 @@ use antumbra_cli::failure::Failure;
 use antumbra_cli::screen::Screen;
 use antumbra_cli::{load, memory};
 
+use super::head::Head;
 use super::measure::Stopwatch;
-use super::typed::Subjects;
+use super::typed::{Subjects, TimedThreads};
 
 /// A scene of which one light stays, number 0.
 pub(super) struct Subject {
@@ -100,7 +101,7 @@ impl Subject {
 }
 
 /// Looks for Embree and returns where it is, too, or that it is not.
-pub(super) fn find_embree(thread_count: usize, screen: &Screen) -> (Option<Embree>, String) {
+fn find_embree(thread_count: usize, screen: &Screen) -> (Option<Embree>, String) {
     match Embree::load(thread_count) {
         Ok(embree) => {
             let name = embree.path().file_name().unwrap_or_default();
@@ -112,6 +113,20 @@ pub(super) fn find_embree(thread_count: usize, screen: &Screen) -> (Option<Embre
             (None, format!("none: {error}"))
         }
     }
+}
+
+/// What a measurement begins with: how time is taken, the rival, and what stands at the top of the report, which it prints.
+pub(super) fn begin(
+    threads: &TimedThreads,
+    rounds: u32,
+    size: [u32; 2],
+    screen: &Screen,
+) -> (Stopwatch, Option<Embree>, Head) {
+    let stopwatch = Stopwatch::new(threads.count());
+    let (embree, where_it_is) = find_embree(threads.count(), screen);
+    let head = Head::new(stopwatch.name(), threads.count(), rounds, size, where_it_is);
+    screen.result(head.text());
+    (stopwatch, embree, head)
 }
 
 /// Builds Embree's scene and returns how long it took.

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::Serialize;
 
+use antumbra_cli::commands::on_threads;
 use antumbra_cli::failure::Failure;
 use antumbra_cli::light_values::LightValue;
 use antumbra_cli::methods::Shadows as Ours;
-use antumbra_cli::outputs::{Content, Outputs};
+use antumbra_cli::outputs::{Content, Outputs, write_json};
 use antumbra_cli::typed::{
     self as cli, EXIT_CODES, HELP_WIDTH, IndexCost, SUN_HELP, SceneFile, Threads, Up, Verbosity,
     kept_methods,
@@ -47,6 +49,60 @@ pub(crate) enum What {
     Watertight(Watertight),
     /// Compare rivals of the paper's time with the reference, beside our methods
     Verify(Box<Verify>),
+}
+
+/// File that the figures of a run are written to.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct FiguresFile {
+    /// File to write the figures to, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+impl FiguresFile {
+    /// Returns what is written, which is none of the files that are read.
+    pub(super) fn outputs<'a>(
+        &self,
+        read: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::none();
+        outputs.add_if("--json", self.json.as_ref(), Content::Json)?;
+        outputs.spare(read)?;
+        Ok(outputs)
+    }
+
+    /// Writes the figures, if a file was named.
+    pub(super) fn write(&self, figures: &impl Serialize) -> Result<(), Failure> {
+        match &self.json {
+            Some(path) => write_json(path, figures),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Number of threads of what is timed.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Threads")]
+pub(crate) struct TimedThreads {
+    /// Number of threads; with 1 processor time is measured, with more wall-clock time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+}
+
+impl TimedThreads {
+    /// Returns how many they are.
+    pub(super) fn count(&self) -> usize {
+        self.threads.into()
+    }
+
+    /// Runs the work on them.
+    pub(super) fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+        let threads = Threads {
+            threads: Some(self.threads),
+        };
+        on_threads(&threads, work)
+    }
 }
 
 /// Scenes and the light to ask about.
@@ -125,25 +181,20 @@ pub(crate) struct Subjects {
     #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
 
-    /// File to write the figures to, as JSON
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figures: FiguresFile,
 
     #[command(flatten)]
     pub(crate) cost: IndexCost,
 
-    /// Number of threads; with 1 processor time is measured, with more wall-clock time
-    #[arg(help_heading = "Threads", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: u16,
+    #[command(flatten)]
+    pub(crate) timed: TimedThreads,
 }
 
 impl Subjects {
     /// Returns what is written, which is none of the scenes.
     pub(super) fn outputs(&self) -> Result<Outputs, Failure> {
-        let mut outputs = Outputs::none();
-        outputs.add_if("--json", self.json.as_ref(), Content::Json)?;
-        outputs.spare(&self.scenes)?;
-        Ok(outputs)
+        self.figures.outputs(&self.scenes)
     }
 
     /// Returns where eye rays go through pixels in one of several jittered frames.
@@ -256,9 +307,8 @@ pub(crate) struct Paper {
     #[arg(help_heading = "Rounds", long)]
     pub(crate) no_sweeps: bool,
 
-    /// File to write the figures to, as JSON
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figures: FiguresFile,
 
     /// Folder to write the report to: index.html with plots and pictures, and README.md
     #[arg(help_heading = "Output", long, value_name = "DIR")]
@@ -274,9 +324,8 @@ pub(crate) struct Watertight {
     #[command(flatten)]
     pub(crate) light: LightOfScenes,
 
-    /// File to write the figures to, as JSON
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figures: FiguresFile,
 
     #[command(flatten)]
     pub(crate) cost: IndexCost,
@@ -377,11 +426,9 @@ pub(crate) struct Lights {
     #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rounds: u32,
 
-    /// File to write the figures to, as JSON
-    #[arg(help_heading = "Output", long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figures: FiguresFile,
 
-    /// Number of threads; with 1 processor time is measured, with more wall-clock time
-    #[arg(help_heading = "Threads", long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: u16,
+    #[command(flatten)]
+    pub(crate) timed: TimedThreads,
 }

@@ -21,7 +21,7 @@ use super::aims::{Aims, aims};
 use super::measure::{self, Stopwatch};
 use super::typed::Watertight;
 use super::{methods, subject};
-use antumbra_cli::outputs::{Content, Outputs, write_json};
+use antumbra_cli::outputs::Outputs;
 
 /// Vertices along a side: 256^2 cells and 255^2 inner vertices.
 const HEIGHTFIELD: u32 = 257;
@@ -54,9 +54,7 @@ pub(super) fn run(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failur
 }
 
 fn work(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failure> {
-    let mut outputs = Outputs::none();
-    outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
-    outputs.spare(&typed.meshes)?;
+    let outputs = typed.figures.outputs(&typed.meshes)?;
     let embree = Embree::load(1);
     if let Err(error) = &embree {
         screen.warning(format!("{error}; its rows are left out"));
@@ -83,9 +81,8 @@ fn work(typed: &Watertight, screen: &Screen) -> Result<Outcome, Failure> {
         }
         all.extend(leaks);
     }
-    if let Some(path) = &typed.json {
-        write_json(path, &serde_json::json!({ "schema": 1, "leaks": all }))?;
-    }
+    let figures = serde_json::json!({ "schema": 1, "leaks": all });
+    typed.figures.write(&figures)?;
     let is_clean = all.iter().all(|leaks| !leaks.is_ours || leaks.leaks == 0);
     Ok(if is_clean {
         Outcome::Done

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use antumbra_testkit::help::{Expected, assert_fits, assert_states_north};
 use tempfile::TempDir;
 
 fn bench(arguments: &[&str]) -> Output {
@@ -30,6 +31,12 @@ fn assert_code(output: &Output, code: i32) {
     assert_eq!(output.status.code(), Some(code), "{}", streams());
 }
 
+fn help(arguments: &[&str]) -> String {
+    let output = bench(arguments);
+    assert_code(&output, 0);
+    stdout(&output)
+}
+
 fn generated(folder: &TempDir, name: &str, size: u32) -> PathBuf {
     let path = folder.path().join(format!("{name}.nff"));
     let scene = antumbra_scene::generate::by_name(name, Some(size), None).unwrap();
@@ -39,7 +46,7 @@ fn generated(folder: &TempDir, name: &str, size: u32) -> PathBuf {
 
 #[test]
 fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
-    let commands: [(&[&str], &[&str]); 8] = [
+    let commands: [Expected<'_>; 8] = [
         (&[], &["Commands:", "Exit codes"]),
         (
             &["shadows"],
@@ -58,38 +65,12 @@ fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
         (&["kept"], &["Output:"]),
         (&["verify"], &["Comparison:", "light-buffer", "shadow-map"]),
     ];
-    for (command, words) in commands {
-        for flag in ["--help", "-h"] {
-            let output = bench(&[command, &[flag]].concat());
-            assert_code(&output, 0);
-            let text = stdout(&output);
-            for line in text.lines() {
-                let width = line.chars().count();
-                assert!(width <= 100, "{command:?} {flag}: {width} columns: {line}");
-            }
-            for word in words
-                .iter()
-                .filter(|word| flag == "--help" || word.ends_with(':'))
-            {
-                assert!(text.contains(word), "{command:?} {flag}: {word}\n{text}");
-            }
-        }
-    }
+    assert_fits(help, &commands);
 }
 
 #[test]
 fn north_is_stated_wherever_a_sun_can_be_typed() {
-    for command in ["shadows", "frames", "soft", "watertight", "kept"] {
-        let text = stdout(&bench(&[command, "--help"]));
-        let words: Vec<&str> = text.split_whitespace().collect();
-        let text = words.join(" ");
-        for part in [
-            "With z up, north is +y and east is +x",
-            "with y up, north is -z and east is +x",
-        ] {
-            assert!(text.contains(part), "{command}: {part}");
-        }
-    }
+    assert_states_north(help, &["shadows", "frames", "soft", "watertight", "kept"]);
 }
 
 #[test]

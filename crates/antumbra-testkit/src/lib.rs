@@ -9,6 +9,7 @@
 //! | [`oracle`] | answers in exact rational arithmetic, by testing every surface |
 //! | [`fixtures`] | named scenes with the answers geometry gives, and the page's known limits |
 //! | [`nasty`] | seeded random scenes full of ties and rounding |
+//! | [`help`] | what the help of every program has to be like |
 //! | [`absent`] | what tests compare with and may not be there |
 //!
 //! Everything is plain data of `f64`s; the test that compares converts it. Surfaces are named by
@@ -33,5 +34,6 @@ pub mod absent;
 mod build;
 mod exact;
 pub mod fixtures;
+pub mod help;
 pub mod nasty;
 pub mod oracle;

@@ -26,7 +26,6 @@ use super::measure::Stopwatch;
 use super::typed::Paper;
 use antumbra_cli::failure::{Failure, Outcome};
 use antumbra_cli::interrupt::Interrupt;
-use antumbra_cli::outputs::{Content, Outputs, write_json};
 use antumbra_cli::screen::Screen;
 use antumbra_cli::typed::Threads;
 use figures::Figures;
@@ -44,8 +43,7 @@ pub(super) fn run(
 }
 
 fn work(typed: &Paper, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
-    let mut outputs = Outputs::none();
-    outputs.add_if("--json", typed.json.as_ref(), Content::Json)?;
+    let mut outputs = typed.figures.outputs(None)?;
     if let Some(folder) = &typed.html {
         report::prepare(folder, &mut outputs)?;
     }
@@ -150,8 +148,5 @@ fn tell(typed: &Paper, figures: &Figures, screen: &Screen) -> Result<(), Failure
             screen.result(table.text());
         }
     }
-    match &typed.json {
-        Some(path) => write_json(path, figures),
-        None => Ok(()),
-    }
+    typed.figures.write(figures)
 }

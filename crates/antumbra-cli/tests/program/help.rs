@@ -4,10 +4,12 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use antumbra_testkit::help::{Expected, assert_fits, assert_states_north};
+
 use super::support::{Folder, antumbra, assert_code, npy, stderr, stdout, text};
 
 /// Every command, with the words that its help must have.
-const COMMANDS: [(&[&str], &[&str]); 8] = [
+const COMMANDS: [Expected<'_>; 8] = [
     (
         &["render"],
         &[
@@ -48,52 +50,24 @@ const COMMANDS: [(&[&str], &[&str]); 8] = [
     (&["convert"], &["Files:", ".nff, .obj, .ply or .glb"]),
 ];
 
-fn help(command: &[&str], flag: &str) -> String {
-    let output = antumbra(&[command, &[flag]].concat());
+fn help(arguments: &[&str]) -> String {
+    let output = antumbra(arguments);
     assert_code(&output, 0);
     stdout(&output)
 }
 
 #[test]
 fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
-    let all = COMMANDS.iter().copied();
-    for (command, words) in all.chain([(&[][..], &["Exit codes"][..])]) {
-        for flag in ["--help", "-h"] {
-            let text = help(command, flag);
-            for line in text.lines() {
-                let width = line.chars().count();
-                assert!(width <= 100, "{command:?} {flag}: {width} columns: {line}");
-            }
-            for word in words
-                .iter()
-                .filter(|word| flag == "--help" || word.ends_with(':'))
-            {
-                assert!(text.contains(word), "{command:?} {flag}: {word}\n{text}");
-            }
-        }
-    }
+    let program: Expected<'_> = (&[], &["Examples", "Exit codes"]);
+    assert_fits(help, &[&COMMANDS[..], &[program]].concat());
 }
 
 #[test]
 fn north_is_stated_wherever_a_sun_can_be_typed() {
-    for command in [
-        &["render"][..],
-        &["inspect"],
-        &["query"],
-        &["verify"],
-        &["bake"],
-        &["export"],
-    ] {
-        let text = help(command, "--help");
-        let words: Vec<&str> = text.split_whitespace().collect();
-        let text = words.join(" ");
-        for part in [
-            "With z up, north is +y and east is +x",
-            "with y up, north is -z and east is +x",
-        ] {
-            assert!(text.contains(part), "{command:?}: {part}");
-        }
-    }
+    assert_states_north(
+        help,
+        &["render", "inspect", "query", "verify", "bake", "export"],
+    );
 }
 
 #[test]
@@ -122,7 +96,7 @@ fn a_sun_below_the_horizon_is_told() {
 
 #[test]
 fn query_offers_the_methods_that_it_has_and_no_others() {
-    let text = help(&["query"], "--help");
+    let text = help(&["query", "--help"]);
     for method in ["voxel-1990", "bvh", "naive"] {
         assert!(text.contains(method), "{method}");
     }
@@ -194,7 +168,7 @@ fn the_examples_of_the_help_run_as_they_stand() {
     let points: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
     let array = npy(&points);
     fs::write(folder.path("P.npy"), array).unwrap();
-    let help = help(&[], "--help");
+    let help = help(&["--help"]);
     let examples = help
         .lines()
         .filter_map(|line| line.strip_prefix("    antumbra "));
