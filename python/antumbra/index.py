@@ -22,8 +22,8 @@ from .scene import Scene, SceneLike, scene_of
 MOST_VALUE_BYTES = 4 << 30
 
 
-KeptLight: TypeAlias = Literal["taken", "absent", "no room"]
-"""What a file had of a light: values that were taken; none, as the light is new or was moved; more than `memory`."""
+SavedLight: TypeAlias = Literal["loaded", "absent", "no room"]
+"""What a file had of a light: values that were loaded; none, as the light is new or was moved; more than `memory`."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class ShadowIndex(Questions, Shares):
         grid: Voxels of the uniform grid along each axis, one number or three, 1 to 2048; by default by a rule.
         threads: Threads that build it; 0 for one a processor.
         occlusion: A file that `save` wrote for the same surfaces, with the same `resolution`: what it has of each
-            light is taken; other lights are made as without a file (`kept_lights`).
+            light is loaded; other lights are computed as without a file (`saved_lights`).
         progress: `True` for a line on the standard error stream, or a callable that is called with a stage's name, its
             steps that are done and all of them. It may raise to end the work.
 
@@ -265,9 +265,9 @@ class ShadowIndex(Questions, Shares):
         return bytes_written
 
     @property
-    def kept_lights(self) -> list[KeptLight]:
+    def saved_lights(self) -> list[SavedLight]:
         """What the file of the index had of each light; empty without a file."""
-        return self._native.kept_lights
+        return self._native.saved_lights
 
     def volume(self, resolution: int = 64) -> Volume | None:
         """Returns what values know of points of space near the scene, in cubes: most with `refine="eager"`.

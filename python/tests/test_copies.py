@@ -84,7 +84,7 @@ def test_an_index_answers_as_before(scene: antumbra.Scene, bumps: Any, method: A
 def test_an_index_comes_back_with_what_it_knows(scene: antumbra.Scene, bumps: Any) -> None:
     index = antumbra.ShadowIndex(scene, LIGHTS, method="voxel", refine="eager", resolution=64)
     again = pickle.loads(pickle.dumps(index))
-    assert again.kept_lights == ["taken"] * 3
+    assert again.saved_lights == ["loaded"] * 3
     points, ids, _ = points_on(*bumps, 300, seed=22)
     assert np.array_equal(
         again.occluded(points, [0, 1, 2], face_ids=ids), index.occluded(points, [0, 1, 2], face_ids=ids)

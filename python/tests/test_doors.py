@@ -182,7 +182,7 @@ def test_values_of_a_file_are_loaded(scene: antumbra.Scene, bumps: Any, tmp_path
     made.save(path, progress=lambda stage, done, count: told.append(stage))
     assert told == ["saving", "saving"]
     index = antumbra.ShadowIndex.load(path, scene, LIGHTS, resolution=64)
-    assert index.kept_lights == ["taken"] * 3
+    assert index.saved_lights == ["loaded"] * 3
     points, ids, _ = points_on(*bumps, 300, seed=36)
     assert np.array_equal(index.occluded_on_faces(points, ids), made.occluded_on_faces(points, ids))
 

@@ -13,7 +13,7 @@ use antumbra_cli::methods::Shadows as Ours;
 use antumbra_cli::outputs::{Content, Outputs, write_json};
 use antumbra_cli::typed::{
     self as cli, EXIT_CODES, HELP_WIDTH, IndexCost, SUN_HELP, SceneFile, Threads, Up, Verbosity,
-    kept_methods,
+    saving_methods,
 };
 use antumbra_cli::values::{self, CameraParts, PointLight, Sun};
 
@@ -351,7 +351,7 @@ pub(crate) struct Kept {
     pub(crate) queries: u64,
 
     /// Method whose files are measured: auto or voxel
-    #[arg(long, value_parser = kept_methods(), default_value_t = Ours::Voxel, value_name = "METHOD", help_heading = "Method")]
+    #[arg(long, value_parser = saving_methods(), default_value_t = Ours::Voxel, value_name = "METHOD", help_heading = "Method")]
     pub(crate) shadows: Ours,
 
     /// Save all values beforehand, as `antumbra bake` does

@@ -1,10 +1,10 @@
-//! Files of maps and occlusion values, for all commands that take or write them.
+//! Files of maps and occlusion values, for all commands that load or save them.
 //!
 //! In: what was typed, an index. Out: a file, and what to tell about one.
 
 use std::path::{Path, PathBuf};
 
-use antumbra::{KeptLight, Saved, ShadowIndex};
+use antumbra::{Saved, SavedLight, ShadowIndex};
 use antumbra_files::Identity;
 use antumbra_render::aov::light_names;
 use antumbra_scene::model::Light;
@@ -17,7 +17,7 @@ use crate::screen::Screen;
 /// Files that values are loaded from and saved to.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Saved values")]
-pub struct KeptFiles {
+pub struct SavedFiles {
     /// File of precomputed maps (method auto) or values (method voxel) to load, which `antumbra bake` wrote;
     /// lights that it lacks are computed as without it
     #[arg(long, value_name = "FILE.antumbra")]
@@ -28,14 +28,14 @@ pub struct KeptFiles {
     pub save_occlusion: Option<PathBuf>,
 }
 
-impl KeptFiles {
+impl SavedFiles {
     /// Adds the file that values are written to.
     pub fn add_to(&self, outputs: &mut Outputs) -> Result<(), Failure> {
         let path = self.save_occlusion.as_ref();
         outputs.add_if("--save-occlusion", path, Content::Values)
     }
 
-    /// Refuses to write the file that values are taken from, but for values: then it is updated.
+    /// Refuses to write the file that values are loaded from, but for values: then it is updated.
     pub fn spare(&self, outputs: &Outputs) -> Result<(), Failure> {
         let identity = |path: &Option<PathBuf>| path.as_deref().map(Identity::of);
         match identity(&self.occlusion) == identity(&self.save_occlusion) {
@@ -45,24 +45,24 @@ impl KeptFiles {
     }
 }
 
-/// Says which lights were not taken from a file; returns how many were.
+/// Says which lights were not loaded from a file; returns how many were.
 pub fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
     let names = light_names(lights);
-    let mut taken_count = 0;
-    for (name, kept) in names.iter().zip(index.kept_lights()) {
-        match kept {
-            KeptLight::Taken => taken_count += 1,
-            KeptLight::Absent => screen.note(format!(
+    let mut loaded_count = 0;
+    for (name, saved) in names.iter().zip(index.saved_lights()) {
+        match saved {
+            SavedLight::Loaded => loaded_count += 1,
+            SavedLight::Absent => screen.note(format!(
                 "{}: knows nothing of {name}, which is new or was moved; that is computed again",
                 path.display()
             )),
-            KeptLight::NoRoom => screen.note(format!(
+            SavedLight::NoRoom => screen.note(format!(
                 "{}: what it knows of {name} needs more than --occlusion-memory; that is computed again",
                 path.display()
             )),
         }
     }
-    taken_count
+    loaded_count
 }
 
 /// Writes a file of values, whole or not at all.
@@ -72,7 +72,7 @@ pub fn save(index: &ShadowIndex, path: &Path) -> Result<Saved, Failure> {
 
 /// Writes the values that were asked for, and says so.
 pub fn save_if_typed(
-    typed: &KeptFiles,
+    typed: &SavedFiles,
     index: &ShadowIndex,
     screen: &Screen,
 ) -> Result<(), Failure> {

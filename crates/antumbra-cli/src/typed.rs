@@ -260,7 +260,7 @@ pub struct Render {
     pub quick_check: Option<QuickCheckAction>,
 
     #[command(flatten)]
-    pub kept: crate::saved::KeptFiles,
+    pub saved: crate::saved::SavedFiles,
 
     #[command(flatten)]
     pub cost: IndexCost,
@@ -444,7 +444,7 @@ pub struct Query {
     pub shadows: Shadows,
 
     #[command(flatten)]
-    pub kept: crate::saved::KeptFiles,
+    pub saved: crate::saved::SavedFiles,
 
     #[command(flatten)]
     pub cost: IndexCost,
@@ -458,13 +458,13 @@ pub struct Bake {
     #[command(flatten)]
     pub file: SceneFile,
 
-    /// File to write. What it already has is kept, for all lights that have not changed
+    /// File to write. What it already has is loaded, for all lights that have not changed
     #[arg(long, short, value_name = "FILE.antumbra", help_heading = "Output")]
     pub output: PathBuf,
 
     /// Method to precompute for: voxel takes seconds a light, loads fast and also describes whole cells of space; auto
     /// computes exact shadow maps, in about a second a light, which take about as long to load
-    #[arg(long, value_parser = kept_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
+    #[arg(long, value_parser = saving_methods(), default_value_t = Shadows::Voxel, value_name = "METHOD", help_heading = "Method")]
     pub shadows: Shadows,
 
     #[command(flatten)]
@@ -475,7 +475,7 @@ pub struct Bake {
 }
 
 /// Returns what reads the name of a method that keeps what it knows.
-pub fn kept_methods() -> impl TypedValueParser<Value = Shadows> {
+pub fn saving_methods() -> impl TypedValueParser<Value = Shadows> {
     PossibleValuesParser::new(["auto", "voxel"]).try_map(|name| Shadows::from_str(&name, false))
 }
 

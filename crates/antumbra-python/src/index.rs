@@ -9,8 +9,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use antumbra::{
-    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, IndexOptions,
-    KeptLight, Method, Nearness, Refine, Refinement, Towards,
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, IndexOptions, Method,
+    Nearness, Refine, Refinement, SavedLight, Towards,
 };
 use antumbra_geometry::Precision;
 use antumbra_scene::gather::light_shapes;
@@ -333,13 +333,13 @@ impl ShadowIndex {
 
     /// What the file of the index had of each light; empty without a file.
     #[getter]
-    fn kept_lights(&self) -> Vec<&'static str> {
-        let name = |kept: &KeptLight| match kept {
-            KeptLight::Taken => "taken",
-            KeptLight::Absent => "absent",
-            KeptLight::NoRoom => "no room",
+    fn saved_lights(&self) -> Vec<&'static str> {
+        let name = |saved: &SavedLight| match saved {
+            SavedLight::Loaded => "loaded",
+            SavedLight::Absent => "absent",
+            SavedLight::NoRoom => "no room",
         };
-        self.index.kept_lights().iter().map(name).collect()
+        self.index.saved_lights().iter().map(name).collect()
     }
 
     /// What values know of points of space, in cells: uint8, shape (x, y, z, lights), with the lowest corner of

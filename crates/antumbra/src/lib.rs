@@ -173,7 +173,7 @@ pub use antumbra_geometry::{
     Start, SurfaceId, UnidentifiedCoverage,
 };
 pub use antumbra_task::{Stopped, Task};
-pub use file::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved};
+pub use file::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};
 pub use index::{BuildError, Builder, IndexOptions, LightError, Prediction, ShadowIndex, Volume};
 pub use occlusion::{QuickCheckVerdict, Refine};
 pub use query::{

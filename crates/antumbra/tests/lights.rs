@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use antumbra::{
-    BuildError, Counters, DVec3, KeptLight, LightError, LightShape, Method, Occluders, Opacity,
-    Refine, Refinement, ShadowIndex, Sphere, Start, SurfaceId,
+    BuildError, Counters, DVec3, LightError, LightShape, Method, Occluders, Opacity, Refine,
+    Refinement, SavedLight, ShadowIndex, Sphere, Start, SurfaceId,
 };
 
 use common::{METHODS, Random, add_cone_and_disk, add_pane, builder_of, is_shadowed, lamps};
@@ -267,14 +267,14 @@ fn files_know_lights_by_where_they_are() {
     assert!(bytes(&path) == bytes(&again), "other bytes");
 
     let mut index = build(&[NEW, a], Some(&path));
-    assert_eq!(index.kept_lights(), [KeptLight::Taken; 2]);
+    assert_eq!(index.saved_lights(), [SavedLight::Loaded; 2]);
     let starts = starts(&occluders, 2_000);
     let before = answers(&index, &starts, 0);
     assert_eq!(index.add_light(MOVED), Ok(2));
     index.move_light(1, c).expect("a fine light");
     assert_eq!(
-        index.kept_lights(),
-        [KeptLight::Taken, KeptLight::Absent, KeptLight::Absent]
+        index.saved_lights(),
+        [SavedLight::Loaded, SavedLight::Absent, SavedLight::Absent]
     );
     assert_eq!(answers(&index, &starts, 0), before);
     for light in 0..3 {
@@ -283,7 +283,7 @@ fn files_know_lights_by_where_they_are() {
     }
     index.save(&path).expect("a file");
     let index = build(&[c, MOVED, NEW], Some(&path));
-    assert_eq!(index.kept_lights(), [KeptLight::Taken; 3]);
+    assert_eq!(index.saved_lights(), [SavedLight::Loaded; 3]);
 }
 
 #[test]

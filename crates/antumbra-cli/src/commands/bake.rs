@@ -39,15 +39,15 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
     let begin = Instant::now();
     let (gathered, options) = gathered(scene, &typed.cost, typed.shadows.method())?;
     let path = &typed.output;
-    let (index, taken_count) = if path.is_file() {
+    let (index, loaded_count) = if path.is_file() {
         match options.build_from(
             gathered.occluders(),
             light_shapes(&scene.lights),
             Some(path),
         ) {
             Ok(index) => {
-                let taken_count = saved::tell(&index, &scene.lights, path, screen);
-                (index, taken_count)
+                let loaded_count = saved::tell(&index, &scene.lights, path, screen);
+                (index, loaded_count)
             }
             Err(error) => (anew(error, &gathered, scene, &options, screen)?, 0),
         }
@@ -66,7 +66,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
         ));
     }
     screen.result(format!(
-        "{}: {}, {} lights, of which {taken_count} were kept, in {:.2} s",
+        "{}: {}, {} lights, of which {loaded_count} were loaded, in {:.2} s",
         path.display(),
         format_bytes(saved.bytes),
         scene.lights.len(),

@@ -23,8 +23,8 @@ use asked::{Chosen, Files, batch, failure, index, nearness, warn_of_surfaces};
 pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
     outputs.add("--output", &typed.output, Content::Array)?;
-    typed.kept.add_to(&mut outputs)?;
-    typed.kept.spare(&outputs)?;
+    typed.saved.add_to(&mut outputs)?;
+    typed.saved.spare(&outputs)?;
     outputs.spare([&typed.points].into_iter().chain(&typed.normals))?;
     // Headers first: what does not fit costs no scene.
     let files = Files::open(typed)?;
@@ -81,7 +81,7 @@ fn work(
     };
     let counted = counted.map_err(|error| failure(typed, &error))?;
     arrays::write(&typed.output, &shape, &out)?;
-    saved::save_if_typed(&typed.kept, &index, screen)?;
+    saved::save_if_typed(&typed.saved, &index, screen)?;
     tell(points.len(), chosen, &counted, screen);
     Ok(Outcome::Done)
 }

@@ -5,11 +5,11 @@ mod files;
 mod foreign;
 mod help;
 mod interrupts;
-mod kept;
 mod lazy;
 mod lights;
 mod outputs;
 mod query;
+mod saved;
 mod support;
 mod terminal;
 

@@ -1,4 +1,4 @@
-//! Knowledge that is kept: what an index has found out, in a file for the next process (Paper 7.1).
+//! Knowledge that is saved: what an index has found out, in a file for the next process (Paper 7.1).
 //!
 //! In: surfaces, lights and what these know, or a file. Out: a file, or values that need not be computed again.
 //! Invariants: a file is whole or the one before; what is not the same scene, settings and light is never
@@ -50,21 +50,21 @@ use layout::{Head, Settings, TreeEntry};
 #[cfg(feature = "file")]
 use words::Parts;
 
-pub use refused::{Change, KeptLight, LoadError, Part, Refusal, SaveError, Saved};
+pub use refused::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};
 
 #[cfg(feature = "file")]
 pub(crate) use save::{check_save, save};
 
 /// A file of what lights know.
 #[cfg(feature = "file")]
-pub(crate) struct Kept<'a> {
+pub(crate) struct SavedFile<'a> {
     path: &'a Path,
     parts: Parts,
     head: Head,
 }
 
 #[cfg(feature = "file")]
-impl<'a> Kept<'a> {
+impl<'a> SavedFile<'a> {
     /// Opens a file.
     pub(crate) fn open(path: &'a Path) -> Result<Self, LoadError> {
         let open = || {
@@ -129,16 +129,16 @@ impl<'a> Kept<'a> {
         values: &AdaptiveValues,
         occluders: &Occluders,
         lights: &[LightShape],
-    ) -> Result<Vec<KeptLight>, LoadError> {
+    ) -> Result<Vec<SavedLight>, LoadError> {
         let take = |(number, light)| {
             let Some((entry, at)) = self.head.find(&identity::of_light(light)) else {
-                return Ok(KeptLight::Absent);
+                return Ok(SavedLight::Absent);
             };
             let part = Part::Light(number);
             let runs: [_; RUNS] = self.runs(part, at, entry.word_counts, &entry.checksum)?;
             match values.take(occluders, number, runs.map(Cow::Owned)) {
-                Ok(()) => Ok(KeptLight::Taken),
-                Err(Misfit::NoRoom) => Ok(KeptLight::NoRoom),
+                Ok(()) => Ok(SavedLight::Loaded),
+                Err(Misfit::NoRoom) => Ok(SavedLight::NoRoom),
                 Err(Misfit::At(word, what)) => Err(self.malformed(part, word, what)),
             }
         };

@@ -10,9 +10,9 @@ use antumbra_geometry::UnidentifiedCoverage;
 
 /// Outcome for the values of a light in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum KeptLight {
-    /// They were taken.
-    Taken,
+pub enum SavedLight {
+    /// They were loaded.
+    Loaded,
     /// The file has none of a light of this kind and pose: it is new or has been moved. Its values are made
     /// as without a file.
     Absent,
@@ -119,7 +119,7 @@ impl std::fmt::Display for Part {
 }
 
 /// Difference from the scene that a file was saved for. A light that changed is no reason to refuse a file
-/// ([`KeptLight::Absent`]).
+/// ([`SavedLight::Absent`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Change {

@@ -13,7 +13,7 @@ use crate::accel::bvh::Tree;
 use crate::accel::grid::Grid;
 use crate::accel::parts::{Parts, Split};
 #[cfg(feature = "file")]
-use crate::file::Kept;
+use crate::file::SavedFile;
 use crate::occlusion::{AdaptiveValues, mark, quick_check};
 use crate::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
 
@@ -103,7 +103,7 @@ impl Builder {
 
     /// Takes the maps of [`Method::Auto`] or the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to
     /// a file, instead of making them: those of all lights whose kind and pose are in it, in any order
-    /// ([`ShadowIndex::kept_lights`] tells which). The others are made as without a file. [`Method::Auto`] takes either,
+    /// ([`ShadowIndex::saved_lights`] tells which). The others are made as without a file. [`Method::Auto`] takes either,
     /// and becomes [`Method::Voxel`] with a file of values. The file is only read, and not needed any more once the
     /// index is built; what is made later goes on from it.
     ///
@@ -132,12 +132,12 @@ impl Builder {
     pub fn build(mut self) -> Result<ShadowIndex, BuildError> {
         let has_file = self.occlusion_file.is_some();
         #[cfg(feature = "file")]
-        let kept = self.occlusion_file.take();
+        let saved = self.occlusion_file.take();
         #[cfg(feature = "file")]
-        let kept = kept.as_deref().map(Kept::open).transpose()?;
+        let saved = saved.as_deref().map(SavedFile::open).transpose()?;
         #[cfg(feature = "file")]
-        if let Some(kept) = &kept {
-            self.method = kept.method(self.method)?;
+        if let Some(saved) = &saved {
+            self.method = saved.method(self.method)?;
         }
         // What was asked for must be possible before anything is taken.
         for (index, light) in self.lights.iter().enumerate() {
@@ -197,11 +197,14 @@ impl Builder {
             AdaptiveValues::new(occluders, lights, &making)
         });
         #[cfg(feature = "file")]
-        if let (Some(kept), Some(values)) = (&kept, &adaptive) {
-            kept.check(values, &self.occluders)?;
+        if let (Some(saved), Some(values)) = (&saved, &adaptive) {
+            saved.check(values, &self.occluders)?;
         }
         #[cfg(feature = "file")]
-        let topology = kept.as_ref().map(|kept| kept.tree(occluders)).transpose()?;
+        let topology = saved
+            .as_ref()
+            .map(|saved| saved.tree(occluders))
+            .transpose()?;
         #[cfg(not(feature = "file"))]
         let topology = None;
         let tree = self.makes_tree().then(|| match topology.flatten() {
@@ -209,11 +212,11 @@ impl Builder {
             Some(topology) => Tree::later(topology),
             None => Tree::now(occluders),
         });
-        let mut kept_lights = Vec::new();
+        let mut saved_lights = Vec::new();
         if let (Some(values), Some(tree)) = (&mut adaptive, &tree) {
             #[cfg(feature = "file")]
-            if let Some(kept) = &kept {
-                kept_lights = kept.take(values, occluders, lights)?;
+            if let Some(saved) = &saved {
+                saved_lights = saved.take(values, occluders, lights)?;
             }
             values.make_first(occluders, || tree.get(occluders), 0..lights.len());
         }
@@ -230,7 +233,7 @@ impl Builder {
             tree,
             values,
             adaptive,
-            kept_lights,
+            saved_lights,
             all_lights: std::sync::OnceLock::new(),
             quick_check: verdict,
             has_file,
@@ -253,7 +256,7 @@ impl Builder {
         needs_grid(self.method, self.rays) || self.quick_check != QuickCheck::Off || !self.has_tree
     }
 
-    /// Returns whether a tree is built: if it is not kept, to make values with.
+    /// Returns whether a tree is built: if it is not kept, to compute values with.
     fn makes_tree(&self) -> bool {
         match self.has_tree {
             true => needs_bvh(self.method, self.rays),

@@ -14,7 +14,7 @@ use super::predict::Asked;
 use super::refused::BuildError;
 use crate::accel::bvh::Tree;
 use crate::accel::grid::Grid;
-use crate::file::KeptLight;
+use crate::file::SavedLight;
 use crate::occlusion::{DenseValues, mark};
 use crate::{GridResolution, Method, Refinement};
 
@@ -80,7 +80,7 @@ impl ShadowIndex {
             values.add_light(&self.parts.near, &light);
         }
         if self.has_file {
-            self.kept_lights.push(KeptLight::Absent);
+            self.saved_lights.push(SavedLight::Absent);
         }
         self.make_first(number);
         Ok(number)
@@ -107,8 +107,8 @@ impl ShadowIndex {
         if let Some(values) = &mut self.adaptive {
             values.replace_light(&self.parts.near, light, &to);
         }
-        if let Some(kept) = self.kept_lights.get_mut(light) {
-            *kept = KeptLight::Absent;
+        if let Some(saved) = self.saved_lights.get_mut(light) {
+            *saved = SavedLight::Absent;
         }
         self.make_first(light);
         Ok(())
@@ -127,8 +127,8 @@ impl ShadowIndex {
         if light < self.values.len() {
             self.values.remove(light);
         }
-        if light < self.kept_lights.len() {
-            self.kept_lights.remove(light);
+        if light < self.saved_lights.len() {
+            self.saved_lights.remove(light);
         }
         if let Some(values) = &mut self.adaptive {
             values.remove_light(light);

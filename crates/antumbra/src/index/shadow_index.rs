@@ -7,7 +7,7 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Segment, Start, 
 use crate::accel::bvh::{Bvh, Tree};
 use crate::accel::grid::{Grid, Layout};
 use crate::accel::parts::Parts;
-use crate::file::KeptLight;
+use crate::file::SavedLight;
 use crate::limits::LARGEST;
 use crate::method::{self, ByVoxel, Rays};
 use crate::occlusion::{AdaptiveValues, AllLights, DenseValues};
@@ -77,7 +77,7 @@ pub struct ShadowIndex {
     /// One store per light, for the methods that keep values.
     pub(crate) values: Vec<DenseValues>,
     pub(super) adaptive: Option<AdaptiveValues>,
-    pub(super) kept_lights: Vec<KeptLight>,
+    pub(super) saved_lights: Vec<SavedLight>,
     /// What answers all lights of a point at once, once it was asked.
     pub(super) all_lights: OnceLock<Box<AllLights>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
@@ -461,8 +461,8 @@ impl ShadowIndex {
 
     /// Returns for each light what became of its values in the file of [`Builder::occlusion_file`](crate::Builder::occlusion_file); nothing
     /// without a file.
-    pub fn kept_lights(&self) -> &[KeptLight] {
-        &self.kept_lights
+    pub fn saved_lights(&self) -> &[SavedLight] {
+        &self.saved_lights
     }
 
     /// Returns what lights know, maps or values.

@@ -157,7 +157,7 @@ pub(super) fn index(
         .iter()
         .map(|&light| scene.lights[light].clone());
     let lights: Vec<_> = lights.collect();
-    let file = typed.kept.occlusion.as_deref();
+    let file = typed.saved.occlusion.as_deref();
     let index = options.build_from(gathered.occluders(), light_shapes(&lights), file)?;
     if let Some(path) = file {
         saved::tell(&index, &lights, path, screen);

@@ -80,7 +80,7 @@ pub(super) fn work(
         }
     }
     arrays::write_shares(&typed.output, &shape, &out)?;
-    saved::save_if_typed(&typed.kept, &index, screen)?;
+    saved::save_if_typed(&typed.saved, &index, screen)?;
     let sum: f64 = out.iter().map(|&share| f64::from(share)).sum();
     let mean = sum / out.len().max(1) as f64;
     let what = match columns[..] {

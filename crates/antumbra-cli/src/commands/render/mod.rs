@@ -39,7 +39,7 @@ pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Out
         outputs.add("--output", &typed.output, Content::Picture)?;
     }
     outputs.add_if("--stats-json", typed.stats_json.as_ref(), Content::Json)?;
-    typed.kept.add_to(&mut outputs)?;
+    typed.saved.add_to(&mut outputs)?;
     let lit = load::any_lit_scene(
         &typed.file,
         Some(&typed.more_lights),
@@ -54,7 +54,7 @@ pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Out
         outputs.add_made(option, &path, Content::Picture)?;
     }
     outputs.spare(&lit.files)?;
-    typed.kept.spare(&outputs)?;
+    typed.saved.spare(&outputs)?;
     super::on_threads(&typed.threads, || {
         work(typed, lit, &meant, screen, interrupt)
     })?
@@ -138,7 +138,7 @@ fn frames(
         }
     }
     bar.finish_and_clear();
-    saved::save_if_typed(&typed.kept, prepared.index(), screen)?;
+    saved::save_if_typed(&typed.saved, prepared.index(), screen)?;
 
     figures::tell(typed, &run.statistics(typed, meant, prepared), screen)?;
     Ok(if run.is_complete {
@@ -173,7 +173,7 @@ fn prepared(
         memory_limit: need.left_for_index(meant.memory_limit),
         ..meant.prepare
     };
-    let file = typed.kept.occlusion.as_deref();
+    let file = typed.saved.occlusion.as_deref();
     let prepared = Prepared::of_gathered_from(scene, gathered, &options, file)?;
     if let Some(path) = file {
         saved::tell(prepared.index(), &prepared.scene().lights, path, screen);

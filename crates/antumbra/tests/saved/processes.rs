@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use antumbra::{KeptLight, Refine};
+use antumbra::{Refine, SavedLight};
 use antumbra_geometry::{DVec3, LightShape};
 
 use crate::common::Random;
@@ -52,10 +52,10 @@ fn child() {
         "read" => loop {
             let taken = worlds.each_ref().map(|world| {
                 let index = world.load(path).expect("a whole file");
-                index.kept_lights()[0]
+                index.saved_lights()[0]
             });
             // Between two looks the writer may have written again.
-            assert!(taken.iter().all(|kept| *kept != KeptLight::NoRoom));
+            assert!(taken.iter().all(|saved| *saved != SavedLight::NoRoom));
         },
         other => panic!("{other}"),
     }
@@ -102,7 +102,7 @@ fn a_writer_that_is_killed_leaves_a_whole_file() {
         // Whole, with the one light or the other.
         for (number, world) in worlds.iter().enumerate() {
             let index = world.load(&path).expect("a whole file");
-            seen[number] |= index.kept_lights() == [KeptLight::Taken];
+            seen[number] |= index.saved_lights() == [SavedLight::Loaded];
             world.assert_right(&index, &starts, &expected[number]);
         }
     }

@@ -1,6 +1,6 @@
 //! Files of more than there is room for, and what is made later.
 
-use antumbra::{KeptLight, Method, Refine};
+use antumbra::{Method, Refine, SavedLight};
 
 use crate::world::{Folder, METHODS, World};
 
@@ -29,11 +29,11 @@ fn check_values_without_room_are_left_out(method: Method) {
             .expect("it is taken as far as there is room");
         world.assert_right(&index, &starts, &expected);
         assert!(index.knowledge_bytes() <= world.refinement.memory);
-        seen.extend(index.kept_lights().to_vec());
+        seen.extend(index.saved_lights().to_vec());
     }
-    assert!(seen.contains(&KeptLight::Taken) && seen.contains(&KeptLight::NoRoom));
-    assert_eq!(seen[..2], [KeptLight::NoRoom; 2]);
-    assert_eq!(seen[8..], [KeptLight::Taken; 2]);
+    assert!(seen.contains(&SavedLight::Loaded) && seen.contains(&SavedLight::NoRoom));
+    assert_eq!(seen[..2], [SavedLight::NoRoom; 2]);
+    assert_eq!(seen[8..], [SavedLight::Loaded; 2]);
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn check_what_found_no_room_may_still_be_made(method: Method) {
         let index = world.load(&path).expect("it is taken");
         world.assert_right(&index, &starts, &expected);
         let pending_count = index.save(&path).expect("a file").pending_count;
-        assert_eq!(pending_count, 0, "{share} {:?}", index.kept_lights());
+        assert_eq!(pending_count, 0, "{share} {:?}", index.saved_lights());
     }
     assert!(part_count > 2 && is_any_partly_made, "{part_count}");
 }
@@ -82,7 +82,7 @@ fn check_lights_that_nobody_asked_take_no_words_and_are_made_later(method: Metho
     let saved = world.index().save(&path).expect("a file");
     assert!(saved.pending_count > 0 && saved.bytes < 1 << 20);
     let loaded = world.load(&path).expect("it is taken");
-    assert_eq!(loaded.kept_lights(), [KeptLight::Taken; 2]);
+    assert_eq!(loaded.saved_lights(), [SavedLight::Loaded; 2]);
     assert_eq!(loaded.knowledge_bytes(), 0);
     let starts = world.starts(2_000, 17);
     let expected = world.expected(&starts);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use antumbra::{Change, KeptLight, Method, Refine, Refinement, Refusal, SaveError};
+use antumbra::{Change, Method, Refine, Refinement, Refusal, SaveError, SavedLight};
 use antumbra_geometry::{Coverage, DVec3, Occluders};
 
 use crate::world::{Folder, METHODS, World, refinement, scene};
@@ -104,7 +104,7 @@ fn stale_maps_are_refused_and_settings_of_voxels_are_none_of_theirs() {
         ..maps(0.0)
     };
     let index = finer.load(&path).expect("it is taken");
-    assert_eq!(index.kept_lights(), [KeptLight::Taken; 2]);
+    assert_eq!(index.saved_lights(), [SavedLight::Loaded; 2]);
 }
 
 #[test]

@@ -29,13 +29,13 @@ def test_a_loaded_index_answers_as_one_that_was_made(
 ) -> None:
     points, ids, _ = points_on(*bumps, 2000, seed=11)
     index = antumbra.ShadowIndex.load(file, scene, LIGHTS[:2], resolution=64)
-    assert index.kept_lights == ["taken", "taken"]
+    assert index.saved_lights == ["loaded", "loaded"]
     found = index.occluded(points, [0, 1], face_ids=ids)
     assert np.array_equal(found, reference.occluded(points, [0, 1], face_ids=ids))
     stats = index.stats()
     # Known from the file: a lazy index that has just been made would trace rays.
     assert stats["rays"] < 0.1 * stats["queries"] < stats["first_pass"] + stats["blocker_list"]
-    assert antumbra.ShadowIndex(scene, LIGHTS[:2], resolution=64).kept_lights == []
+    assert antumbra.ShadowIndex(scene, LIGHTS[:2], resolution=64).saved_lights == []
 
 
 def test_a_moved_light_is_made_anew(
@@ -43,7 +43,7 @@ def test_a_moved_light_is_made_anew(
 ) -> None:
     moved = [LIGHTS[1], LIGHTS[2]]
     index = antumbra.ShadowIndex(scene, moved, resolution=64, occlusion=file)
-    assert index.kept_lights == ["taken", "absent"]
+    assert index.saved_lights == ["loaded", "absent"]
     points, ids, _ = points_on(*bumps, 500, seed=12)
     assert np.array_equal(
         index.occluded(points, [0, 1], face_ids=ids), reference.occluded(points, [1, 2], face_ids=ids)
@@ -52,7 +52,7 @@ def test_a_moved_light_is_made_anew(
 
 def test_power_and_colour_play_no_part(scene: antumbra.Scene, file: Path) -> None:
     dim = [antumbra.PointLight((2.0, -3.0, 4.0), colour=(0.1, 0, 0), falls_off=True)]
-    assert antumbra.ShadowIndex(scene, dim, resolution=64, occlusion=file).kept_lights == ["taken"]
+    assert antumbra.ShadowIndex(scene, dim, resolution=64, occlusion=file).saved_lights == ["loaded"]
 
 
 def test_a_file_that_does_not_fit_is_refused_with_the_reason(scene: antumbra.Scene, bumps: Any, file: Path, tmp_path: Path) -> None:
@@ -154,4 +154,4 @@ def test_a_link_is_not_written_to(scene: antumbra.Scene, tmp_path: Path) -> None
 def test_a_path_may_be_bytes_as_the_system_has_it(scene: antumbra.Scene, tmp_path: Path) -> None:
     path: Any = os.fsencode(tmp_path / "a.antumbra")
     antumbra.ShadowIndex(scene, LIGHTS[:1], resolution=8).save(path)
-    assert antumbra.ShadowIndex.load(path, scene, LIGHTS[:1], resolution=8).kept_lights == ["taken"]
+    assert antumbra.ShadowIndex.load(path, scene, LIGHTS[:1], resolution=8).saved_lights == ["loaded"]

@@ -125,9 +125,9 @@ fn check_power_color_and_camera_are_no_part_of_it_and_the_pose_is(world: &World)
     // Baking again makes that light only, and nothing the next time.
     let output = world.bake(&moved);
     assert_code(&output, 0);
-    assert!(stdout(&output).contains("2 lights, of which 1 were kept"));
+    assert!(stdout(&output).contains("2 lights, of which 1 were loaded"));
     let before = fs::read(&world.file).unwrap();
-    assert!(stdout(&world.bake(&moved)).contains("of which 2 were kept"));
+    assert!(stdout(&world.bake(&moved)).contains("of which 2 were loaded"));
     assert!(fs::read(&world.file).unwrap() == before);
 }
 

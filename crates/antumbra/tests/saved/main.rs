@@ -1,4 +1,4 @@
-//! Maps and values that are kept in files: the answers are those of rays whatever was taken from where, what holds no
+//! Maps and values that are saved in files: the answers are those of rays whatever was taken from where, what holds no
 //! longer is refused with the reason, and nothing that a file may hold does harm.
 
 #[path = "../common/mod.rs"]
@@ -12,7 +12,7 @@ mod world;
 use std::fs;
 use std::sync::Arc;
 
-use antumbra::{KeptLight, Method, Refine, Volume};
+use antumbra::{Method, Refine, SavedLight, Volume};
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Start};
 
 use common::Random;
@@ -30,7 +30,7 @@ fn check_eager_values_come_back_whole(method: Method) {
     let folder = Folder::new();
     let path = folder.file("all.antumbra");
     let made = world.index();
-    assert!(made.kept_lights().is_empty());
+    assert!(made.saved_lights().is_empty());
     let saved = made.save(&path).expect("a file");
     assert_eq!(saved.bytes, fs::metadata(&path).expect("a file").len());
     assert_eq!(saved.pending_count, 0);
@@ -44,7 +44,7 @@ fn check_eager_values_come_back_whole(method: Method) {
             ..World::new(64, refine).by(method)
         };
         let taken = world.load(&path).expect("it is taken");
-        assert_eq!(taken.kept_lights(), [KeptLight::Taken; 2]);
+        assert_eq!(taken.saved_lights(), [SavedLight::Loaded; 2]);
         // Whether it pays or not.
         taken.set_refining(false);
         // What is known is what was known: bytes, if they are packed as well, and how each query is decided.
@@ -109,7 +109,7 @@ fn check_growing_values_are_saved_half_way_and_go_on(method: Method) {
         let file = fs::read(&path).expect("a file");
 
         let second = world.load(&path).expect("it is taken");
-        assert_eq!(second.kept_lights(), [KeptLight::Taken; 2]);
+        assert_eq!(second.saved_lights(), [SavedLight::Loaded; 2]);
         assert_holds_no_more(second.occlusion_bytes(), first.occlusion_bytes(), method);
         second.set_refining(false);
         for light in 0..2 {
@@ -233,12 +233,12 @@ fn check_one_light_that_changes_leaves_the_others(method: Method) {
         panic!("a lamp")
     };
     let moved = LightShape::Point(DVec3::new(position.x.next_up(), position.y, position.z));
-    use KeptLight::{Absent, Taken};
+    use SavedLight::{Absent, Loaded};
     for (lights, expected) in [
-        (vec![moved, sun], vec![Absent, Taken]),
-        (vec![sun, lamp], vec![Taken, Taken]),
-        (vec![sun], vec![Taken]),
-        (vec![sun, moved, sun], vec![Taken, Absent, Taken]),
+        (vec![moved, sun], vec![Absent, Loaded]),
+        (vec![sun, lamp], vec![Loaded, Loaded]),
+        (vec![sun], vec![Loaded]),
+        (vec![sun, moved, sun], vec![Loaded, Absent, Loaded]),
         // As far as another one, in the same direction.
         (vec![LightShape::Direction(position)], vec![Absent]),
         (vec![], vec![]),
@@ -248,7 +248,7 @@ fn check_one_light_that_changes_leaves_the_others(method: Method) {
             ..World::new(64, Refine::Eager).by(method)
         };
         let index = world.load(&path).expect("it is taken");
-        assert_eq!(index.kept_lights(), expected);
+        assert_eq!(index.saved_lights(), expected);
         world.assert_right(&index, &starts, &world.expected(&starts));
         // Those that were made are as complete as those that were taken.
         let saved = index.save(folder.file("new.antumbra")).expect("a file");
@@ -322,7 +322,7 @@ fn a_volume_says_what_holds_in_all_of_a_cell() {
         }
         assert_eq!(mixed, [[true; 2]; 2]);
     }
-    // Values that were kept say the same.
+    // Values that were saved say the same.
     let folder = Folder::new();
     let path = folder.file("file");
     index.save(&path).expect("a file");
