@@ -127,7 +127,7 @@ class ShadowIndex(Questions, Shares):
             `"grid"` walks a grid; `"voxel-1990"` is the method of the paper; `"naive"` tests every surface: the reference.
             All give the same answers.
         refine: When `"auto"` computes its maps, and `"voxel"` its values: `"lazy"`, while queries are answered, where it is
-            predicted to save time; `"eager"`, all of them now; `"asked"`, at the first query of each place.
+            predicted to save time; `"eager"`, all of them now; `"queried"`, at the first query of each place.
         resolution: Finest voxels of `"voxel"` along the longest axis, 4 to 4096, a power of two or rounded up
             to one; half of it for points of space.
         memory: Bytes at most for all that lights know of `"voxel"` or `"auto"`, with what is needed to make it, up to 4 GiB.
@@ -169,7 +169,7 @@ class ShadowIndex(Questions, Shares):
         lights: Light | Sequence[Light] | None = None,
         *,
         method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
-        refine: Literal["lazy", "eager", "asked"] = "lazy",
+        refine: Literal["lazy", "eager", "queried"] = "lazy",
         resolution: int = 2048,
         memory: int = 512 << 20,
         memory_limit: int | None = None,
@@ -202,7 +202,7 @@ class ShadowIndex(Questions, Shares):
         lights: Light | Sequence[Light] | None = None,
         *,
         method: Literal["auto", "voxel"] = "auto",
-        refine: Literal["lazy", "eager", "asked"] = "lazy",
+        refine: Literal["lazy", "eager", "queried"] = "lazy",
         resolution: int = 2048,
         memory: int = 512 << 20,
         memory_limit: int | None = None,

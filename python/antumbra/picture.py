@@ -146,7 +146,7 @@ def render(
     show: Literal["scene", "occlusion"] = "scene",
     background: Any = None,
     method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
-    refine: Literal["lazy", "eager", "asked"] = "lazy",
+    refine: Literal["lazy", "eager", "queried"] = "lazy",
     resolution: int = 2048,
     memory: int = 512 << 20,
     memory_limit: int | None = None,

@@ -51,7 +51,7 @@ def test_a_spot_is_a_point_to_shadow_queries() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("refine", ["lazy", "asked", "eager"])
+@pytest.mark.parametrize("refine", ["lazy", "queried", "eager"])
 def test_every_method_gives_the_answers_of_the_reference(
     scene: antumbra.Scene, reference: antumbra.ShadowIndex, bumps: Any, dtype: Any, refine: Any
 ) -> None:

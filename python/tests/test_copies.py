@@ -72,7 +72,7 @@ def test_bytes_that_are_no_scene_are_refused(scene: antumbra.Scene) -> None:
 @pytest.mark.parametrize("method", ["auto", "voxel", "voxel-1990", "grid", "bvh", "naive"])
 @pytest.mark.parametrize("protocol", [2, pickle.HIGHEST_PROTOCOL])
 def test_an_index_answers_as_before(scene: antumbra.Scene, bumps: Any, method: Any, protocol: int) -> None:
-    index = antumbra.ShadowIndex(scene, LIGHTS, method=method, refine="asked", resolution=64, grid=8)
+    index = antumbra.ShadowIndex(scene, LIGHTS, method=method, refine="queried", resolution=64, grid=8)
     points, ids, _ = points_on(*bumps, 300, seed=21)
     expected = index.occluded(points, [0, 1, 2], face_ids=ids)
     again = pickle.loads(pickle.dumps(index, protocol))

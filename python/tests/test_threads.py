@@ -73,7 +73,7 @@ def test_two_calls_overlap(reference: antumbra.ShadowIndex, bumps: Any) -> None:
 
 
 def test_a_lazy_index_is_asked_by_many_threads(scene: antumbra.Scene, reference: antumbra.ShadowIndex, bumps: Any) -> None:
-    index = antumbra.ShadowIndex(scene, reference.lights, refine="asked", resolution=128)
+    index = antumbra.ShadowIndex(scene, reference.lights, refine="queried", resolution=128)
     points, ids, _ = points_on(*bumps, 500, seed=9)
     expected = reference.occluded(points, [0, 1, 2], face_ids=ids)
     found: list[Any] = []

@@ -172,7 +172,8 @@ pub enum RefineWhen {
     /// While queries are answered, where it is predicted to save time
     Lazy,
     /// While queries are answered, at the first query of each voxel
-    Asked,
+    #[value(alias = "asked")]
+    Queried,
     /// All of them before the first query
     Eager,
 }
@@ -193,7 +194,7 @@ impl IndexCost {
         refinement.refine = match self.refine {
             None => usual,
             Some(RefineWhen::Lazy) => Refine::Lazy,
-            Some(RefineWhen::Asked) => Refine::Asked,
+            Some(RefineWhen::Queried) => Refine::Asked,
             Some(RefineWhen::Eager) => Refine::Eager,
         };
         if let Some(memory) = self.occlusion_memory {

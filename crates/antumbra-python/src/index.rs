@@ -68,11 +68,11 @@ impl Settings {
         };
         let refine = match self.refine.as_str() {
             "lazy" => Refine::Lazy,
-            "asked" => Refine::Asked,
+            "queried" => Refine::Asked,
             "eager" => Refine::Eager,
             other => {
                 let message =
-                    format!("refine is {other:?}: expected \"lazy\", \"asked\" or \"eager\"");
+                    format!("refine is {other:?}: expected \"lazy\", \"queried\" or \"eager\"");
                 return Err(PyValueError::new_err(message));
             }
         };

@@ -22,7 +22,7 @@ use crate::values::format_bytes;
 pub fn run(typed: &Bake, screen: &Screen) -> Result<Outcome, Failure> {
     if matches!(
         typed.cost.refine,
-        Some(RefineWhen::Lazy | RefineWhen::Asked)
+        Some(RefineWhen::Lazy | RefineWhen::Queried)
     ) {
         return Err(Failure::input(
             "bake computes all values, so --refine can only be eager",

@@ -84,7 +84,7 @@ fn check_pictures_are_the_same_and_need_no_rays(world: &World) {
     assert_code(&world.bake(&LAMPS), 0);
     let with_file = ["--occlusion", text(&world.file)];
     let (expected, _, by_rays) = world.render(&LAMPS, &["--shadows", "bvh"]);
-    for refine in ["lazy", "eager", "asked"] {
+    for refine in ["lazy", "eager", "queried"] {
         let more = [&with_file[..], &["--refine", refine]].concat();
         let (picture, said, _) = world.render(&LAMPS, &more);
         assert!(picture == expected, "{refine}");
@@ -205,17 +205,17 @@ fn what_was_made_on_the_way_is_kept() {
 }
 
 fn check_what_was_made_on_the_way_is_kept(world: &World) {
-    let kept = ["--save-occlusion", text(&world.file), "--refine", "asked"];
+    let kept = ["--save-occlusion", text(&world.file), "--refine", "queried"];
     let size = ["--size", "80x60"];
     let (picture, _, _) = world.render(&LAMPS, &[&kept[..], &size].concat());
-    let with_file = ["--occlusion", text(&world.file), "--refine", "asked"];
+    let with_file = ["--occlusion", text(&world.file), "--refine", "queried"];
     let (again, _, figures) = world.render(&LAMPS, &[&with_file[..], &size].concat());
     assert!(picture == again);
     let first = world
         .render(
             &LAMPS,
             &[
-                &["--refine", "asked", "--shadows", world.shadows],
+                &["--refine", "queried", "--shadows", world.shadows],
                 &size[..],
             ]
             .concat(),
