@@ -12,7 +12,7 @@ assert index.occluded_at([[0, 0, 0], [9, 0, 0]], 0).tolist() == [True, False]
 Answers are exact: `EXACTNESS.md` in the repository defines each of them for the given numbers, taken as real
 numbers. They depend neither on the method nor on the number of threads.
 
-What may not be what you meant is told as `AntumbraWarning`. `antumbra.ray` has an intersector for `trimesh`; it is
+What may not be what you meant is reported as `AntumbraWarning`. `antumbra.ray` has an intersector for `trimesh`; it is
 imported when it is asked for, and needs that package.
 """
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import Reals
-from ._progress import Told
+from ._progress import Reporter
 from ._shares import FractionSettings
 from .area import AreaTuple
 from .index import SavedLight, Settings, Stats
@@ -74,7 +74,7 @@ class ShadowIndex:
         lights: list[LightTuple],
         settings: Settings,
         occlusion: str | None,
-        progress: Told | None,
+        progress: Reporter | None,
     ) -> ShadowIndex: ...
     @property
     def lights(self) -> list[LightTuple]: ...
@@ -89,7 +89,7 @@ class ShadowIndex:
         was_single: bool,
         is_packed: bool,
         threads: int,
-        progress: Told | None,
+        progress: Reporter | None,
     ) -> npt.NDArray[np.uint8]: ...
     def occluded_segments(
         self,
@@ -98,7 +98,7 @@ class ShadowIndex:
         face_ids: npt.NDArray[np.uint32] | None,
         tolerance: float | None,
         threads: int,
-        progress: Told | None,
+        progress: Reporter | None,
     ) -> npt.NDArray[np.uint8]: ...
     def occluded_rays(
         self,
@@ -107,7 +107,7 @@ class ShadowIndex:
         face_ids: npt.NDArray[np.uint32] | None,
         tolerance: float | None,
         threads: int,
-        progress: Told | None,
+        progress: Reporter | None,
     ) -> npt.NDArray[np.uint8]: ...
     def suspicious_share(self, points: Reals) -> tuple[int, int] | None: ...
     def save(self, path: str) -> tuple[int, int]: ...
@@ -139,7 +139,7 @@ def render(
     picture: PictureSettings,
     settings: Settings,
     occlusion: str | None,
-    progress: Told | None,
+    progress: Reporter | None,
 ) -> tuple[
     npt.NDArray[np.float32],
     npt.NDArray[np.float32],

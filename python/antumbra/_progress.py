@@ -1,4 +1,4 @@
-"""Telling how far a long call is."""
+"""Reporting how far a long call is."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import sys
 from collections.abc import Callable
 from typing import TypeAlias
 
-Told: TypeAlias = Callable[[str, int, int], object]
+Reporter: TypeAlias = Callable[[str, int, int], object]
 """What is called with the name of a stage, its steps that are done, and all of them."""
 
-Progress: TypeAlias = bool | Told | None
+Progress: TypeAlias = bool | Reporter | None
 """`True` for a line on the standard error stream, or what to call instead; `None` or `False` for silence."""
 
 
@@ -29,7 +29,7 @@ class _Line:
         self._shown = "" if done >= count else text
 
 
-def told(progress: Progress) -> Told | None:
+def reporter(progress: Progress) -> Reporter | None:
     """Returns what is to be called, if anybody wants to know."""
     if progress is None or progress is False:
         return None

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import Reals, numbers, places, reach, rows, rows_like, thread_count
-from ._progress import Progress, told
+from ._progress import Progress, reporter
 from ._warning import warn_of_surfaces
 from .scene import Scene
 
@@ -418,7 +418,7 @@ class Questions:
             was_single,
             bool(packed),
             thread_count(threads),
-            told(progress),
+            reporter(progress),
         )
         if packed:
             return answers[0] if is_one else answers.T
@@ -459,7 +459,7 @@ class Questions:
         if face_ids is not None:
             ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
         most = _reach(tolerance, ids)
-        found = self._native.occluded_segments(first, second, ids, most, thread_count(threads), told(progress))
+        found = self._native.occluded_segments(first, second, ids, most, thread_count(threads), reporter(progress))
         if ids is None:
             warn_of_surfaces("a", self._native.suspicious_share(first), "face_ids")
         return found.view(np.bool_)
@@ -493,7 +493,7 @@ class Questions:
         if face_ids is not None:
             ids = numbers("face_ids", face_ids, (len(first),), self._scene.surface_count, "surfaces")
         most = _reach(tolerance, ids)
-        found = self._native.occluded_rays(first, second, ids, most, thread_count(threads), told(progress))
+        found = self._native.occluded_rays(first, second, ids, most, thread_count(threads), reporter(progress))
         if ids is None:
             warn_of_surfaces("origins", self._native.suspicious_share(first), "face_ids")
         return found.view(np.bool_)

@@ -84,8 +84,8 @@ class Shares:
             how = {"normals": normals, "tolerance": tolerance}
             return self.exact_visible_fraction(points, light, face_ids, side=side, seed=seed, threads=threads, **how)[0]
         parts = area_tuple_of(light, self._scene)
-        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
-        places, ids, directions, settings = asked
+        checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = checked
         found, _ = _antumbra.visible_fraction(self._native, places, ids, directions, parts, False, settings)
         return found.astype(np.float32)
 
@@ -127,8 +127,8 @@ class Shares:
             IndexError: As of `visible_fraction`.
         """
         parts = area_tuple_of(light, self._scene)
-        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
-        places, ids, directions, settings = asked
+        checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = checked
         found, exact = _antumbra.visible_fraction(self._native, places, ids, directions, parts, True, settings)
         if exact is None:
             exact = np.ones(len(found), dtype=np.bool_)
@@ -206,8 +206,8 @@ class Shares:
             if not distance > 0.0:
                 raise ValueError(f"distance is {distance}: expected above 0, or None for any")
             distance = distance if math.isfinite(distance) else None
-        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
-        places, ids, directions, settings = asked
+        checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = checked
         found, _ = _antumbra.ambient_occlusion(self._native, places, ids, directions, distance, settings)
         return found.astype(np.float32)
 
@@ -250,12 +250,12 @@ class Shares:
             IndexError: As of `ambient_occlusion`.
         """
         towards = self._scene._up_for("the sky") if up is None else vector("up", up)
-        asked = self._asked(points, face_ids, normals, side, samples, seed, tolerance, threads)
-        places, ids, directions, settings = asked
+        checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
+        places, ids, directions, settings = checked
         found, _ = _antumbra.sky_view_factor(self._native, places, ids, directions, towards, settings)
         return found.astype(np.float32)
 
-    def _asked(
+    def _checked(
         self,
         points: Any,
         face_ids: Any,

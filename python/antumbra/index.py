@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import thread_count, whole
-from ._progress import Progress, told
+from ._progress import Progress, reporter
 from ._questions import Questions
 from ._shares import Shares
 from .lights import Light, LightTuple, light_of, tuples_of
@@ -190,7 +190,7 @@ class ShadowIndex(Questions, Shares):
         )
         tuples = scene._native.lights if lights is None else tuples_of(lights)
         path = None if occlusion is None else os.fsdecode(occlusion)
-        self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path, told(progress))
+        self._native = _antumbra.ShadowIndex(scene._native, tuples, made, path, reporter(progress))
         self._scene = scene
         self._settings = made
 
@@ -223,7 +223,7 @@ class ShadowIndex(Questions, Shares):
             memory_limit: Bytes of the index.
             grid: Voxels of the uniform grid.
             threads: Threads that work.
-            progress: What is told how far it is.
+            progress: Receiver of the progress, as of the class.
         """
         return cls(
             scene,
@@ -256,12 +256,12 @@ class ShadowIndex(Questions, Shares):
             OSError: The file cannot be written; a link is not written to.
             ValueError: The method keeps no values, or something else is at the path.
         """
-        tell = told(progress)
-        if tell is not None:
-            tell("saving", 0, 1)
+        report = reporter(progress)
+        if report is not None:
+            report("saving", 0, 1)
         bytes_written = self._native.save(os.fsdecode(path))[0]
-        if tell is not None:
-            tell("saving", 1, 1)
+        if report is not None:
+            report("saving", 1, 1)
         return bytes_written
 
     @property

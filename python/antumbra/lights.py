@@ -137,7 +137,7 @@ class DirectionalLight(_Colored):
 
         Args:
             azimuth_degrees: Clockwise from north, seen from above: 90 is east, 180 is south. -3600 to 3600.
-            elevation_degrees: Above the horizon, -90 to 90; below zero the sun shines from below, which is told as
+            elevation_degrees: Above the horizon, -90 to 90; below zero the sun shines from below, which is reported as
                 `AntumbraWarning`.
             up: The axis that points up in the scene.
             color: As of the class.

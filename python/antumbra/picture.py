@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import as_array, vector, whole
-from ._progress import Progress, told
+from ._progress import Progress, reporter
 from .area import AreaLight, AreaTuple, parted
 from .index import settings
 from .lights import Light, tuples_of
@@ -223,6 +223,6 @@ def render(
     tuples = None if plain is None else tuples_of(plain)
     path = None if occlusion is None else os.fsdecode(occlusion)
     color, shadow, decided, names, ways, stops, counts = _antumbra.render(
-        native, tuples, view, picture, made, path, told(progress)
+        native, tuples, view, picture, made, path, reporter(progress)
     )
     return Picture(color, shadow, dict(zip(ways, decided)), names, stops, counts, native.files)

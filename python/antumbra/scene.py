@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from . import _antumbra
 from ._arrays import numbers, rows, vector, whole
-from ._progress import Progress, told
+from ._progress import Progress, reporter
 from ._warning import warn
 from .lights import Light, light_of
 
@@ -54,7 +54,7 @@ class Scene:
             progress: `True` for a line on the standard error stream, or a callable that is called with a stage's name,
                 its steps that are done and all of them: here before and after the reading.
 
-        What the reader ignores, repairs or guesses is told as `AntumbraWarning`, and again in `warnings`. Ctrl-C
+        What the reader ignores, repairs or guesses is reported as `AntumbraWarning`, and again in `warnings`. Ctrl-C
         ends the reading.
 
         Raises:
@@ -63,12 +63,12 @@ class Scene:
             ValueError: The file cannot be used; the message says where and why.
         """
         limit = None if memory_limit is None else whole("memory_limit", memory_limit, 0, 2**63)
-        tell = told(progress)
-        if tell is not None:
-            tell("reading", 0, 1)
+        report = reporter(progress)
+        if report is not None:
+            report("reading", 0, 1)
         scene = cls._of(_antumbra.Scene.load(os.fsdecode(path), up, limit))
-        if tell is not None:
-            tell("reading", 1, 1)
+        if report is not None:
+            report("reading", 1, 1)
         for message in scene.warnings:
             warn(message)
         return scene

@@ -202,9 +202,9 @@ ASKED: list[Any] = [
 def test_points_of_space_that_lie_on_surfaces_warn_whatever_share_is_asked_for(ask: Any) -> None:
     index = antumbra.ShadowIndex(scene(), [])
     on_floor = np.array([[0.0, -0.1, 0.0], [3.0, -3.0, 0.0]])
-    with pytest.warns(antumbra.AntumbraWarning, match="points: 2 of 2 .* Give face_ids") as told:
+    with pytest.warns(antumbra.AntumbraWarning, match="points: 2 of 2 .* Give face_ids") as reported:
         ask(index, on_floor)
-    assert [warning.filename for warning in told] == [__file__]
+    assert [warning.filename for warning in reported] == [__file__]
     # Those that name their faces, and those above them, are as they should be: a warning would be an error.
     ask(index, on_floor, face_ids=[0, 0])
     ask(index, on_floor + (0.0, 0.0, 0.5))
@@ -239,9 +239,9 @@ def test_up_of_a_file_that_does_not_say_it_is_told_where_the_sky_depends_on_it(t
         lambda index: index.visible_fraction(point, antumbra.Sky(), samples=4096, **sides),
     ]
     for ask in asked:
-        with pytest.warns(antumbra.AntumbraWarning, match=r"taking \+y for the sky; .*up=\"z\"") as told:
+        with pytest.warns(antumbra.AntumbraWarning, match=r"taking \+y for the sky; .*up=\"z\"") as reported:
             assumed = ask(index)
-        assert [warning.filename for warning in told] == [__file__]
+        assert [warning.filename for warning in reported] == [__file__]
         # What is said is not guessed, and the answers go by it.
         for up in ("y", "z"):
             said = ask(antumbra.ShadowIndex(antumbra.Scene.load(path, up=up), []))

@@ -50,9 +50,9 @@ def test_lights_are_one_many_or_all(index: antumbra.ShadowIndex, bumps: Any) -> 
 
 def test_points_on_surfaces_are_told_where_to_go(index: antumbra.ShadowIndex, bumps: Any) -> None:
     points, ids, _ = points_on(*bumps, 300, seed=33)
-    with pytest.warns(antumbra.AntumbraWarning, match=r"\(100 %\) lie on surfaces.*Call occluded_near") as told:
+    with pytest.warns(antumbra.AntumbraWarning, match=r"\(100 %\) lie on surfaces.*Call occluded_near") as reported:
         index.occluded_at(points)
-    assert told[0].filename == __file__
+    assert reported[0].filename == __file__
     with pytest.raises(ValueError, match="tolerance"):
         index.occluded_on_faces(points + 0.5, ids)
     assert index.occluded_on_faces(points + 0.5, ids, tolerance=np.inf).shape == (300, 3)
@@ -103,28 +103,28 @@ def test_both_spellings_of_color_are_taken() -> None:
 
 
 def test_progress_is_told_and_changes_nothing(scene: antumbra.Scene, bumps: Any, capsys: Any) -> None:
-    told: list[tuple[str, int, int]] = []
+    reported: list[tuple[str, int, int]] = []
 
     def tell(stage: str, done: int, count: int) -> None:
-        told.append((stage, done, count))
+        reported.append((stage, done, count))
 
     index = antumbra.ShadowIndex(scene, LIGHTS, refine="eager", resolution=64, progress=tell)
-    assert told and told[-1][0] == "baking" and told[-1][1] == told[-1][2]
-    told.clear()
+    assert reported and reported[-1][0] == "baking" and reported[-1][1] == reported[-1][2]
+    reported.clear()
     points, ids, _ = points_on(*bumps, 150_001, seed=34)
     expected = index.occluded_on_faces(points, ids)
     assert np.array_equal(index.occluded_on_faces(points, ids, progress=tell), expected)
     bits = index.occluded_on_faces(points, ids, packed=True, progress=tell)
     assert np.array_equal(bits, np.packbits(expected, axis=0, bitorder="little"))
-    assert told[-1] == ("answering", 150_001, 150_001)
+    assert reported[-1] == ("answering", 150_001, 150_001)
     bad = points.copy()
     bad[140_000] = np.nan
     for progress in (None, tell):
         with pytest.raises(ValueError, match=r"points\[140000\]"):
             index.occluded_on_faces(bad, ids, progress=progress)
-    told.clear()
+    reported.clear()
     antumbra.render(scene, size=(64, 48), progress=tell)
-    assert told[-1] == ("rendering", 64 * 48, 64 * 48)
+    assert reported[-1] == ("rendering", 64 * 48, 64 * 48)
     capsys.readouterr()
     index.occluded_on_faces(points, ids, progress=True)
     assert capsys.readouterr().err.endswith("answering: 100 %\n")
@@ -177,10 +177,10 @@ def test_the_picture_of_a_file_is_not_written_over_it(tmp_path: Path) -> None:
 
 def test_values_of_a_file_are_loaded(scene: antumbra.Scene, bumps: Any, tmp_path: Path) -> None:
     path = tmp_path / "values.antumbra"
-    told: list[str] = []
+    reported: list[str] = []
     made = antumbra.ShadowIndex(scene, LIGHTS, refine="eager", resolution=64)
-    made.save(path, progress=lambda stage, done, count: told.append(stage))
-    assert told == ["saving", "saving"]
+    made.save(path, progress=lambda stage, done, count: reported.append(stage))
+    assert reported == ["saving", "saving"]
     index = antumbra.ShadowIndex.load(path, scene, LIGHTS, resolution=64)
     assert index.saved_lights == ["loaded"] * 3
     points, ids, _ = points_on(*bumps, 300, seed=36)

@@ -1,4 +1,4 @@
-"""What may not be what the caller meant is told once, at the caller's line."""
+"""What may not be what the caller meant is reported once, at the caller's line."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ import pytest
 def test_each_warning_of_a_reader_is_told_once_at_the_callers_line(tmp_path: Path) -> None:
     path = tmp_path / "scene.nff"
     path.write_text("s 0 0 0 1\ns 0 0 0 0\n")
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as reported:
         warnings.simplefilter("always")
         scene = antumbra.Scene.load(path)
-    assert [str(warning.message) for warning in told] == scene.warnings and len(told) >= 2
-    assert all(warning.category is antumbra.AntumbraWarning for warning in told)
-    assert all(warning.filename == __file__ for warning in told)
+    assert [str(warning.message) for warning in reported] == scene.warnings and len(reported) >= 2
+    assert all(warning.category is antumbra.AntumbraWarning for warning in reported)
+    assert all(warning.filename == __file__ for warning in reported)
     assert issubclass(antumbra.AntumbraWarning, UserWarning)
 
 
@@ -35,9 +35,9 @@ def test_a_sun_is_where_the_compass_says() -> None:
 
 
 def test_a_sun_below_the_horizon_is_told() -> None:
-    with pytest.warns(antumbra.AntumbraWarning, match="30.0 degrees below the horizon") as told:
+    with pytest.warns(antumbra.AntumbraWarning, match="30.0 degrees below the horizon") as reported:
         light = antumbra.DirectionalLight.sun(10, -30)
-    assert light.direction[2] == pytest.approx(-0.5) and told[0].filename == __file__
+    assert light.direction[2] == pytest.approx(-0.5) and reported[0].filename == __file__
     for azimuth, elevation, up in ((0, 91, "z"), (4000, 0, "z"), (0, float("nan"), "z"), (0, 0, "x")):
         with pytest.raises(ValueError, match="expected"):
             antumbra.DirectionalLight.sun(azimuth, elevation, up=up)  # type: ignore[arg-type]

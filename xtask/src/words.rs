@@ -23,6 +23,9 @@ const NO_WORDS: &[(&str, &str)] = &[
     ("colour", "color"),
     ("Colour", "Color"),
     ("behaviour", "behavior"),
+    ("KeptLight", "SavedLight"),
+    ("kept_lights", "saved_lights"),
+    ("is_told", "is_reported"),
 ];
 
 /// Checks the source of all crates.

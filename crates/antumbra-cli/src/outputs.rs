@@ -70,7 +70,7 @@ impl Content {
     }
 
     /// Returns whether the ending is all that tells what to write.
-    fn is_told_by_ending(self) -> bool {
+    fn is_known_by_ending(self) -> bool {
         matches!(self, Self::Picture | Self::Scene)
     }
 
@@ -104,7 +104,7 @@ impl Outputs {
         let ending = ending.as_deref().and_then(|ending| ending.to_str());
         let is_named = ending.is_some_and(|ending| content.endings().contains(&ending));
         // A pipe or a device may have any name where only one thing can be meant.
-        if !is_named && (place != Place::Stream || content.is_told_by_ending()) {
+        if !is_named && (place != Place::Stream || content.is_known_by_ending()) {
             let message = format!(
                 "{} ends like nothing that {option} can write",
                 path.display()

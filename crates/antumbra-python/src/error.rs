@@ -13,7 +13,7 @@ use pyo3::exceptions::{
 };
 use pyo3::prelude::*;
 
-/// What Python shall be told.
+/// Our errors, as exceptions of Python.
 pub(crate) trait ToPython {
     fn to_python(&self) -> PyErr;
 }

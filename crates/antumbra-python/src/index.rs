@@ -430,7 +430,7 @@ impl ShadowIndex {
         let mut writable = out.readwrite();
         let answers = writable.as_slice_mut()?;
         let progress = &named.progress;
-        let block = match progress.is_told() {
+        let block = match progress.is_reported() {
             true => block_length(points.len()),
             false => points.len().max(1),
         };
@@ -551,7 +551,7 @@ impl Ask<'_> {
         let batch = meant.batch(points);
         let counted = watched(py, self.threads, &self.progress, |_| {
             let index = &self.index.index;
-            if self.progress.is_told() {
+            if self.progress.is_reported() {
                 self.in_blocks(&meant, points, answers)
             } else if self.is_packed {
                 let counted = index.occluded_bits(&batch, self.lights, answers);

@@ -1,6 +1,6 @@
 //! Work outside of the interpreter's lock: threads, Ctrl-C, progress.
 //!
-//! In: work, perhaps a callable that is told how far it is. Out: its outcome, or `KeyboardInterrupt`. Invariant: pools of threads belong to the process that
+//! In: work, perhaps a callable that hears how far it is. Out: its outcome, or `KeyboardInterrupt`. Invariant: pools of threads belong to the process that
 //! made them; a forked child makes its own.
 
 use std::collections::HashMap;
@@ -24,7 +24,7 @@ static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 /// A stage of the work, its steps that are done, and all of them.
 type Stage = (&'static str, u64, u64);
 
-/// A callable of Python's that is told how far work is, if there is one: on the calling thread, twenty times a second
+/// A callable of Python's that hears how far work is, if there is one: on the calling thread, twenty times a second
 /// at most.
 #[derive(Clone, Default)]
 pub(crate) struct Progress {
@@ -41,7 +41,7 @@ impl Progress {
     }
 
     /// Returns whether anybody wants to know.
-    pub(crate) fn is_told(&self) -> bool {
+    pub(crate) fn is_reported(&self) -> bool {
         self.callable.is_some()
     }
 
@@ -93,7 +93,7 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
 /// Does work on `threads` threads (0: one a processor) without the interpreter's lock, and looks for signals
 /// meanwhile: after Ctrl-C the work is stopped, and its outcome is `KeyboardInterrupt`.
 ///
-/// Only the interpreter's main thread is told of signals; calls from others are not stopped by them.
+/// Only the interpreter's main thread hears of signals; calls from others are not stopped by them.
 pub(crate) fn stoppable<T: Send>(
     py: Python<'_>,
     threads: usize,

@@ -82,13 +82,13 @@ fn a_sun_below_the_horizon_is_told() {
         "--size",
         "8x8",
     ];
-    for (sun, is_told) in [("10,-30", true), ("10,30", false)] {
+    for (sun, is_reported) in [("10,-30", true), ("10,30", false)] {
         let output = antumbra(&[&render[..], &["--sun", sun]].concat());
         assert_code(&output, 0);
         let said = stderr(&output);
         assert_eq!(
             said.contains("30 degrees below the horizon"),
-            is_told,
+            is_reported,
             "{said}"
         );
     }
@@ -319,7 +319,7 @@ fn a_sun_that_nobody_gave_is_told_as_invented_and_not_where_no_light_is_asked_ab
         "-o",
         text(&out),
     ];
-    for (more, is_told) in [
+    for (more, is_reported) in [
         (&[][..], true),
         (&["--ambient-occlusion"], false),
         (&["--sky-view-factor"], false),
@@ -327,6 +327,10 @@ fn a_sun_that_nobody_gave_is_told_as_invented_and_not_where_no_light_is_asked_ab
         let output = antumbra(&[&query[..], more].concat());
         assert_code(&output, 0);
         let said = stderr(&output);
-        assert_eq!(said.contains("taking a sun"), is_told, "{more:?}: {said}");
+        assert_eq!(
+            said.contains("taking a sun"),
+            is_reported,
+            "{more:?}: {said}"
+        );
     }
 }
