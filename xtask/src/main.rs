@@ -1,6 +1,7 @@
 //! Every chore of the project: `cargo xtask CHORE`.
 
 mod layers;
+mod package;
 mod paths;
 mod python;
 mod run;
@@ -43,7 +44,7 @@ fn main() -> ExitCode {
         Some("layers") => layers::check(),
         Some("paths") => paths::check(),
         Some("words") => words::check(),
-        Some("package") => package(),
+        Some("package") => package::check(),
         Some("gallery") => gallery(),
         _ => {
             run::say(USAGE);
@@ -135,12 +136,6 @@ fn cli() -> Result<()> {
         "--locked",
     ];
     run::cargo(&test, &[("ANTUMBRA_WRITE", "1")])
-}
-
-/// Crates that are not published are left out.
-fn package() -> Result<()> {
-    let publish = ["publish", "--workspace", "--dry-run", "--locked"];
-    run::cargo(&publish, &[])
 }
 
 /// Runs the commands of the README that render, and puts their pictures where the README shows them.

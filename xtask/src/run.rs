@@ -29,6 +29,21 @@ pub(crate) fn cargo(arguments: &[&str], variables: &[(&str, &str)]) -> Result<()
     Ok(())
 }
 
+/// Returns what cargo prints in the repository.
+pub(crate) fn cargo_output(arguments: &[&str]) -> Result<String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(arguments)
+        .current_dir(root())
+        .output()
+        .context("cargo does not start")?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        bail!("cargo {} failed: {said}", arguments.join(" "));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
 /// Returns whether cargo has a command that is installed apart.
 pub(crate) fn has_cargo_command(name: &str) -> bool {
     let asked = Command::new(format!("cargo-{name}"))
