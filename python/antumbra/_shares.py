@@ -87,6 +87,7 @@ class Shares:
         checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = checked
         found, _ = _antumbra.visible_fraction(self._native, places, ids, directions, parts, False, settings)
+        self._warn_of_space(places, ids)
         return found.astype(np.float32)
 
     def exact_visible_fraction(
@@ -130,6 +131,7 @@ class Shares:
         checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = checked
         found, exact = _antumbra.visible_fraction(self._native, places, ids, directions, parts, True, settings)
+        self._warn_of_space(places, ids)
         if exact is None:
             exact = np.ones(len(found), dtype=np.bool_)
         return found, exact
@@ -154,13 +156,13 @@ class Shares:
             IndexError: The surface does not exist.
         """
         at = vector("point", point)
-        if face_id is None:
-            warn_of_surfaces("point", self._native.suspicious_share(np.array([at])), "face_id")
-        else:
+        if face_id is not None:
             face_id = whole("face_id", face_id, 0, 2**32 - 1)
             if face_id >= self._scene.surface_count:
                 raise IndexError(f"face_id is {face_id}: there are {self._scene.surface_count} surfaces")
         found = _antumbra.lit_intervals(self._native, at, face_id, area_tuple_of(light, self._scene), side)
+        if face_id is None:
+            warn_of_surfaces("point", self._native.suspicious_share(np.array([at])), "face_id")
         return None if found is None else np.array(found, dtype=np.float64).reshape(-1, 2)
 
     def ambient_occlusion(
@@ -209,6 +211,7 @@ class Shares:
         checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = checked
         found, _ = _antumbra.ambient_occlusion(self._native, places, ids, directions, distance, settings)
+        self._warn_of_space(places, ids)
         return found.astype(np.float32)
 
     def sky_view_factor(
@@ -253,7 +256,13 @@ class Shares:
         checked = self._checked(points, face_ids, normals, side, samples, seed, tolerance, threads)
         places, ids, directions, settings = checked
         found, _ = _antumbra.sky_view_factor(self._native, places, ids, directions, towards, settings)
+        self._warn_of_space(places, ids)
         return found.astype(np.float32)
+
+    def _warn_of_space(self, places: Reals, ids: npt.NDArray[np.uint32] | None) -> None:
+        """Warns of points that are answered as points of space and lie on surfaces."""
+        if ids is None:
+            warn_of_surfaces("points", self._native.suspicious_share(places), "face_ids")
 
     def _checked(
         self,
@@ -279,8 +288,6 @@ class Shares:
             ids = numbers("face_ids", face_ids, shape, self._scene.surface_count, "surfaces")
         elif tolerance is not None:
             raise ValueError("tolerance: only points with face_ids have one")
-        else:
-            warn_of_surfaces("points", self._native.suspicious_share(places_of_points), "face_ids")
         how: FractionSettings = {
             "side": side,
             "samples": whole("samples", samples, 1, 65536),

@@ -201,3 +201,11 @@ def test_trimesh_uses_ours_once_it_is_installed() -> None:
     finally:
         antumbra.ray.uninstall()
     assert not isinstance(trimesh.creation.box().ray, antumbra.ray.RayMeshIntersector)
+
+
+def test_errors_name_what_was_called_and_not_an_argument_of_another_method() -> None:
+    scene = antumbra.Scene.from_arrays(np.eye(3), [[0, 1, 2]])
+    index = antumbra.ShadowIndex(scene, antumbra.PointLight((5, 5, 5)))
+    with pytest.raises(ValueError, match="on no surface: .*occluded_at answers for points of space") as caught:
+        index.occluded_near([[3.0, 3.0, 3.0]])
+    assert "on_surface" not in str(caught.value) and "tolerance=" in str(caught.value)
