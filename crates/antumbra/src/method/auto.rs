@@ -93,17 +93,18 @@ impl<R: Rays> ByVoxel<'_, R> {
         let (occluders, light) = (self.occluders, self.light_number);
         let mut unknown = Unknown::default();
         let (mut list_count, mut shadowed_count) = (0, 0);
-        let mut ask = |starts: &[Start], number_of: &dyn Fn(usize) -> u32, is_shadowed: &mut [bool]| {
-            let told = self
-                .values
-                .find_many_in_map((lists, map), occluders, starts, light);
-            for place in 0..starts.len() {
-                is_shadowed[number_of(place) as usize] = told.shadowed >> place & 1 != 0;
-            }
-            shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
-            list_count += u64::from((told.listed & !told.unknown).count_ones());
-            unknown.add(starts, number_of, told.unknown);
-        };
+        let mut ask =
+            |starts: &[Start], number_of: &dyn Fn(usize) -> u32, is_shadowed: &mut [bool]| {
+                let told = self
+                    .values
+                    .find_many_in_map((lists, map), occluders, starts, light);
+                for place in 0..starts.len() {
+                    is_shadowed[number_of(place) as usize] = told.shadowed >> place & 1 != 0;
+                }
+                shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
+                list_count += u64::from((told.listed & !told.unknown).count_ones());
+                unknown.add(starts, number_of, told.unknown);
+            };
         let mut rest = Rest::new();
         let mut shadowed_faces = 0;
         for (block, begin) in starts.chunks(MANY).zip((0..).step_by(MANY)) {
@@ -185,10 +186,9 @@ impl<R: Rays> ByVoxel<'_, R> {
                 .find_one_in_map(map, self.occluders, start, light)
         };
         let by_face = |(_, map): (_, &Map)| map.face_of(start);
-        let mut found = map.and_then(by_face).map_or_else(
-            || map.map_or(Found::NOTHING, find),
-            Found::by_value,
-        );
+        let mut found = map
+            .and_then(by_face)
+            .map_or_else(|| map.map_or(Found::NOTHING, find), Found::by_value);
         let mut made = 0;
         if let (true, Some(map), true) = (found.is_nothing(), map, is_sampled) {
             let asking = std::slice::from_ref(start);

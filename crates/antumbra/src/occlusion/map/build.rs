@@ -196,7 +196,9 @@ impl<'a, S: Simd> Builder<'a, S> {
             cell.low[1] += cell.side * (number >> 2) as f32;
         }
         let known = if self.is_crowded {
-            self.parts.iter_mut().for_each(|(_, part)| part.add(Part::DOUBT));
+            self.parts
+                .iter_mut()
+                .for_each(|(_, part)| part.add(Part::DOUBT));
             Known::alike(Word::HOPELESS)
         } else {
             let mut list = self.simd.vectorize(

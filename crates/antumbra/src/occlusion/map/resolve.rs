@@ -70,7 +70,8 @@ impl<S: Simd> Builder<'_, S> {
         };
         let (a, b) = (self.facet(own), self.facet(other));
         if a.has_sides() && b.has_sides() {
-            let are_parted = a.parts_from(b, [corners, &others]) || b.parts_from(a, [&others, corners]);
+            let are_parted =
+                a.parts_from(b, [corners, &others]) || b.parts_from(a, [&others, corners]);
             if are_parted {
                 return false;
             }
