@@ -152,7 +152,7 @@ pub struct IndexCost {
     pub resolution: Option<u32>,
 
     /// Longest lists of potential blockers of method voxel: SHORT in voxels that could be subdivided,
-    /// LONG in the finest ones; 0 disables lists; points of space use eight times SHORT [default: 1,32]
+    /// LONG in the finest ones; 0 disables lists; points of space use eight times SHORT [default: 3,32, and 8 for points of space]
     #[arg(long, value_name = "SHORT,LONG", value_parser = values::lists)]
     pub lists: Option<[usize; 2]>,
 

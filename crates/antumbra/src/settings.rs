@@ -75,7 +75,7 @@ impl Default for Refinement {
         Self {
             resolution: 2048,
             space_resolution: 2048,
-            short_list: 1,
+            short_list: 3,
             space_list: 8,
             long_list: 32,
             refine: Refine::default(),
@@ -101,17 +101,10 @@ impl Refinement {
             space: level(self.space_resolution),
             short_list: self.short_list,
             space_list: self.space_list,
-            early_list: match self.refine {
-                Refine::Lazy | Refine::Asked if self.long_list > 0 => EARLY_LIST,
-                Refine::Lazy | Refine::Asked | Refine::Eager => 0,
-            },
             long_list: self.long_list,
         }
     }
 }
-
-/// Maximum number of blockers listed for a voxel until finer ones are computed.
-const EARLY_LIST: usize = 8;
 
 /// Action on the quick check of Paper 7.3.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -18,7 +18,7 @@ use crate::occlusion::{AdaptiveValues, RUNS};
 const MAGIC: [u8; 8] = *b"\x89ANT\r\n\x1a\n";
 
 /// Raised with every change of what the bytes mean, of what a value says, or of how values are made.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Bytes before the entries of lights, of an entry, and of the checksum behind them.
 const FIXED: usize = 136;

@@ -105,7 +105,6 @@ mod tests {
                 space: 5,
                 short_list: 1,
                 space_list: 8,
-                early_list: 12,
                 long_list: 32,
             },
             refine: Refine::Asked,

@@ -1,14 +1,15 @@
 //! Occlusion values of any mesh, blocker lists, and rays for the rest.
 
+use std::sync::Arc;
+
 use antumbra_geometry::{Occluders, Start};
 
 use super::order::{self, Order, WINDOW};
 use crate::accel::bvh::Bvh;
 use crate::clock::Reading;
-use crate::draw::{SAMPLED, TIMED, draw};
+use crate::draw::{TIMED, draw};
 use crate::occlusion::{
-    Account, AdaptiveValues, BLOCK, Found, Known, Lists, Looks, MANY, PackedLight, SCOUTS, Scene,
-    Store, cost_of_rays,
+    Account, AdaptiveValues, BLOCK, Found, Known, MANY, PackedLight, Scene, Store,
 };
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -90,74 +91,58 @@ impl<R: Rays> ByVoxel<'_, R> {
         counters: &mut Counters,
         check: impl Fn(&Start) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
-        if let Some(packed) = self.values.packed(self.light_number) {
+        let light = self.light_number;
+        if let Some(packed) = self.values.packed(light) {
             return self.answer_packed(packed, starts, is_shadowed, counters, check);
         }
         let is_refining = self.values.is_refining();
         let (mut left, mut left_answers) = (starts, is_shadowed);
         let mut is_first = true;
         while !left.is_empty() {
-            let before = *counters;
             let begin = is_refining.then(Reading::now);
-            let light = self.light_number;
-            let now = self.values.known(light);
-            let looks = self.values.looks(light, now.as_deref(), is_refining);
-            let known = now.as_deref();
+            let known = self.known_that_pays(is_refining);
             // Rays are put in order together, once it is known what they cost.
-            let is_by_rays = looks == Looks::None && !is_first;
-            let count = if is_by_rays { WINDOW } else { NOTED }.min(left.len());
+            let count = match known {
+                None if !is_first => WINDOW,
+                _ => NOTED,
+            };
             is_first = false;
             let (starts, is_shadowed);
-            (starts, left) = left.split_at(count);
-            (is_shadowed, left_answers) = std::mem::take(&mut left_answers).split_at_mut(count);
-            let mut sum = Sum::default();
-            match (known, looks) {
-                (Some(known), Looks::All | Looks::Try(_)) => {
-                    let weight = looks.weight();
-                    sum = self.answer_some(known, starts, is_shadowed, counters, weight, &check)?;
-                }
-                (Some(known), Looks::Scouts) => {
-                    // Blocks here and there.
-                    let first = draw() % SCOUTS;
-                    let blocks = starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK));
-                    for ((starts, is_shadowed), number) in blocks.zip(first..) {
-                        if number.is_multiple_of(SCOUTS) {
-                            sum.add(&self.answer_some(
-                                known,
-                                starts,
-                                is_shadowed,
-                                counters,
-                                SCOUTS,
-                                &check,
-                            )?);
-                        } else {
-                            self.answer_by_rays(starts, is_shadowed, counters, &check)?;
-                        }
+            (starts, left) = left.split_at(count.min(left.len()));
+            (is_shadowed, left_answers) =
+                std::mem::take(&mut left_answers).split_at_mut(starts.len());
+            let rays = match known.as_deref().and_then(with_store) {
+                Some(known) => self.answer_growing(known, starts, is_shadowed, counters, &check)?,
+                None => {
+                    self.answer_by_rays(starts, is_shadowed, counters, &check)?;
+                    Rayed {
+                        count: starts.len() as u64,
+                        ns: begin.map_or(0, Reading::elapsed_ns),
+                        made: 0,
                     }
                 }
-                (Some(_), Looks::None | Looks::Rays) | (None, _) => {
-                    self.answer_by_rays(starts, is_shadowed, counters, &check)?
-                }
-            }
+            };
             if let Some(begin) = begin {
-                let ray_count = counters.shadow.rays - before.shadow.rays;
                 let account = Account {
-                    query_count: starts.len() as u64,
-                    ray_count,
-                    rays_ns: cost_of_rays(&before, counters, ray_count),
-                    looked_count: sum.looked_count,
-                    found_count: sum.found_count,
-                    took: Some(begin.elapsed_ns().saturating_sub(sum.made)),
+                    queries: starts.len() as u64,
+                    rays: rays.count,
+                    rays_ns: rays.ns,
+                    lookups_ns: begin.elapsed_ns().saturating_sub(rays.ns + rays.made),
                 };
-                self.values.note(
-                    self.occluders,
-                    self.light_number,
-                    &account,
-                    left.len() as u64,
-                );
+                let coming = left.len() as u64;
+                self.values.note(self.occluders, light, &account, coming);
             }
         }
         Ok(())
+    }
+
+    /// Returns what is known of the light while more is made, if there are values and looking them up pays.
+    #[inline(always)]
+    fn known_that_pays(&self, is_refining: bool) -> Option<Arc<Known>> {
+        let known = self.values.known(self.light_number);
+        known.filter(|known| {
+            known.store.is_some() && self.values.is_looked_up(self.light_number, is_refining)
+        })
     }
 
     /// Answers by values that are all made.
@@ -213,78 +198,57 @@ impl<R: Rays> ByVoxel<'_, R> {
         Ok(())
     }
 
-    /// Answers queries of a chunk, each of which stands for so many.
+    /// Answers queries of a chunk by values while more are made, and by rays where they know nothing.
     #[inline]
-    fn answer_some(
+    fn answer_growing(
         &self,
-        known: &Known,
+        (known, store): (&Known, &Store),
         starts: &[Start],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        weight: u64,
         check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<Sum, QueryError> {
-        let Some(values) = lists_and_store(known) else {
-            self.answer_by_rays(starts, is_shadowed, counters, check)?;
-            return Ok(Sum::default());
-        };
-        let mut sum = Sum::default();
-        let (mut shadowed_count, mut list_count, mut ray_count) = (0, 0, 0);
-        for (starts, is_shadowed) in starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK)) {
+    ) -> Result<Rayed, QueryError> {
+        let (occluders, light) = (self.occluders, self.light_number);
+        let (mut shadowed_count, mut list_count) = (0, 0);
+        // Their numbers, and where the links of their cells stand.
+        let (mut asked, mut places) = (Vec::new(), Vec::new());
+        let blocks = starts.chunks(BLOCK).zip(is_shadowed.chunks_mut(BLOCK));
+        for (block, (starts, is_shadowed)) in blocks.enumerate() {
             antumbra_task::check();
             let looked = self
                 .values
-                .find(values, self.occluders, starts, self.light_number);
+                .find((&known.lists, store), occluders, starts, light);
             let found = looked.found;
-            // What is beyond the starts is as nothing found.
-            let beyond = (BLOCK - starts.len()) as u64;
-            let unknown_count = Found::count(&found, Found::is_nothing) - beyond;
-            sum.found_count += starts.len() as u64 - unknown_count;
-            let is_sampled = self.values.is_asked() || draw().is_multiple_of(SAMPLED);
-            if is_sampled && Found::count(&found, Found::is_by_list) > 0 {
-                for (number, start) in starts.iter().enumerate() {
-                    if found[number].is_by_list() {
-                        let place = looked.places[number];
-                        sum.made += self.charge_list(known, start, place, weight);
-                    }
-                }
-            }
             for (is_shadowed, found) in is_shadowed.iter_mut().zip(&found) {
                 *is_shadowed = found.is_shadowed();
             }
             shadowed_count += Found::count(&found, Found::is_shadowed);
             list_count += Found::count(&found, Found::is_by_list);
-            if unknown_count == 0 {
-                continue;
-            }
-            let mut unknown = [0_usize; BLOCK];
-            let mut asked = [starts[0]; BLOCK];
-            let mut count = 0;
             for (number, start) in starts.iter().enumerate() {
                 if found[number].is_nothing() {
-                    check(start)?;
-                    (unknown[count], asked[count]) = (number, *start);
-                    count += 1;
+                    asked.push(*start);
+                    places.push((block * BLOCK + number, looked.places[number]));
                 }
             }
-            let mut blocked = [false; BLOCK];
-            let (asked, blocked) = (&asked[..count], &mut blocked[..count]);
-            let before = *counters;
-            self.rays.are_blocked(asked, blocked, counters);
-            let cost = cost_of_rays(&before, counters, count as u64) / count as u64;
-            for (i, &number) in unknown[..count].iter().enumerate() {
-                is_shadowed[number] = blocked[i];
-                shadowed_count += u64::from(blocked[i]);
-                sum.made += self.charge_ray(known, &asked[i], looked.places[number], cost * weight);
-            }
-            ray_count += count as u64;
         }
-        sum.looked_count = starts.len() as u64;
-        counters.shadow.first_pass += starts.len() as u64 - list_count - ray_count;
-        counters.shadow.blocker_list += list_count;
-        counters.shadow.rays += ray_count;
         counters.shadow.shadowed += shadowed_count;
-        Ok(sum)
+        counters.shadow.blocker_list += list_count;
+        counters.shadow.first_pass += (starts.len() - asked.len()) as u64 - list_count;
+        let mut rays = Rayed::default();
+        if asked.is_empty() {
+            return Ok(rays);
+        }
+        let is_refining = self.values.is_refining();
+        let begin = is_refining.then(Reading::now);
+        let mut blocked = vec![false; asked.len()];
+        self.answer_by_rays(&asked, &mut blocked, counters, check)?;
+        rays.count = asked.len() as u64;
+        rays.ns = begin.map_or(0, Reading::elapsed_ns);
+        for ((start, &(number, place)), &blocked) in asked.iter().zip(&places).zip(&blocked) {
+            is_shadowed[number] = blocked;
+            rays.made += self.count_ray((known, store), start, place);
+        }
+        Ok(rays)
     }
 
     /// Answers one query.
@@ -302,56 +266,40 @@ impl<R: Rays> ByVoxel<'_, R> {
             };
         }
         let is_refining = self.values.is_refining();
-        let light = self.light_number;
-        let now = self.values.known(light);
-        let looks = self.values.looks(light, now.as_deref(), is_refining);
-        let drawn = draw();
-        let is_sampled = is_refining && drawn.is_multiple_of(SAMPLED);
-        let weight = looks.weight();
-        let is_looked_up = match looks {
-            Looks::None | Looks::Rays => false,
-            // Other ones than those that are sampled.
-            Looks::Scouts => (drawn / SAMPLED).is_multiple_of(SCOUTS),
-            Looks::Try(_) | Looks::All => true,
-        };
-        let is_timed = is_sampled && (drawn / SAMPLED).is_multiple_of(TIMED);
+        let is_timed = is_refining && draw().is_multiple_of(TIMED);
         // What reading the clock takes comes beside.
         let begin = is_timed.then(|| (Reading::now(), Reading::now()));
-        let mut made = 0;
-        let before = *counters;
-        let known = now.as_deref();
-        let mut is_found = false;
-        let values = known.and_then(|known| Some((known, lists_and_store(known)?)));
-        let answer = match values {
-            Some((known, values)) if is_looked_up => {
-                let (found, place) = self.values.find_one(values, self.occluders, start, light);
-                is_found = !found.is_nothing();
-                if found.is_by_list() && (is_sampled || self.values.is_asked()) {
-                    made += self.charge_list(known, start, place, weight);
-                }
-                if is_found {
-                    Answer::new(found.is_shadowed(), found.decided())
-                } else {
-                    let (is_blocked, took) =
-                        self.is_blocked_at(known, start, place, weight, counters);
-                    made += took;
-                    Answer::new(is_blocked, Decided::Ray)
-                }
+        let known = self.known_that_pays(is_refining);
+        let values = known.as_deref().and_then(with_store);
+        let (found, place) = match values {
+            Some((known, store)) => {
+                let values = (&*known.lists, store);
+                let light = self.light_number;
+                self.values.find_one(values, self.occluders, start, light)
             }
-            _ => Answer::new(self.rays.is_blocked(start, counters), Decided::Ray),
+            None => (Found::NOTHING, 0),
         };
-        if is_sampled {
-            let is_ray = u64::from(answer.decided == Decided::Ray);
+        let (mut rays, mut read) = (Rayed::default(), 0);
+        let answer = if found.is_nothing() {
+            let begin = is_timed.then(Reading::now);
+            let answer = Answer::new(self.rays.is_blocked(start, counters), Decided::Ray);
+            (rays.count, rays.ns) = (1, begin.map_or(0, Reading::elapsed_ns));
+            read = 2;
+            if let Some(values) = values {
+                rays.made = self.count_ray(values, start, place);
+            }
+            answer
+        } else {
+            Answer::new(found.is_shadowed(), found.decided())
+        };
+        if let Some((first, second)) = begin {
+            let reading = second.since_ns(first);
+            let beside = rays.ns + rays.made + (1 + read) * reading;
             let account = Account {
-                query_count: SAMPLED,
-                ray_count: SAMPLED * is_ray,
-                rays_ns: SAMPLED * cost_of_rays(&before, counters, is_ray),
-                looked_count: SAMPLED * u64::from(is_looked_up),
-                found_count: SAMPLED * u64::from(is_found),
-                took: begin.map(|(first, second)| {
-                    let reading = second.since_ns(first);
-                    SAMPLED * second.elapsed_ns().saturating_sub(reading + made)
-                }),
+                queries: TIMED,
+                rays: TIMED * rays.count,
+                rays_ns: TIMED * rays.ns.saturating_sub(reading),
+                lookups_ns: TIMED * second.elapsed_ns().saturating_sub(beside),
             };
             self.values
                 .note(self.occluders, self.light_number, &account, 0);
@@ -359,81 +307,31 @@ impl<R: Rays> ByVoxel<'_, R> {
         answer
     }
 
-    /// Answers by a ray, which the cell pays for whose link stands at a place; and returns what the making
-    /// of values took, in nanoseconds.
-    fn is_blocked_at(
-        &self,
-        known: &Known,
-        start: &Start,
-        place: u32,
-        weight: u64,
-        counters: &mut Counters,
-    ) -> (bool, u64) {
-        let before = *counters;
-        let is_blocked = self.rays.is_blocked(start, counters);
-        let cost = cost_of_rays(&before, counters, 1);
-        let made = self.charge_ray(known, start, place, cost * weight);
-        (is_blocked, made)
-    }
-
-    /// Lets a cell pay for a ray, and returns what the making of values took, in nanoseconds.
-    fn charge_ray(&self, known: &Known, start: &Start, place: u32, cost_ns: u64) -> u64 {
-        if place == 0 || !self.values.is_refining() {
-            return 0;
+    /// Counts a ray at the cell whose link stands at a place; returns what the making of values took, in nanoseconds.
+    fn count_ray(&self, values: (&Known, &Store), start: &Start, place: u32) -> u64 {
+        match self.bvh {
+            Some(bvh) if place != 0 && self.values.is_refining() => {
+                let scene = Scene {
+                    occluders: self.occluders,
+                    bvh,
+                };
+                self.values
+                    .count_ray(values, &scene, self.light_number, start, place)
+            }
+            _ => 0,
         }
-        self.charge(known, start, place, cost_ns)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn charge_list(&self, known: &Known, start: &Start, place: u32, weight: u64) -> u64 {
-        if place == 0 || !self.values.is_refining() {
-            return 0;
-        }
-        let store = known.store.as_ref();
-        let cost = store.map_or(0, |store| self.values.cost_of_list(store, place));
-        self.charge(known, start, place, cost * SAMPLED * weight)
-    }
-
-    /// Returns what the making of values took, in nanoseconds.
-    fn charge(&self, known: &Known, start: &Start, place: u32, cost_ns: u64) -> u64 {
-        let (Some(bvh), Some(store)) = (self.bvh, &known.store) else {
-            return 0;
-        };
-        let scene = Scene {
-            occluders: self.occluders,
-            bvh,
-        };
-        self.values.charge(
-            (known, store),
-            &scene,
-            self.light_number,
-            start,
-            place,
-            cost_ns,
-        )
     }
 }
 
 #[inline(always)]
-fn lists_and_store(known: &Known) -> Option<(&Lists, &Store)> {
-    Some((&known.lists, known.store.as_ref()?))
+fn with_store(known: &Known) -> Option<(&Known, &Store)> {
+    Some((known, known.store.as_ref()?))
 }
 
-/// What became of queries that were looked up.
+/// Queries that rays answered, what these took, and what the making of values took meanwhile, in nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sum {
-    looked_count: u64,
-    /// Those that values or lists of voxels answered.
-    found_count: u64,
-    /// What the making of values took meanwhile, in nanoseconds.
+struct Rayed {
+    count: u64,
+    ns: u64,
     made: u64,
-}
-
-impl Sum {
-    fn add(&mut self, other: &Self) {
-        self.looked_count += other.looked_count;
-        self.found_count += other.found_count;
-        self.made += other.made;
-    }
 }

@@ -8,10 +8,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use super::arena::Arena;
-use super::forms::EightForms;
 use super::lattice::{Cell, Code, Lattice};
 use super::links::{Link, read};
-use super::room::{Room, Share};
+use super::room::Room;
 use super::sync::{AtomicU32, Ordering};
 use super::value::{Audience, Occlusion, Values64};
 
@@ -21,19 +20,14 @@ pub(crate) enum Decision {
     Known(bool),
     /// There are no such starts.
     Nobody,
-    /// The entries of a list, and whether finer cells may take its place.
-    List(Box<[u32]>, Finer),
+    /// The entries of a list.
+    List(Box<[u32]>),
     /// Rays answer.
     Ray,
     /// Finer cells may say more.
     Pending,
-}
-
-/// Whether finer cells may take the place of a list.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Finer {
-    Perhaps,
-    Never,
+    /// They do: what leads to them.
+    Finer(Link),
 }
 
 /// The cells of a brick.
@@ -41,10 +35,8 @@ pub(crate) type Decisions = [Decision; 64];
 
 /// Words of a brick before its links.
 pub(super) const PLANES: usize = 4;
-/// Words of a list before its entries: their number, what its use has cost, and where their forms are.
-const LIST_HEAD: usize = 3;
-/// In place of a number of forms.
-const NO_FORMS: u32 = u32::MAX;
+/// Words of a list before its entries: their number.
+const LIST_HEAD: usize = 1;
 
 /// The values and lists of a light, as far as they are made.
 #[derive(Debug)]
@@ -52,10 +44,6 @@ pub(crate) struct Store {
     arena: Arena,
     /// Where the root tables lie, for each audience.
     roots: [u32; 3],
-    /// The forms of lists that want them side by side.
-    forms: boxcar::Vec<Box<[EightForms]>>,
-    /// What those take of the room.
-    forms_share: Share,
     list_bytes: AtomicU64,
     brick_count: AtomicU64,
     /// Links of all bricks.
@@ -64,25 +52,6 @@ pub(crate) struct Store {
     root_bytes: u64,
     /// Whether something found no room.
     is_full: AtomicBool,
-}
-
-/// A list at hand.
-#[derive(Clone, Copy)]
-pub(crate) struct List<'a> {
-    /// The surfaces that may block.
-    pub(crate) surfaces: &'a [AtomicU32],
-    /// Their forms, eight at a time, if they are kept with the list.
-    pub(crate) forms: Option<&'a [EightForms]>,
-}
-
-impl List<'_> {
-    /// Returns the surfaces.
-    pub(crate) fn surfaces(&self) -> Box<[u32]> {
-        let surfaces = self.surfaces.iter();
-        surfaces
-            .map(|surface| surface.load(Ordering::Relaxed))
-            .collect()
-    }
 }
 
 impl Store {
@@ -113,8 +82,6 @@ impl Store {
             root_bytes: arena.bytes(),
             arena,
             roots,
-            forms: boxcar::Vec::new(),
-            forms_share: room.take(0)?,
             list_bytes: AtomicU64::new(0),
             brick_count: AtomicU64::new(0),
             link_count: AtomicU64::new(0),
@@ -171,62 +138,52 @@ impl Store {
         self.arena.word(place as usize)
     }
 
-    /// Returns a list.
+    /// Returns the surfaces of a list.
     #[inline(always)]
-    pub(crate) fn list(&self, place: usize) -> List<'_> {
+    pub(crate) fn list(&self, place: usize) -> &[AtomicU32] {
         let words = self.arena.words_from(place);
-        let word = |at: usize| words[at].load(Ordering::Relaxed);
-        let length = word(0) as usize;
-        List {
-            surfaces: &words[LIST_HEAD..LIST_HEAD + length],
-            forms: match word(2) {
-                NO_FORMS => None,
-                number => self.forms.get(number as usize).map(|forms| &**forms),
-            },
-        }
+        let length = words[0].load(Ordering::Relaxed) as usize;
+        &words[LIST_HEAD..LIST_HEAD + length]
     }
 
-    /// Returns the place of the word that counts what using a list has cost.
-    pub(crate) fn list_counter(place: usize) -> u32 {
-        place as u32 + 1
+    /// Returns a copy of them.
+    pub(super) fn surfaces(&self, list: usize) -> Box<[u32]> {
+        let surfaces = self.list(list).iter();
+        surfaces
+            .map(|surface| surface.load(Ordering::Relaxed))
+            .collect()
     }
 
-    /// Writes the cells of a brick; finer cells of each have a price, and `forms_of` may want the forms of a
-    /// list's surfaces beside it. Returns the link to it, `None` if there is no more room.
-    pub(crate) fn write(
-        &self,
-        cells: &Decisions,
-        price: u32,
-        forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
-    ) -> Option<Link> {
+    /// Writes the cells of a brick; finer cells of each have a price. Returns the link to it, `None` if there is no
+    /// more room.
+    pub(crate) fn write(&self, cells: &Decisions, price: u32) -> Option<Link> {
         if let Some(link) = agreed(cells) {
             return Some(link);
         }
         let mut values = Values64::default();
         let mut links = Vec::with_capacity(64);
-        let mut lists: Vec<(&[u32], Finer, u32)> = Vec::new();
+        let mut lists: Vec<(&[u32], u32)> = Vec::new();
         for (place, cell) in cells.iter().enumerate() {
             let (value, link) = match cell {
                 Decision::Nobody => (Occlusion::Null, None),
                 Decision::Known(is_shadowed) => (Occlusion::known(*is_shadowed), None),
                 Decision::Ray => (Occlusion::Listed, Some(Link::RAY)),
                 Decision::Pending => (Occlusion::Complicated, Some(Link::pending(price))),
-                Decision::List(entries, finer) => {
-                    let is_same =
-                        |list: &&(&[u32], Finer, u32)| (list.0, list.1) == (entries, *finer);
-                    let at = match lists.iter().find(is_same) {
-                        Some(&(_, _, at)) => at,
+                Decision::Finer(link) => match link.answer() {
+                    Some(is_shadowed) => (Occlusion::known(is_shadowed), None),
+                    None if link.brick().is_some() => (Occlusion::Complicated, Some(*link)),
+                    None => (Occlusion::Listed, Some(*link)),
+                },
+                Decision::List(entries) => {
+                    let at = match lists.iter().find(|(list, _)| *list == &**entries) {
+                        Some(&(_, at)) => at,
                         None => {
-                            let at = self.write_list(entries, *finer, price, &forms_of)?;
-                            lists.push((entries, *finer, at));
+                            let at = self.put_list(entries)?;
+                            lists.push((entries, at));
                             at
                         }
                     };
-                    let value = match finer {
-                        Finer::Perhaps => Occlusion::Complicated,
-                        Finer::Never => Occlusion::Listed,
-                    };
-                    (value, Some(Link::to_list(at)))
+                    (Occlusion::Listed, Some(Link::to_list(at)))
                 }
             };
             values.set(place as u32, value);
@@ -238,59 +195,13 @@ impl Store {
         Some(Link::to_brick(place))
     }
 
-    /// Writes what was decided for one cell; finer cells have a price. `None` if there is no more room.
-    pub(crate) fn write_one(
-        &self,
-        decision: &Decision,
-        price: u32,
-        forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
-    ) -> Option<Link> {
-        Some(match decision {
-            Decision::Nobody => Link::LIT,
-            Decision::Known(is_shadowed) => Link::known(*is_shadowed),
-            Decision::Ray => Link::RAY,
-            Decision::Pending => Link::pending(price),
-            Decision::List(entries, finer) => {
-                Link::to_list(self.write_list(entries, *finer, price, forms_of)?)
-            }
-        })
-    }
-
-    fn write_list(
-        &self,
-        entries: &[u32],
-        finer: Finer,
-        price: u32,
-        forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
-    ) -> Option<u32> {
-        let counter = match finer {
-            Finer::Perhaps => Link::pending(price),
-            Finer::Never => Link::RAY,
-        };
-        self.put_list(entries, counter, forms_of(entries))
-    }
-
-    /// Writes a list as it is; returns its place, `None` if there is no more room.
-    pub(super) fn put_list(
-        &self,
-        entries: &[u32],
-        counter: Link,
-        forms: Option<Box<[EightForms]>>,
-    ) -> Option<u32> {
+    /// Writes a list; returns its place, `None` if there is no more room.
+    pub(super) fn put_list(&self, entries: &[u32]) -> Option<u32> {
         let count = LIST_HEAD + entries.len();
         let place = self.take(count)?;
-        let mut taken = 4 * count.next_multiple_of(4) as u64;
-        // A list without them is as good, and slower.
-        let number = match forms {
-            Some(forms) if self.forms_share.grow(form_bytes(&forms)) => {
-                taken += form_bytes(&forms);
-                self.forms.push(forms) as u32
-            }
-            _ => NO_FORMS,
-        };
-        let head = [entries.len() as u32, counter.0, number];
-        self.arena
-            .write(place, head.into_iter().chain(entries.iter().copied()));
+        let words = std::iter::once(entries.len() as u32).chain(entries.iter().copied());
+        self.arena.write(place, words);
+        let taken = 4 * count.next_multiple_of(4) as u64;
         self.list_bytes.fetch_add(taken, Ordering::Relaxed);
         Some(place)
     }
@@ -325,8 +236,7 @@ impl Store {
     pub(super) fn counts(&self) -> [usize; 3] {
         let [bricks, links, bytes] = [&self.brick_count, &self.link_count, &self.list_bytes]
             .map(|count| count.load(Ordering::Relaxed));
-        let words = bytes.saturating_sub(self.forms_share.bytes()) / 4;
-        [bricks, links, words].map(|count| count as usize)
+        [bricks, links, bytes / 4].map(|count| count as usize)
     }
 
     /// Returns the bytes of the root tables.
@@ -363,14 +273,8 @@ impl Store {
     /// Returns the bytes of values and links, and those of lists.
     pub(crate) fn bytes(&self) -> (u64, u64) {
         let lists = self.list_bytes.load(Ordering::Relaxed);
-        let all = self.arena.bytes() + self.forms_share.bytes();
-        (all.saturating_sub(lists), lists)
+        (self.arena.bytes().saturating_sub(lists), lists)
     }
-}
-
-/// Returns what the forms of a list take, their place among others counted.
-fn form_bytes(forms: &[EightForms]) -> u64 {
-    (size_of_val(forms) + size_of::<Box<[EightForms]>>() + size_of::<usize>()) as u64
 }
 
 /// Returns the one link that does for all cells of a brick, if they agree.
@@ -381,7 +285,8 @@ fn agreed(cells: &Decisions) -> Option<Link> {
             Decision::Nobody => continue,
             Decision::Known(is_shadowed) => Link::known(*is_shadowed),
             Decision::Ray => Link::RAY,
-            Decision::List(..) | Decision::Pending => return None,
+            Decision::Finer(link) if link.brick().is_none() => *link,
+            Decision::Finer(_) | Decision::List(_) | Decision::Pending => return None,
         };
         if *agreed.get_or_insert(link) != link {
             return None;

@@ -1,268 +1,141 @@
-//! When knowing more pays: the cost rule of lazy refinement (Paper 7.3, 9.2).
+//! When values pay: the account of one light (Paper 7.3, 9.2; docs/cost-model.md).
 //!
-//! In: what queries took, what rays alone would have taken, what making values took. Out: whether to look values
-//! up, and whether to make more. Invariant: all together takes little longer than rays alone would,
-//! whatever is asked in whatever order: the gain so far, less what values have cost, stays above minus a share
-//! of the time of rays. That holds as far as a query that is answered would have cost what rays cost lately,
-//! or in the mean if that is less. Times are measured, so what is known differs from run to run; answers
-//! do not.
+//! In: what queries took, by lookups and by rays, and what making values took. Out: whether to look values up, and
+//! whether to make more. Invariant: all together takes at most [`LOSS`] longer than rays alone would have taken, in any
+//! order of queries, beside one purchase and one chunk. That holds as far as a query that values answer would have taken
+//! as long as rays did lately, or in the mean if that is less. All times are measured in this process. They decide
+//! what is made, and no answer.
 
 use std::sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering};
 
-use crate::Counters;
+/// Share of the time of rays alone that may be lost in the hope of gaining more. The map of a light has the same
+/// (`map/prices.rs`).
+pub(crate) const LOSS: f64 = 0.125;
+/// Share of the gain so far that may be spent on more: the rest is kept.
+const REINVESTED: f64 = 0.5;
 
-/// So much of what rays alone would have taken may be lost in the hope of gaining more.
-const HOPE: f64 = 1.0 / 16.0;
-/// Share of the time of rays that may be lost for tables, which are bought once.
-pub(crate) const HOPE_FOR_TABLES: f64 = 1.0 / 10.0;
-/// So much of the gain may be spent on values.
-const REINVESTED: f64 = 0.7;
+/// Share of what may be lost that lookups in vain may take.
+const LOOKUPS: f64 = 0.5;
 
-/// So much of the time of rays may be spent at once that queries which are known to come would take.
-pub(crate) const FORESIGHT: f64 = 0.3;
-
-/// How much of what is new comes into the share of answers found lately.
+/// Share of a new measurement in the mean of recent ones.
 const RECENT: f32 = 0.2;
-/// Where a smaller share of looks than this finds an answer, only some queries are looked up.
-const WORTH_LOOKING: f32 = 0.25;
-/// One block of queries in so many.
-pub(crate) const SCOUTS: u64 = 8;
+/// Time of a brick and of a ray until one was measured, in nanoseconds.
+const USUAL_BRICK: u64 = 60_000;
+const USUAL_RAY: f64 = 100.0;
 
-/// Costs of a ray's parts in nanoseconds, measured on scenes of all kinds, for rays that walk together (a
-/// step of theirs costs more, and there are few) and alone; how fast the machine is, is measured where there
-/// are only rays.
-const RAY_NS: u64 = 20;
-const STEP_NS: u64 = 22;
-const TEST_NS: u64 = 5;
-/// What a query costs that values or lists answer, and what a look costs that finds nothing.
-const LOOKUP_NS: u64 = 15;
-const MISS_NS: u64 = 30;
-
-/// Where looks cost less than rays, rays are asked for one chunk of queries in so many.
-const RAY_TRIES: u32 = 32;
-/// How much of what a chunk cost comes into what looks and rays cost lately.
-const CHEAPER: f32 = 0.5;
-/// Returns what rays have cost between two readings of the counters that differ by so many queries.
-#[inline]
-pub(crate) fn cost_of_rays(before: &Counters, after: &Counters, ray_count: u64) -> u64 {
-    RAY_NS * ray_count
-        + STEP_NS * (after.steps - before.steps)
-        + TEST_NS * (after.intersections - before.intersections)
-}
-
-/// The account of one light, in nanoseconds. Threads add to it now and then; what they have not added yet is
-/// missing.
+/// Sums of one light's times in nanoseconds. Threads add to them now and then.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
-    /// Rays, and what they cost by their parts.
     ray_count: AtomicU64,
     rays_ns: AtomicU64,
-    /// Rays that were all that there was: what they took, and what they cost by their parts.
-    alone_took: AtomicU64,
-    alone_ns: AtomicU64,
-    /// What rays would have taken for all queries.
-    by_rays: AtomicU64,
-    /// By how much less queries took, without the making of values.
-    gain: AtomicI64,
-    /// What making values took.
-    spent: AtomicU64,
-    /// The share of looks that found an answer lately, the bits of an `f32`.
-    found_share: AtomicU32,
-    /// What a ray cost lately, the bits of an `f32`.
+    /// Recent time of a ray, the bits of an `f32`; 0 if none was measured.
     recent_ray: AtomicU32,
-    /// What a query cost lately where there were rays alone, and where all were looked up, the bits of an `f32`; and how often it was weighed which is cheaper.
-    recent_alone: AtomicU32,
-    recent_values: AtomicU32,
-    ray_tries: AtomicU32,
+    /// What rays alone would have taken for all queries.
+    alone_ns: AtomicU64,
+    /// What values saved of that, the time of lookups subtracted.
+    saved_ns: AtomicI64,
+    made_ns: AtomicU64,
+    brick_count: AtomicU64,
+    bricks_ns: AtomicU64,
 }
 
-/// Which queries to look up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Looks {
-    /// None: rays answer until they have made up for the loss.
-    None,
-    /// None of this chunk, to see what rays cost.
-    Rays,
-    /// One block in [`SCOUTS`], to find where values pay.
-    Scouts,
-    /// All of this chunk, which stands for so many.
-    Try(u64),
-    All,
-}
-
-impl Looks {
-    /// For so many queries one stands that is looked up.
-    pub(crate) fn weight(self) -> u64 {
-        match self {
-            Self::None | Self::Rays | Self::All => 1,
-            Self::Scouts => SCOUTS,
-            Self::Try(weight) => weight,
-        }
-    }
-}
-
-/// What some queries came to.
+/// What some queries took.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Account {
-    pub(crate) query_count: u64,
-    pub(crate) ray_count: u64,
+    pub(crate) queries: u64,
+    /// Queries that rays answered, and what those took.
+    pub(crate) rays: u64,
     pub(crate) rays_ns: u64,
-    /// Of the queries, those that were looked up, and those that were found.
-    pub(crate) looked_count: u64,
-    pub(crate) found_count: u64,
-    /// What all took, without the making of values; `None` if nobody has measured.
-    pub(crate) took: Option<u64>,
+    /// What lookups took, those that found nothing included.
+    pub(crate) lookups_ns: u64,
+}
+
+/// A state of the account, in nanoseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Sums {
+    /// What rays alone would have taken for all queries so far.
+    pub(crate) alone: f64,
+    /// By how much less all queries took; negative where they took longer.
+    pub(crate) saved: f64,
+    /// What making values took.
+    pub(crate) made: f64,
+    /// What rays would take for the queries that the caller says are coming.
+    pub(crate) coming: f64,
+}
+
+impl Sums {
+    /// Returns whether values may be looked up: the loss so far is within bounds, and lookups alone have lost at most half
+    /// of what may be lost, so that something is left to make more values with.
+    pub(crate) fn is_worth_looking(&self) -> bool {
+        let may_lose = LOSS * self.alone;
+        self.made <= may_lose + self.saved && -self.saved <= LOOKUPS * may_lose
+    }
+
+    /// Returns whether something of a price may be made.
+    pub(crate) fn pays(&self, price: f64) -> bool {
+        let of_saved = if self.saved > 0.0 { REINVESTED } else { 1.0 };
+        self.made + price <= LOSS * (self.alone + self.coming) + of_saved * self.saved
+    }
 }
 
 impl Budget {
-    /// Takes it that looks will find answers: values were there before the first query.
-    pub(crate) fn expect_answers(&self) {
-        self.found_share.store(1.0_f32.to_bits(), Ordering::Relaxed);
-    }
-
     pub(crate) fn note(&self, account: &Account) {
         let add = |sum: &AtomicU64, more: u64| sum.fetch_add(more, Ordering::Relaxed) + more;
-        let ray_count = add(&self.ray_count, account.ray_count);
-        let rays_ns = add(&self.rays_ns, account.rays_ns);
-        let is_alone = account.looked_count == 0;
-        if let (Some(took), true) = (account.took, is_alone) {
-            add(&self.alone_took, took);
-            add(&self.alone_ns, account.rays_ns);
+        let (count, sum) = (
+            add(&self.ray_count, account.rays),
+            add(&self.rays_ns, account.rays_ns),
+        );
+        if account.rays > 0 {
+            let now = account.rays_ns as f32 / account.rays as f32;
+            let before = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
+            let share = if before > 0.0 { RECENT } else { 1.0 };
+            let recent = before + share * (now - before);
+            self.recent_ray.store(recent.to_bits(), Ordering::Relaxed);
         }
-        // A query that is answered would have cost about as much as those that were not.
-        let mean = rays_ns as f64 / ray_count.max(1) as f64;
-        if account.ray_count > 0 {
-            let now = account.rays_ns as f32 / account.ray_count as f32;
-            renew(&self.recent_ray, now, RECENT, RECENT);
-        }
-        let recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
-        let usual = mean.min(recent.into());
-        let answered = account.query_count - account.ray_count;
-        let by_rays = account.rays_ns as f64 + usual * answered as f64;
-        let took = match account.took {
-            Some(took) => took as f64 / self.slowness(),
-            None => {
-                let missed = MISS_NS * account.looked_count.saturating_sub(answered);
-                (account.rays_ns + missed + LOOKUP_NS * answered) as f64
-            }
-        };
-        add(&self.by_rays, by_rays as u64);
-        if account.looked_count > 0 {
-            let now = account.found_count as f32 / account.looked_count as f32;
-            let before = f32::from_bits(self.found_share.load(Ordering::Relaxed));
-            let share = before + RECENT * (now - before);
-            self.found_share.store(share.to_bits(), Ordering::Relaxed);
-        }
-        let is_timed = account.took.is_some() && account.query_count > 0;
-        if is_timed && is_alone {
-            let now = took as f32 / account.query_count as f32;
-            renew(&self.recent_alone, now, RECENT, RECENT);
-        }
-        if is_timed && account.looked_count == account.query_count {
-            let now = took as f32 / account.query_count as f32;
-            renew(&self.recent_values, now, CHEAPER, RECENT);
-        }
-        if !is_alone {
-            // What another process took is no loss.
-            let gain = (by_rays - took).max(-8.0 * by_rays);
-            self.gain.fetch_add(gain as i64, Ordering::Relaxed);
+        let mean = sum as f64 / count.max(1) as f64;
+        let answered = account.queries - account.rays;
+        let spared = (answered as f64 * mean.min(self.recent_ray())) as u64;
+        add(&self.alone_ns, account.rays_ns + spared);
+        let saved = spared as i64 - account.lookups_ns as i64;
+        self.saved_ns.fetch_add(saved, Ordering::Relaxed);
+    }
+
+    fn recent_ray(&self) -> f64 {
+        match f32::from_bits(self.recent_ray.load(Ordering::Relaxed)) {
+            0.0 => USUAL_RAY,
+            recent => recent.into(),
         }
     }
 
-    /// Returns how much longer than by their parts rays take here.
-    fn slowness(&self) -> f64 {
-        let [took, by_parts] =
-            [&self.alone_took, &self.alone_ns].map(|sum| sum.load(Ordering::Relaxed) as f64);
-        if by_parts > 0.0 { took / by_parts } else { 1.0 }
-    }
-
-    /// Returns which queries to look up: fewer where that costs more than rays alone, but for a try now and then.
-    pub(crate) fn looks(&self) -> Looks {
-        let looks = self.affordable_looks();
-        if looks != Looks::All {
-            return looks;
-        }
-        let [alone, values] = [&self.recent_alone, &self.recent_values]
-            .map(|recent| f32::from_bits(recent.load(Ordering::Relaxed)));
-        let tries = self.ray_tries.fetch_add(1, Ordering::Relaxed);
-        if values == 0.0 {
-            Looks::All
-        } else if alone == 0.0 || (values <= alone && tries.is_multiple_of(RAY_TRIES)) {
-            Looks::Rays
-        } else if values <= alone {
-            Looks::All
-        } else if tries.is_multiple_of(SCOUTS as u32) {
-            Looks::Try(SCOUTS)
-        } else {
-            // Rays are asked together.
-            Looks::None
+    /// Returns the account, with so many queries coming.
+    pub(crate) fn sums(&self, coming: u64) -> Sums {
+        Sums {
+            alone: self.alone_ns.load(Ordering::Relaxed) as f64,
+            saved: self.saved_ns.load(Ordering::Relaxed) as f64,
+            made: self.made_ns.load(Ordering::Relaxed) as f64,
+            coming: coming as f64 * self.recent_ray(),
         }
     }
 
-    /// Returns which queries may be looked up, and are likely to be answered.
-    fn affordable_looks(&self) -> Looks {
-        let [by_rays, gain, spent] = self.sums();
-        let share = f32::from_bits(self.found_share.load(Ordering::Relaxed));
-        if spent > HOPE * by_rays + gain {
-            Looks::None
-        } else if share < WORTH_LOOKING {
-            Looks::Scouts
-        } else {
-            Looks::All
-        }
-    }
-
-    /// Returns whether something of this price may be bought.
-    pub(crate) fn allows(&self, price: u64) -> bool {
-        self.allows_within(HOPE, price, 0)
-    }
-
-    /// Returns whether tables may be bought, with so many queries known to come that they serve.
-    pub(crate) fn allows_tables(&self, price: u64, ahead: u64) -> bool {
-        self.allows_within(HOPE_FOR_TABLES, price, ahead)
-    }
-
-    fn allows_within(&self, hope: f64, price: u64, ahead: u64) -> bool {
-        let [by_rays, gain, spent] = self.sums();
-        let share = if gain > 0.0 { REINVESTED } else { 1.0 };
-        let to_come = ahead as f64 * self.usual_ray();
-        spent + price as f64 <= hope * by_rays + share * gain + FORESIGHT * to_come
-    }
-
-    /// Returns what a ray costs, by its parts.
-    fn usual_ray(&self) -> f64 {
+    /// Returns whether a brick may be made, for the mean price of those so far.
+    pub(crate) fn allows_brick(&self) -> bool {
         let [count, ns] =
-            [&self.ray_count, &self.rays_ns].map(|sum| sum.load(Ordering::Relaxed) as f64);
-        let recent = f32::from_bits(self.recent_ray.load(Ordering::Relaxed));
-        (ns / count.max(1.0)).min(recent.into())
+            [&self.brick_count, &self.bricks_ns].map(|sum| sum.load(Ordering::Relaxed));
+        let price = ns.checked_div(count).unwrap_or(USUAL_BRICK);
+        self.sums(0).pays(price as f64)
     }
 
-    fn sums(&self) -> [f64; 3] {
-        [
-            self.by_rays.load(Ordering::Relaxed) as f64,
-            self.gain.load(Ordering::Relaxed) as f64,
-            self.spent.load(Ordering::Relaxed) as f64,
-        ]
+    /// Adds what a brick took.
+    pub(crate) fn add_brick(&self, ns: u64) {
+        self.brick_count.fetch_add(1, Ordering::Relaxed);
+        self.bricks_ns.fetch_add(ns, Ordering::Relaxed);
+        self.add_made(ns);
     }
 
-    /// Notes that making values took so long.
-    pub(crate) fn spend(&self, took: u64) {
-        let took = took as f64 / self.slowness();
-        self.spent.fetch_add(took as u64, Ordering::Relaxed);
+    /// Adds what making something took.
+    pub(crate) fn add_made(&self, ns: u64) {
+        self.made_ns.fetch_add(ns, Ordering::Relaxed);
     }
-}
-
-/// Brings what was seen now into a mean of what was seen lately: so much of it where it is less, and where it is
-/// more.
-fn renew(mean: &AtomicU32, now: f32, less: f32, more: f32) {
-    let before = f32::from_bits(mean.load(Ordering::Relaxed));
-    let share = if now < before { less } else { more };
-    let renewed = if before > 0.0 {
-        before + share * (now - before)
-    } else {
-        now
-    };
-    mean.store(renewed.to_bits(), Ordering::Relaxed);
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Relation, Shaft, SurfaceId};
 
-use super::forms::{BOUND, EightForms, Forms, Verdict};
+use super::forms::{BOUND, Forms, Verdict};
 use super::tables::{Contour, CurvedCaster, NONE, Tables};
 use super::value::Audience;
 use crate::accel::bvh::{Bvh, Region};
@@ -48,15 +48,6 @@ impl Candidates {
         holders: Vec::new(),
         is_covered: false,
     };
-
-    /// Returns how many there are.
-    pub(crate) fn count(&self) -> usize {
-        self.triangles.len()
-            + self.contours.len()
-            + self.crossing.len()
-            + self.covering.len()
-            + self.holders.len()
-    }
 }
 
 impl<'a> Casters<'a> {
@@ -94,8 +85,8 @@ impl<'a> Casters<'a> {
         self.occluders.is_opaque_everywhere(SurfaceId(triangle))
     }
 
-    /// Returns what may matter to a cell, not closely; without edges where nothing is to be proven by them.
-    pub(crate) fn gather(&self, bvh: &Bvh, bounds: &Bounds, has_edges: bool) -> Candidates {
+    /// Returns what may matter to a cell, not closely.
+    pub(crate) fn gather(&self, bvh: &Bvh, bounds: &Bounds) -> Candidates {
         let region = Region::new(&self.frame, &Shaft::new(*bounds, self.light), bounds);
         let mut all = Candidates::default();
         bvh.cull(&region, |surface, is_near| {
@@ -110,11 +101,9 @@ impl<'a> Casters<'a> {
                 all.triangles.push(surface.0);
             }
             // The edges of those whose plane holds the light cast shadows as well.
-            if has_edges {
-                let edges = self.mesh.edges_of(surface);
-                let numbers = edges.map(|edge| self.tables.contour_number(edge));
-                all.contours.extend(numbers);
-            }
+            let edges = self.mesh.edges_of(surface);
+            let numbers = edges.map(|edge| self.tables.contour_number(edge));
+            all.contours.extend(numbers);
         });
         // Elements have several surfaces, and edges several triangles.
         for numbers in [&mut all.contours, &mut all.crossing] {
@@ -216,17 +205,6 @@ impl<'a> Casters<'a> {
                 Relation::Covers => kept.covering.push(number),
             }
         }
-    }
-
-    /// Returns the umbrae of some triangles side by side; not of few, nor where there are others among them.
-    pub(crate) fn side_by_side(&self, surfaces: &[u32]) -> Option<Box<[EightForms]>> {
-        const FEW: usize = 3;
-        let forms: Vec<Forms> = surfaces
-            .iter()
-            .map_while(|&surface| self.tables.umbra_forms(surface as usize).copied())
-            .collect();
-        let is_worth_it = forms.len() > FEW && forms.len() == surfaces.len();
-        is_worth_it.then(|| forms.chunks(8).map(EightForms::new).collect())
     }
 
     /// Returns the middle of a box in the frame, and half its size, a little larger.

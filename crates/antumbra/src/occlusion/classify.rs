@@ -298,15 +298,15 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// Returns the surfaces that may block a start of an audience in a cell, and their cost, where one that
-    /// is no triangle counts as `curved_cost` triangles; `None` if that is more than `most`.
+    /// Returns the surfaces that may block a start of an audience in a cell; `None` if they are more than `most`, where
+    /// one that is no triangle counts as `curved_cost` triangles.
     pub(crate) fn blockers(
         &self,
         receivers: Option<&Receivers<'_>>,
         candidates: &Candidates,
         most: usize,
         curved_cost: usize,
-    ) -> Option<(Vec<u32>, usize)> {
+    ) -> Option<Vec<u32>> {
         const MOST_TRIED: usize = 4;
         const MOST_PATCHES: usize = 16;
         if candidates.triangles.len() > MOST_TRIED * most {
@@ -349,7 +349,7 @@ impl<'a> Casters<'a> {
                 }
             }
         }
-        (cost <= most).then_some((list, cost))
+        (cost <= most).then_some(list)
     }
 
     fn may_block(&self, triangle: u32, patch: &Patch<'_>) -> bool {
@@ -494,7 +494,7 @@ mod tests {
                 };
                 let target = random.in_box(&around);
                 let mut cell = Cell::ROOT;
-                let mut candidates = casters.gather(&bvh, &lattice.inflated(cell), true);
+                let mut candidates = casters.gather(&bvh, &lattice.inflated(cell));
                 for _ in 0..random.below(8) {
                     let holds = |cell: &Cell| lattice.inflated(*cell).contains(target);
                     if let Some(child) = cell.children().into_iter().find(holds) {
@@ -506,7 +506,7 @@ mod tests {
                             casters.narrow(&candidates, &bounds, &mut kept);
                             candidates = kept;
                         } else {
-                            candidates = casters.gather(&bvh, &bounds, true);
+                            candidates = casters.gather(&bvh, &bounds);
                         }
                     }
                 }
@@ -552,7 +552,7 @@ mod tests {
                                     "{other:?} {}",
                                     context()
                                 );
-                                if let Some((list, _)) = &list {
+                                if let Some(list) = &list {
                                     assert!(list.contains(&other.0), "{other:?} {}", context());
                                     listed[audience as usize] += 1;
                                 }

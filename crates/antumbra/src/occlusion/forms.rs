@@ -11,7 +11,7 @@
 use antumbra_geometry::{DVec3, LightShape};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4, f32x8, f32x16, mask32x8};
+use fearless_simd::{Simd, f32x4, f32x16};
 
 use crate::accel::frame::Frame;
 
@@ -227,42 +227,6 @@ impl Forms {
             offset: -plane.offset,
         };
         Self::new([over(0, 1, 2), over(1, 2, 0), over(2, 0, 1), behind])
-    }
-}
-
-/// The forms of eight triangles, form by form and coordinate by coordinate.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(crate) struct EightForms {
-    rows: [[[f32; 8]; 4]; 4],
-}
-
-impl EightForms {
-    /// Takes at most eight; in place of missing ones are forms that are negative everywhere.
-    pub(crate) fn new(forms: &[Forms]) -> Self {
-        let mut rows = [[[0.0; 8], [0.0; 8], [0.0; 8], [-1.0; 8]]; 4];
-        for (lane, one) in forms.iter().take(8).enumerate() {
-            for (form, rows) in rows.iter_mut().enumerate() {
-                for (row, values) in rows.iter_mut().enumerate() {
-                    values[lane] = one.rows[row][form];
-                }
-            }
-        }
-        Self { rows }
-    }
-
-    /// Returns a bit for each triangle whose forms are not surely negative somewhere, and for each whose forms
-    /// are all surely positive.
-    #[inline(always)]
-    pub(crate) fn verdicts<S: Simd>(&self, simd: S, [x, y, z]: [f32; 3]) -> (u32, u32) {
-        let height = |[nx, ny, nz, offset]: &[[f32; 8]; 4]| {
-            let wide = |row: &[f32; 8]| f32x8::from_slice(simd, row);
-            wide(nx) * x + wide(ny) * y + (wide(nz) * z + wide(offset))
-        };
-        let [a, b, c, d] = &self.rows;
-        let lowest = height(a).min(height(b)).min(height(c).min(height(d)));
-        let bits = |mask: mask32x8<S>| mask.to_bitmask() as u32;
-        (bits(lowest.simd_ge(-BOUND)), bits(lowest.simd_gt(BOUND)))
     }
 }
 

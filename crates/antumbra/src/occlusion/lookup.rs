@@ -8,7 +8,7 @@ use fearless_simd::{Simd, dispatch};
 
 use super::adaptive::{AdaptiveValues, Known, Lists, PackedLight};
 use super::bricks::{Finder, Leaf, Store};
-use super::forms::{EightForms, Verdict};
+use super::forms::Verdict;
 pub(crate) use super::found::{BLOCK, Found, Looked};
 use super::lattice::Code;
 use super::links::Link;
@@ -365,13 +365,9 @@ impl<S: Simd> Lookup<'_, S> {
         point: DVec3,
         x: [f32; 3],
     ) -> Found {
-        let Some(list) = link.list() else {
-            return Found::NOTHING;
-        };
-        let list = store.list(list);
-        match list.forms {
-            Some(forms) => self.find_side_by_side(list.surfaces, forms, start, point, x),
-            None => self.find_one_by_one(list.surfaces, start, point, x),
+        match link.list() {
+            Some(list) => self.find_one_by_one(store.list(list), start, point, x),
+            None => Found::NOTHING,
         }
     }
 
@@ -409,36 +405,6 @@ impl<S: Simd> Lookup<'_, S> {
                 return Found::by_list(true);
             }
             is_in_doubt = true;
-        }
-        Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
-    }
-
-    /// The same for triangles whose forms lie side by side.
-    #[inline(always)]
-    fn find_side_by_side(
-        &self,
-        entries: &[AtomicU32],
-        forms: &[EightForms],
-        start: &Start,
-        point: DVec3,
-        x: [f32; 3],
-    ) -> Found {
-        let mut is_in_doubt = false;
-        for (entries, forms) in entries.chunks(8).zip(forms) {
-            let (mut possible, sure) = forms.verdicts(self.simd, x);
-            while possible != 0 {
-                let lane = possible.trailing_zeros();
-                possible &= possible - 1;
-                let surface = SurfaceId(entries[lane as usize].load(Ordering::Relaxed));
-                let is_flat_with = |own| self.tables.are_in_one_plane(own, surface);
-                if start.surface.is_some_and(is_flat_with) {
-                    continue;
-                }
-                if sure >> lane & 1 != 0 && self.occluders.is_opaque_everywhere(surface) {
-                    return Found::by_list(true);
-                }
-                is_in_doubt = true;
-            }
         }
         Found::by_list(is_in_doubt && self.is_blocked_exactly(entries, start, point, x))
     }

@@ -49,7 +49,7 @@ pub(crate) use adaptive::{
     AdaptiveValues, KeptValues, Knowledge, Known, Lists, Making, PackedLight, Scene,
 };
 pub(crate) use bricks::Store;
-pub(crate) use budget::{Account, Looks, SCOUTS, cost_of_rays};
+pub(crate) use budget::Account;
 pub(crate) use lookup::{BLOCK, Found};
 pub(crate) use many::MANY;
 pub(crate) use map::{Map, Spent};

@@ -1,15 +1,17 @@
 //! What is written for the cells of a brick.
 //!
 //! A brick's cell keeps what may matter to it, is halved twice along each axis, and each part is decided, or keeps
-//! the few possible blockers, or waits for a finer brick. In: the casters, the lattices. Out: 64 decisions
-//! for one audience. Invariant: they are a function of the scene, the light, the settings and the cell.
+//! the few possible blockers, or waits for a finer brick, or gets it at once: then what may matter is handed down. In:
+//! the casters, the lattices. Out: bricks for one audience. Invariant: they are a function of the scene, the light, the
+//! settings and the cell.
 
 use antumbra_geometry::Bounds;
 use antumbra_task::check;
 
-use super::bricks::{Decision, Decisions, Finer};
+use super::bricks::{Decision, Decisions, Store};
 use super::candidates::{Candidates, Casters};
 use super::lattice::{Cell, Code, Lattice};
+use super::links::Link;
 use super::value::Audience;
 
 /// How far to refine.
@@ -23,8 +25,6 @@ pub(crate) struct Depth {
     pub(crate) short_list: usize,
     /// The same for points of space.
     pub(crate) space_list: usize,
-    /// As few blockers are kept until there are finer cells.
-    pub(crate) early_list: usize,
     /// As few blockers are kept in cells that are not refined further.
     pub(crate) long_list: usize,
 }
@@ -35,9 +35,6 @@ const EMPTY_SPACE_LEVEL: u32 = 7;
 /// After so many halvings longer lists do: finer voxels would be read by few.
 const FINE_LEVEL: u32 = 9;
 const FINE_LISTS: usize = 3;
-
-/// So many times longer lists do in cells at the root, for a start.
-const ROOT_LISTS: usize = 2;
 
 /// Testing a sphere takes as long as testing so many triangles.
 const CURVED_COST: usize = 3;
@@ -50,40 +47,43 @@ pub(crate) struct Refiner<'a> {
     pub(crate) lattice: &'a Lattice,
     pub(crate) audience: Audience,
     pub(crate) depth: Depth,
-    pub(crate) care: Care,
+    /// Where bricks are written.
+    pub(crate) store: &'a Store,
+    /// Rays that a cell without a finer brick is asked until one is made, as a power of two.
+    pub(crate) price: u32,
+    /// Whether all finer bricks are made at once.
+    pub(crate) is_deep: bool,
 }
 
-/// How much work a cell is worth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Care {
-    /// Only what the cell's own candidates tell: there are none, one covers it, or they are few.
-    Quick,
-    /// Events are looked for.
-    Full,
-}
+/// A brick's cells are halved so many times along each axis.
+const HALVINGS: u32 = 2;
 
 impl Refiner<'_> {
-    /// Returns what is decided for the 64 cells of a brick in place of a cell, whose candidates these are.
-    pub(crate) fn decide_brick(&self, cell: Cell, candidates: &Candidates) -> Box<Decisions> {
+    /// Makes a brick in place of a cell, whose candidates these are; `None` if there is no room. Candidates of finer
+    /// cells are kept in those of `spare`.
+    pub(crate) fn brick(
+        &self,
+        cell: Cell,
+        candidates: &Candidates,
+        spare: &mut Vec<Candidates>,
+    ) -> Option<Link> {
         let mut decisions = Box::new([const { Decision::Nobody }; 64]);
-        let mut kept = [const { Candidates::NONE }; 2];
-        self.decide_halves(cell, candidates, [0; 3], &mut kept, &mut decisions);
-        decisions
+        self.decide_halves(cell, candidates, [0; 3], HALVINGS, spare, &mut decisions);
+        self.store.write(&decisions, self.price)
     }
 
-    /// Decides the eight halves of a cell, which may be halved as often as there is something to keep what
-    /// is left in. `at` is its place among those of its size in the brick.
+    /// Decides the eight halves of a cell, which may be halved so many times. `at` is its place among those of its size
+    /// in the brick.
     fn decide_halves(
         &self,
         cell: Cell,
         around: &Candidates,
         at: [u32; 3],
-        kept: &mut [Candidates],
+        halvings: u32,
+        spare: &mut Vec<Candidates>,
         decisions: &mut Decisions,
     ) {
-        let Some((kept, deeper)) = kept.split_first_mut() else {
-            return;
-        };
+        let mut kept = spare.pop().unwrap_or_default();
         for (number, half) in cell.children().into_iter().enumerate() {
             if !self.lattice.is_inside(half) {
                 continue;
@@ -92,19 +92,28 @@ impl Refiner<'_> {
             let bounds = self.lattice.inflated(half);
             let are_there = self
                 .casters
-                .narrow_holders(around, &bounds, self.audience, kept);
+                .narrow_holders(around, &bounds, self.audience, &mut kept);
             if !are_there {
                 continue;
             }
-            self.casters.narrow(around, &bounds, kept);
+            self.casters.narrow(around, &bounds, &mut kept);
             let at = std::array::from_fn(|axis| 2 * at[axis] + (number as u32 >> axis & 1));
-            let decision = self.decide(half, kept, &bounds);
-            if decision == Decision::Pending && !deeper.is_empty() {
-                self.decide_halves(half, kept, at, deeper, decisions);
-            } else {
-                fill(decisions, at, 1 << deeper.len(), decision);
+            let mut decision = self.decide(half, &kept, &bounds);
+            if decision == Decision::Pending && halvings > 1 {
+                self.decide_halves(half, &kept, at, halvings - 1, spare, decisions);
+                continue;
             }
+            // What is too much for what is left is not worth finding out.
+            if decision == Decision::Pending
+                && self.is_deep
+                && !self.store.is_full()
+                && let Some(link) = self.brick(half, &kept, spare)
+            {
+                decision = Decision::Finer(link);
+            }
+            fill(decisions, at, 1 << (halvings - 1), decision);
         }
+        spare.push(kept);
     }
 
     /// Returns what to write for a whole cell.
@@ -116,9 +125,6 @@ impl Refiner<'_> {
             return Decision::Known(false);
         }
         let depth = self.depth;
-        if self.care == Care::Quick {
-            return self.decide_quickly(cell.level, candidates);
-        }
         if self.audience == Audience::Free {
             if let Some(is_shadowed) = self.casters.decide_free(candidates, bounds) {
                 return Decision::Known(is_shadowed);
@@ -162,47 +168,24 @@ impl Refiner<'_> {
         )
     }
 
-    /// Returns what a cell's candidates tell at once.
-    pub(crate) fn decide_quickly(&self, level: u32, candidates: &Candidates) -> Decision {
-        if candidates.is_covered {
-            return Decision::Known(true);
-        }
-        let most = match self.lattice.is_level_of_cells(level) {
-            true => self.depth.early_list,
-            // At the root.
-            false if level <= self.lattice.root_level => ROOT_LISTS * self.depth.early_list,
-            false => return Decision::Pending,
-        };
-        match self.casters.blockers(None, candidates, most, CURVED_COST) {
-            Some((list, _)) if list.is_empty() => Decision::Known(false),
-            Some((list, _)) => Decision::List(list.into(), Finer::Perhaps),
-            None => Decision::Pending,
-        }
-    }
-
     /// Returns what to write for a cell that has no one answer, given what lists so many blockers at most.
     fn list(
         &self,
         level: u32,
         finest: u32,
         short_list: usize,
-        blockers: impl Fn(usize, usize) -> Option<(Vec<u32>, usize)>,
+        blockers: impl Fn(usize, usize) -> Option<Vec<u32>>,
     ) -> Decision {
         let is_finest = level >= finest;
-        // Cells of other levels would need a list for each of the cells that they become.
-        let is_own_cell = is_finest || self.lattice.is_level_of_cells(level);
         let (most, curved_cost) = match () {
             () if is_finest => (self.depth.long_list, 1),
-            () if is_own_cell => (short_list.max(self.depth.early_list), CURVED_COST),
+            // Cells of other levels would need a list for each of the cells that they become.
+            () if self.lattice.is_level_of_cells(level) => (short_list, CURVED_COST),
             () => (0, 1),
         };
-        let list = (most > 0).then(|| blockers(most, curved_cost)).flatten();
-        match list {
-            Some((list, _)) if list.is_empty() => Decision::Known(false),
-            Some((list, cost)) if is_finest || cost <= short_list => {
-                Decision::List(list.into(), Finer::Never)
-            }
-            Some((list, _)) => Decision::List(list.into(), Finer::Perhaps),
+        match (most > 0).then(|| blockers(most, curved_cost)).flatten() {
+            Some(list) if list.is_empty() => Decision::Known(false),
+            Some(list) => Decision::List(list.into()),
             None if is_finest => Decision::Ray,
             None => Decision::Pending,
         }

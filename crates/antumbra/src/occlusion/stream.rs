@@ -8,7 +8,6 @@
 //! are.
 
 use super::bricks::{PLANES, Store};
-use super::forms::EightForms;
 use super::lattice::Lattice;
 use super::links::{Link, read};
 pub(crate) use super::misfit::Misfit;
@@ -20,8 +19,6 @@ const BRICK: u32 = 1 << 30;
 /// In place of a link to a list: with its number among the lists of the brick or table, the next number for a
 /// list that was not there yet.
 const LIST: u32 = 2 << 30;
-/// In the length of a list: its forms lie side by side.
-const HAS_FORMS: u32 = 1 << 31;
 
 /// As many lists are looked through for one that is there already: those of a brick.
 const SHARED: usize = 64;
@@ -30,7 +27,7 @@ const SHARED: usize = 64;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Section {
     pub(super) words: Vec<u32>,
-    /// Links and lists in whose place finer cells may be made.
+    /// Links in whose place finer cells may be made.
     pub(super) pending_count: u64,
 }
 
@@ -42,15 +39,8 @@ pub(super) trait Known {
     /// Returns the planes of the brick that a link leads to, and what its links say.
     fn brick(&self, place: usize) -> ([u32; PLANES], Vec<Link>);
 
-    /// Returns the list that a link leads to.
-    fn list(&self, place: usize) -> KnownList;
-}
-
-/// A list as it is kept.
-pub(super) struct KnownList {
-    pub(super) surfaces: Vec<u32>,
-    pub(super) counter: Link,
-    pub(super) has_forms: bool,
+    /// Returns the surfaces of the list that a link leads to.
+    fn list(&self, place: usize) -> Box<[u32]>;
 }
 
 /// What a store knows of a light.
@@ -74,13 +64,8 @@ impl Known for Stored<'_> {
         (planes, links.collect())
     }
 
-    fn list(&self, place: usize) -> KnownList {
-        let list = self.store.list(place);
-        KnownList {
-            surfaces: list.surfaces().into(),
-            counter: read(self.store.word(Store::list_counter(place))).at_rest(),
-            has_forms: list.forms.is_some(),
-        }
+    fn list(&self, place: usize) -> Box<[u32]> {
+        self.store.surfaces(place)
     }
 }
 
@@ -100,12 +85,8 @@ impl Known for Told<'_> {
         self.packed.brick(place)
     }
 
-    fn list(&self, place: usize) -> KnownList {
-        KnownList {
-            surfaces: self.packed.list_of(place).to_vec(),
-            counter: Link::RAY,
-            has_forms: false,
-        }
+    fn list(&self, place: usize) -> Box<[u32]> {
+        self.packed.list_of(place).into()
     }
 }
 
@@ -153,17 +134,13 @@ impl Section {
         }
     }
 
-    fn write_list(&mut self, list: &KnownList) {
-        self.pending_count += u64::from(list.counter.is_pending());
-        let forms = if list.has_forms { HAS_FORMS } else { 0 };
-        self.words
-            .extend([list.surfaces.len() as u32 | forms, list.counter.0]);
-        self.words.extend(&list.surfaces);
+    fn write_list(&mut self, surfaces: &[u32]) {
+        self.words.push(surfaces.len() as u32);
+        self.words.extend(surfaces);
     }
 }
 
-/// Takes words for the values of a light that a store knows nothing of yet. `forms_of` makes the forms of a
-/// list's surfaces side by side. Returns how many links and lists are pending.
+/// Takes words for the values of a light that a store knows nothing of yet. Returns how many links are pending.
 ///
 /// # Errors
 /// The words are no values, or the store has no room; the store then knows nothing more than before.
@@ -172,14 +149,12 @@ pub(crate) fn take(
     store: &Store,
     lattices: &[Lattice; 3],
     surface_count: usize,
-    forms_of: impl Fn(&[u32]) -> Option<Box<[EightForms]>>,
 ) -> Result<u64, Misfit> {
     let mut reader = Reader {
         words,
         at: 0,
         store,
         surface_count,
-        forms_of,
         pending_count: 0,
     };
     let mut tables = Vec::with_capacity(Audience::ALL.len());
@@ -211,16 +186,15 @@ pub(crate) fn take(
     Ok(pending_count)
 }
 
-struct Reader<'a, F> {
+struct Reader<'a> {
     words: &'a [u32],
     at: usize,
     store: &'a Store,
     surface_count: usize,
-    forms_of: F,
     pending_count: u64,
 }
 
-impl<'a, F: Fn(&[u32]) -> Option<Box<[EightForms]>>> Reader<'a, F> {
+impl<'a> Reader<'a> {
     fn some_words(&mut self, count: usize) -> Result<&'a [u32], Misfit> {
         let words = self.words[self.at..]
             .get(..count)
@@ -276,25 +250,16 @@ impl<'a, F: Fn(&[u32]) -> Option<Box<[EightForms]>>> Reader<'a, F> {
 
     fn list(&mut self) -> Result<Link, Misfit> {
         let at = self.at;
-        let head = self.some_words(2)?;
-        let (length, counter) = (head[0] & !HAS_FORMS, Link(head[1]));
+        let length = self.word()?;
         if length == 0 {
             return Err(Misfit::At(at, "an empty list"));
         }
-        let is_open = counter.is_pending() && counter == counter.at_rest();
-        if !is_open && counter != Link::RAY {
-            return Err(Misfit::At(at + 1, "a counter of no kind"));
-        }
-        self.pending_count += u64::from(is_open);
         let surfaces = self.some_words(length as usize)?;
         let is_bad = |&surface: &u32| surface as usize >= self.surface_count;
         if let Some(number) = surfaces.iter().position(is_bad) {
-            return Err(Misfit::At(at + 2 + number, "a surface that is not there"));
+            return Err(Misfit::At(at + 1 + number, "a surface that is not there"));
         }
-        let forms = (head[0] & HAS_FORMS != 0)
-            .then(|| (self.forms_of)(surfaces))
-            .flatten();
-        let place = self.store.put_list(surfaces, counter, forms);
+        let place = self.store.put_list(surfaces);
         place.map(Link::to_list).ok_or(Misfit::NoRoom)
     }
 }

@@ -37,7 +37,7 @@ fn what_is_no_such_file_is_refused() {
     let mut bytes = fs::read(&path).expect("a file");
     bytes[8] = 99;
     fs::write(&path, &bytes).expect("a file");
-    let (found, expected) = (99, 4);
+    let (found, expected) = (99, 6);
     assert_eq!(world.refusal(&path), Refusal::Version { found, expected });
 }
 

@@ -57,7 +57,7 @@ fn stale_files_are_refused_with_the_reason() {
                 short_list: 2,
                 ..usual
             },
-            setting("short list", 1, 2),
+            setting("short list", 3, 2),
         ),
         (
             Refinement {

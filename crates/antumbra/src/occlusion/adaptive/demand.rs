@@ -7,10 +7,9 @@ use antumbra_geometry::{Occluders, Start};
 
 use super::super::bricks::Store;
 use super::super::budget::Account;
-use super::super::links::{Link, charge, claim, publish, read};
+use super::super::links::{Link, charge, claim, publish};
 use super::super::map::{self, Map, Spent};
-use super::super::refine::Care;
-use super::scene::{HASTE, Scene, UNIT};
+use super::scene::Scene;
 use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
 use crate::clock::Reading;
@@ -70,8 +69,7 @@ pub(crate) struct Announced {
 }
 
 impl AdaptiveValues {
-    /// Adds what some queries of a light came to, with so many more known to come; makes the light's tables
-    /// when they pay.
+    /// Adds what some queries of a light took, with so many more known to come; makes the light's tables when they pay.
     pub(crate) fn note(&self, occluders: &Occluders, light: usize, account: &Account, ahead: u64) {
         let values = &self.lights[light];
         values.budget.note(account);
@@ -85,13 +83,13 @@ impl AdaptiveValues {
         }
         let curved_count = occluders.surface_count() - occluders.triangle_count();
         let price = TABLE_NS * occluders.triangle_count() as u64 + CURVED_NS * curved_count as u64;
-        let can_make = self.refine == Refine::Asked || values.budget.allows_tables(price, ahead);
+        let can_make = self.refine == Refine::Asked || values.budget.sums(ahead).pays(price as f64);
         if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             let begin = Reading::now();
             if self.make_known(occluders, light, false).is_none() {
                 self.make_room(light);
             }
-            values.budget.spend(begin.elapsed_ns());
+            values.budget.add_made(begin.elapsed_ns());
         }
     }
 
@@ -247,45 +245,32 @@ impl AdaptiveValues {
         }
     }
 
-    /// Returns what a query of the list at a cell costs more than a value.
-    pub(crate) fn cost_of_list(&self, store: &Store, place: u32) -> u64 {
-        const ENTRY_NS: u64 = 1;
-        let list = read(store.word(place)).list();
-        list.map_or(0, |list| {
-            4 + ENTRY_NS * store.list(list).surfaces.len() as u64
-        })
-    }
-
-    /// Adds what a query has cost at the cell whose link or list stands there; makes finer cells when the price
-    /// is paid. Returns what that took, in nanoseconds.
-    pub(crate) fn charge(
+    /// Counts a ray at the cell whose link stands there, and makes a brick in its place when there were enough and the
+    /// account allows it. Returns what that took, in nanoseconds.
+    pub(crate) fn count_ray(
         &self,
-        (known, store): (&Known, &Store),
+        values: (&Known, &Store),
         scene: &Scene<'_>,
         light: usize,
         start: &Start,
         place: u32,
-        cost_ns: u64,
     ) -> u64 {
-        let counter = match read(store.word(place)).list() {
-            Some(list) => Store::list_counter(list),
-            None => place,
-        };
-        let units = (cost_ns >> UNIT).max(1) as u32;
-        if !charge(store.word(counter), units) {
+        if !charge(values.1.word(place), 1) {
             return 0;
         }
-        let price = read(store.word(counter)).price();
         let budget = &self.lights[light].budget;
-        if self.refine != Refine::Asked && !budget.allows(HASTE << (price + UNIT)) {
+        if self.refine != Refine::Asked && !budget.allows_brick() {
             return 0;
         }
-        let took = self.refine((known, store), scene, light, start, counter);
-        budget.spend(took);
+        let took = self.refine(values, scene, light, start, place);
+        if took > 0 {
+            budget.add_brick(took);
+        }
         took
     }
 
-    /// Makes what pays where a counter has its price; returns what that took, in nanoseconds.
+    /// Makes a brick in place of a start's cell, whose link stands at a place; returns what that took, in nanoseconds, 0
+    /// if nothing was made.
     #[cold]
     #[inline(never)]
     fn refine(
@@ -294,59 +279,40 @@ impl AdaptiveValues {
         scene: &Scene<'_>,
         light: usize,
         start: &Start,
-        counter: u32,
+        place: u32,
     ) -> u64 {
         let lists = &*known.lists;
         let Some((audience, code)) = self.code_of_start(known, scene.occluders, light, start)
         else {
             return 0;
         };
-        let Some(claimed) = claim(store.word(counter)) else {
+        if !self.has_edges(scene.occluders, light, lists) {
+            return 0;
+        }
+        let Some(claimed) = claim(store.word(place)) else {
             return 0;
         };
-        let unclaim = Unclaim(store, counter, claimed.price());
+        let unclaim = Unclaim(store, place, claimed.price());
         let lattice = &self.lattices[audience as usize];
         let finder = store.finder(audience, lattice);
-        let leaf = finder.find(code);
-        let is_its = leaf.place == counter
-            || leaf
-                .link
-                .list()
-                .is_some_and(|list| Store::list_counter(list) == counter);
-        if !is_its {
-            // Another thread was faster, or the list is another cell's, too.
+        if finder.find(code).place != place {
+            // The start is another cell's.
             return 0;
         }
-        let level = finder.level_of(code, lattice);
-        let target = (light, audience, code.cell(level));
-        let is_first_look = level <= lattice.root_level
-            && counter == leaf.place
-            && claimed.price() <= self.look_price()
-            && self.depth.early_list > 0;
+        let cell = code.cell(finder.level_of(code, lattice));
         let begin = Reading::now();
-        let made = if is_first_look {
-            self.look((store, lists), scene, target)
-        } else if self.care(level, audience) == Care::Quick
-            || self.has_edges(scene.occluders, light, lists)
-        {
-            self.brick((store, lists), scene, target)
-        } else {
-            return 0;
-        };
-        let took = begin.elapsed_ns();
-        // First the cell, then the list's counter: who claims that again must see what came of it.
-        if let Some(made) = made {
-            store.publish(leaf.place, made);
+        let made = self.brick((store, lists), scene, (light, audience, cell), false);
+        match made {
+            Some(made) => {
+                store.publish(place, made);
+                unclaim.settle();
+            }
+            None => {
+                drop(unclaim);
+                self.evict(light, known);
+            }
         }
-        if counter != leaf.place || made.is_none() {
-            drop(unclaim);
-        } else {
-            unclaim.settle();
-        }
-        if made.is_none() {
-            self.evict(light, known);
-        }
-        took
+        begin.elapsed_ns().max(1)
     }
 
     /// Returns whether there are the mesh and its edges; makes them when they pay.
@@ -356,9 +322,12 @@ impl AdaptiveValues {
             return true;
         }
         let price = WHOLE_NS * occluders.triangle_count() as u64;
-        let can_make = self.refine == Refine::Asked || values.budget.allows(price);
+        let can_make = self.refine == Refine::Asked || values.budget.sums(0).pays(price as f64);
         if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
-            return self.make_edges(occluders, light, lists);
+            let begin = Reading::now();
+            let is_made = self.make_edges(occluders, light, lists);
+            values.budget.add_made(begin.elapsed_ns());
+            return is_made;
         }
         false
     }

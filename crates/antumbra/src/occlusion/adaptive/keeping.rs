@@ -6,7 +6,6 @@ use std::sync::atomic::Ordering;
 use antumbra_geometry::{Bounds, Occluders};
 
 use super::super::bricks::Store;
-use super::super::candidates::Casters;
 use super::super::forms::{BOUND, START_ROOM};
 use super::super::lattice::Lattice;
 use super::super::map::{self, Map, MapRuns};
@@ -195,21 +194,13 @@ impl AdaptiveValues {
         let known = self.make_known(occluders, light, false);
         let known = known.ok_or(Misfit::NoRoom)?;
         let store = known.store.as_ref().ok_or(Misfit::NoRoom)?;
-        let tables = self.tables(occluders, light, &known.lists);
-        let casters = Casters::new(tables.ok_or(Misfit::NoRoom)?);
-        let pending_count = stream::take(
-            words,
-            store,
-            &self.lattices,
-            occluders.surface_count(),
-            |list| casters.side_by_side(list),
-        );
+        let surface_count = occluders.surface_count();
+        let pending_count = stream::take(words, store, &self.lattices, surface_count);
         // What was read is in the way of what will be made.
         let pending_count = pending_count.inspect_err(|_| self.drop_known(light))?;
         values
             .is_complete
             .store(pending_count == 0, Ordering::Relaxed);
-        values.budget.expect_answers();
         Ok(())
     }
 

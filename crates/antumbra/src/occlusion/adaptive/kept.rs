@@ -5,6 +5,6 @@ use super::super::packed::Runs;
 /// What is known of one light, to be kept.
 pub(crate) struct KeptValues<'a> {
     pub(crate) runs: Runs<'a>,
-    /// Links and lists in whose place finer cells may be made.
+    /// Links in whose place finer cells may be made.
     pub(crate) pending_count: u64,
 }

@@ -7,35 +7,24 @@ use std::sync::{Arc, MutexGuard, OnceLock, PoisonError};
 use antumbra_geometry::Occluders;
 use antumbra_task::{Steps, check};
 
-use super::super::bricks::{Decision, Store, cell_in_brick};
+use super::super::bricks::{Store, cell_in_brick};
 use super::super::candidates::{Candidates, Casters};
 use super::super::lattice::Cell;
 use super::super::links::{Link, read};
 use super::super::map::{self, Map};
 use super::super::packed::Packed;
-use super::super::refine::{Care, Refiner};
+use super::super::refine::Refiner;
 use super::super::room::Share;
-use super::super::tables::{LightTables, SceneTables, Tables};
+use super::super::tables::{LightTables, SceneTables};
 use super::super::value::Audience;
-use super::scene::{HASTE, LOOK_PRICE, Scene, UNIT};
+use super::scene::Scene;
 use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
 use crate::Refine;
 use crate::accel::bvh::Bvh;
 use crate::threads::prelude::*;
 
-/// Bricks so many halvings below the root are made quickly.
-const QUICK_LEVELS: u32 = 2;
-
 /// Queries for which a map is made before the first one.
 const WHOLE_MAP: f32 = 2e8;
-
-/// What a brick costs, quick and full: itself, and each candidate.
-const QUICK_NS: [u64; 2] = [6_000, 300];
-const FULL_NS: [u64; 2] = [20_000, 1_100];
-
-fn cost([own, each]: [u64; 2], candidate_count: usize) -> u64 {
-    own + each * candidate_count as u64
-}
 
 impl AdaptiveValues {
     /// Returns whether anything is wanted before the first query.
@@ -138,6 +127,9 @@ impl AdaptiveValues {
                 steps.step(|| self.make_rest((store, lists), scene, light, audience, cell, place));
             });
         }
+        if store.is_full() {
+            self.lights[light].is_refused.store(true, Ordering::Relaxed);
+        }
     }
 
     /// Packs the values of a light for reading and drops its store, if all of it can be told so and there is room.
@@ -225,38 +217,18 @@ impl AdaptiveValues {
             return;
         }
         let link = read(store.word(place));
-        let is_pending = match link.list() {
-            Some(list) => read(store.word(Store::list_counter(list))).is_pending(),
-            None => link.is_pending(),
-        };
-        if is_pending {
-            self.make_below((store, lists), scene, light, audience, cell, place);
+        if link.is_pending() {
+            check();
+            let target = (light, audience, cell);
+            match self.brick((store, lists), scene, target, true) {
+                Some(made) => store.publish(place, made),
+                None => self.lights[light].is_refused.store(true, Ordering::Relaxed),
+            }
         } else if let Some(brick_at) = link.brick() {
             for (place, number) in store.unfinished(brick_at) {
                 let finer = cell_in_brick(cell, number);
                 self.make_rest((store, lists), scene, light, audience, finer, place);
             }
-        }
-    }
-
-    /// Makes the values of a cell whose link this is, and of all finer ones.
-    fn make_below(
-        &self,
-        (store, lists): (&Store, &Lists),
-        scene: &Scene<'_>,
-        light: usize,
-        audience: Audience,
-        cell: Cell,
-        place: u32,
-    ) {
-        check();
-        let Some(made) = self.brick((store, lists), scene, (light, audience, cell)) else {
-            self.lights[light].is_refused.store(true, Ordering::Relaxed);
-            return;
-        };
-        store.publish(place, made);
-        if made.brick().is_some() {
-            self.make_rest((store, lists), scene, light, audience, cell, place);
         }
     }
 
@@ -300,8 +272,8 @@ impl AdaptiveValues {
         };
         let has_store = self.knowledge == Knowledge::Values;
         let store = has_store.then(|| {
-            let price = self.look_price();
-            Store::new(&self.room, self.store_bytes(&lists), &self.lattices, price)
+            let (bytes, price) = (self.store_bytes(&lists), self.price());
+            Store::new(&self.room, bytes, &self.lattices, price)
         });
         let store = store.flatten();
         if has_store && store.is_none() {
@@ -409,108 +381,30 @@ impl AdaptiveValues {
         });
     }
 
-    /// Returns what refines the cells of an audience.
-    pub(super) fn refiner<'a>(
-        &'a self,
-        tables: Tables<'a>,
-        audience: Audience,
-        care: Care,
-    ) -> Refiner<'a> {
-        Refiner {
-            casters: Casters::new(tables),
-            lattice: &self.lattices[audience as usize],
-            audience,
-            depth: self.depth,
-            care,
-        }
-    }
-
-    /// Returns how much work goes into the cells below one.
-    pub(super) fn care(&self, level: u32, audience: Audience) -> Care {
-        let is_coarse = level <= self.lattices[audience as usize].root_level + QUICK_LEVELS;
-        if is_coarse && self.refine != Refine::Eager && self.depth.early_list > 0 {
-            Care::Quick
-        } else {
-            Care::Full
-        }
-    }
-
-    /// Takes a first look at a cell at the root.
-    pub(super) fn look(
-        &self,
-        (store, lists): (&Store, &Lists),
-        scene: &Scene<'_>,
-        (light, audience, cell): (usize, Audience, Cell),
-    ) -> Option<Link> {
-        let tables = self.tables(scene.occluders, light, lists)?;
-        let refiner = self.refiner(tables, audience, Care::Quick);
-        let bounds = self.lattices[audience as usize].inflated(cell);
-        let gathered = refiner.casters.gather(scene.bvh, &bounds, false);
-        let mut candidates = Candidates::NONE;
-        refiner.casters.narrow(&gathered, &bounds, &mut candidates);
-        let decision = refiner.decide_quickly(cell.level, &candidates);
-        let price = match self.refine {
-            Refine::Asked => 1,
-            Refine::Lazy | Refine::Eager => {
-                price_of(cost(QUICK_NS, candidates.triangles.len())).max(LOOK_PRICE + 1)
-            }
-        };
-        store.write_one(&decision, price, |list| refiner.casters.side_by_side(list))
-    }
-
-    /// Makes a brick in place of a cell; `None` if there is no room.
+    /// Makes a brick in place of a cell, and perhaps all finer ones; `None` if there is no room.
     pub(super) fn brick(
         &self,
         (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
         (light, audience, cell): (usize, Audience, Cell),
+        is_deep: bool,
     ) -> Option<Link> {
-        let tables = self.tables(scene.occluders, light, lists)?;
+        let casters = Casters::new(self.tables(scene.occluders, light, lists)?);
         let lattice = &self.lattices[audience as usize];
-        let care = self.care(cell.level, audience);
-        let refiner = self.refiner(tables, audience, care);
         let bounds = lattice.inflated(cell);
-        let casters = &refiner.casters;
-        let gathered = casters.gather(scene.bvh, &bounds, care == Care::Full);
+        let gathered = casters.gather(scene.bvh, &bounds);
         let mut candidates = Candidates::NONE;
         casters.narrow_holders(&gathered, &bounds, audience, &mut candidates);
         casters.narrow(&gathered, &bounds, &mut candidates);
-        let decisions = refiner.decide_brick(cell, &candidates);
-        let price = match self.refine {
-            Refine::Asked => 0,
-            Refine::Lazy | Refine::Eager => {
-                let costs = match self.care(cell.level + 2, audience) {
-                    Care::Quick => QUICK_NS,
-                    Care::Full => FULL_NS,
-                };
-                price_below(&decisions, costs, candidates.count())
-            }
+        let refiner = Refiner {
+            casters,
+            lattice,
+            audience,
+            depth: self.depth,
+            store,
+            price: self.price(),
+            is_deep,
         };
-        store.write(&decisions, price, |list| {
-            (care == Care::Quick)
-                .then(|| casters.side_by_side(list))
-                .flatten()
-        })
+        refiner.brick(cell, &candidates, &mut Vec::new())
     }
-}
-
-/// Returns the price of a brick below one that was decided so, as a power of two of units: what it will
-/// cost, and more where few cells were decided.
-fn price_below(decisions: &[Decision; 64], costs: [u64; 2], candidate_count: usize) -> u32 {
-    let (mut asked, mut decided) = (0_u64, 0_u64);
-    for decision in decisions {
-        asked += u64::from(*decision != Decision::Nobody);
-        decided += u64::from(!matches!(
-            decision,
-            Decision::Nobody | Decision::Pending | Decision::Ray
-        ));
-    }
-    let cost_ns = cost(costs, candidate_count / 4);
-    let weighed = cost_ns * asked.max(1) / decided.max(1);
-    price_of(weighed)
-}
-
-/// Returns what a cell must have cost before so much is spent on it, as a power of two of units.
-fn price_of(ns: u64) -> u32 {
-    ((ns / HASTE) >> UNIT).max(1).ilog2() + 1
 }

@@ -22,7 +22,7 @@ use arc_swap::ArcSwapOption;
 use fearless_simd::Level;
 
 use super::bricks::Store;
-use super::budget::{Budget, Looks};
+use super::budget::Budget;
 use super::forms::START_ROOM;
 use super::lattice::Lattice;
 use super::map::{Map, Prices};
@@ -35,7 +35,6 @@ use crate::Refine;
 use crate::accel::frame::Frame;
 
 pub(crate) use self::kept::KeptValues;
-use self::scene::LOOK_PRICE;
 pub(crate) use self::scene::Scene;
 
 /// Values of a scene for its lights.
@@ -147,6 +146,10 @@ pub(crate) struct Making {
 /// Bytes that a light takes before anything is known of it, here and in the index.
 const LIGHT_BYTES: u64 = 400;
 
+/// Rays that a cell is asked before a brick is made in its place, as a power of two: a brick takes 40 to 100 us, as long
+/// as so many rays, so at worst twice as much is spent on a cell as by who knows what will be asked.
+const ASKS: u32 = 8;
+
 /// In place of a light.
 const NO_LIGHT: usize = usize::MAX;
 
@@ -225,11 +228,11 @@ impl AdaptiveValues {
         self.evictions = AtomicU64::new(0);
     }
 
-    /// Returns the price of a first look at a cell at the root.
-    fn look_price(&self) -> u32 {
+    /// Returns how many rays a cell is asked before it is refined, as a power of two.
+    fn price(&self) -> u32 {
         match self.refine {
             Refine::Asked => 0,
-            Refine::Lazy | Refine::Eager => LOOK_PRICE,
+            Refine::Lazy | Refine::Eager => ASKS,
         }
     }
 
@@ -258,18 +261,11 @@ impl AdaptiveValues {
         ))
     }
 
-    /// Returns which queries to look up: none as long as there is no store, and while values are made those
-    /// that pay.
+    /// Returns whether to look up the values of a light: while more are made, as long as that pays.
     #[inline(always)]
-    pub(crate) fn looks(&self, light: usize, known: Option<&Known>, is_refining: bool) -> Looks {
-        let light = &self.lights[light];
-        if known.is_none_or(|known| known.store.is_none()) {
-            Looks::None
-        } else if !is_refining || self.refine == Refine::Asked {
-            Looks::All
-        } else {
-            light.budget.looks()
-        }
+    pub(crate) fn is_looked_up(&self, light: usize, is_refining: bool) -> bool {
+        let is_free = !is_refining || self.refine == Refine::Asked;
+        is_free || self.lights[light].budget.sums(0).is_worth_looking()
     }
 }
 

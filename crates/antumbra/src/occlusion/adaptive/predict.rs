@@ -14,7 +14,7 @@ use super::demand::{CURVED_NS, TABLE_NS};
 use super::{AdaptiveValues, Knowledge, Making};
 use crate::Refine;
 use crate::accel::frame::Frame;
-use crate::occlusion::budget::{FORESIGHT, HOPE_FOR_TABLES};
+use crate::occlusion::budget::LOSS;
 
 /// Bytes of packed values and lists for a surface and light; fewer where cells are so coarse that shadows cross few of
 /// them, by the square of the finest along an axis.
@@ -80,13 +80,15 @@ impl AdaptiveValues {
                 let price =
                     TABLE_NS * triangle_count + CURVED_NS * (surface_count - triangle_count);
                 let queries = query_count.unwrap_or(u64::MAX) as f64;
-                let spendable =
-                    RAY_NS * (HOPE_FOR_TABLES * queries + FORESIGHT * queries.min(AHEAD));
+                let spendable = RAY_NS * LOSS * (queries + queries.min(AHEAD));
                 if making.refine == Refine::Lazy && spendable < price as f64 {
                     return 0;
                 }
-                let stays = of_light + FILLED_EACH * surface_count + roots;
-                scene + light_count * stays
+                // Before the first brick.
+                let mesh = Mesh::height_bytes(occluders.triangle_count()) / 2;
+                let edges = EDGES_EACH * triangle_count;
+                let stays = of_light + FILLED_EACH * surface_count + roots + edges;
+                scene + mesh + light_count * stays
             }
         };
         all.min(making.most_bytes)

@@ -16,7 +16,7 @@ type Written = HashMap<(u32, [u32; 3]), Box<Decisions>>;
 fn list(random: &mut Random) -> Decision {
     let first = random.below(3) as u32;
     let entries = (first..first + 1 + random.below(4) as u32).collect();
-    Decision::List(entries, random.pick(&[Finer::Perhaps, Finer::Never]))
+    Decision::List(entries)
 }
 
 /// A brick's cells: of every kind, or of so few that they may agree.
@@ -45,10 +45,7 @@ fn decisions(random: &mut Random) -> Box<Decisions> {
 }
 
 fn may_be_finer(decision: &Decision) -> bool {
-    matches!(
-        decision,
-        Decision::Pending | Decision::List(_, Finer::Perhaps)
-    )
+    *decision == Decision::Pending
 }
 
 /// Writes bricks in place of a cell and of some that are finer.
@@ -60,7 +57,7 @@ fn write_below(
     written: &mut Written,
 ) {
     let decisions = decisions(random);
-    let link = store.write(&decisions, PRICE, |_| None).expect("room");
+    let link = store.write(&decisions, PRICE).expect("room");
     store.publish(place, link);
     if let Some(brick) = link.brick() {
         let unfinished = store.unfinished(brick);
@@ -105,13 +102,10 @@ fn assert_says(store: &Store, link: Link, expected: &Decision, price: u32) {
         Decision::Known(is_shadowed) => assert_eq!(link, Link::known(*is_shadowed)),
         Decision::Ray => assert_eq!(link, Link::RAY),
         Decision::Pending => assert_eq!(link, Link::pending(price)),
-        Decision::List(entries, finer) => {
+        Decision::Finer(finer) => assert_eq!(link, *finer),
+        Decision::List(entries) => {
             let place = link.list().expect("a list");
-            let words = store.list(place).surfaces.iter();
-            let found: Vec<u32> = words.map(|word| word.load(Ordering::Relaxed)).collect();
-            assert_eq!(found[..], entries[..]);
-            let counter = read(store.word(Store::list_counter(place)));
-            assert_eq!(counter.is_pending(), *finer == Finer::Perhaps);
+            assert_eq!(store.surfaces(place), *entries);
         }
     }
 }
@@ -192,8 +186,8 @@ fn what_is_written_is_found() {
                     Decision::Nobody => 0,
                     Decision::Known(_) => 1,
                     Decision::Ray => 2,
-                    Decision::Pending => 3,
-                    Decision::List(..) => 4,
+                    Decision::Pending | Decision::Finer(_) => 3,
+                    Decision::List(_) => 4,
                 }] += 1;
             }
         }
@@ -239,26 +233,26 @@ fn small_store(room_beside_roots: u64) -> (Store, Lattice) {
 
 #[test]
 fn a_brick_keeps_a_list_once() {
-    let list = |entries: &[u32], finer| Decision::List(entries.into(), finer);
+    let list = |entries: &[u32]| Decision::List(entries.into());
     let mut cells: Box<Decisions> = Box::new([const { Decision::Nobody }; 64]);
     for (number, cell) in cells.iter_mut().enumerate() {
         *cell = match number % 4 {
-            0 => list(&[7, 9], Finer::Never),
-            1 => list(&[7, 9], Finer::Perhaps),
-            2 => list(&[7, 9, 11], Finer::Never),
+            0 => list(&[7, 9]),
+            1 => list(&[7]),
+            2 => list(&[7, 9, 11]),
             _ => Decision::Ray,
         };
     }
     let (store, _) = small_store(ROOM);
     let before = store.bytes();
     let brick = |store: &Store| {
-        let link = store.write(&cells, PRICE, |_| None).expect("room");
+        let link = store.write(&cells, PRICE).expect("room");
         link.brick().expect("a brick")
     };
     let first = brick(&store);
     let after = store.bytes();
-    // Two lists of two entries and one of three, in words by fours.
-    assert_eq!(after.1 - before.1, 4 * (8 + 8 + 8));
+    // Lists of one, two and three entries and their lengths, in words by fours.
+    assert_eq!(after.1 - before.1, 4 * (4 + 4 + 4));
     assert_eq!(after.0 - before.0, 4 * (PLANES as u64 + 64));
     let lists = |brick: usize| -> Vec<Option<usize>> {
         let word = |number| store.word((brick + PLANES + number) as u32);
@@ -270,7 +264,7 @@ fn a_brick_keeps_a_list_once() {
         assert_eq!(*place, places[number % 4]);
     }
     assert!(places[0] != places[1] && places[1] != places[2]);
-    // Another brick has lists of its own: what they cost is counted for each.
+    // Another brick has lists of its own.
     let others = lists(brick(&store));
     assert!(others[..3].iter().all(|other| !places.contains(other)));
 }
@@ -282,18 +276,25 @@ fn cells_that_agree_need_no_brick() {
         let cell = |number: usize| kinds[number % kinds.len()].clone();
         agreed(&std::array::from_fn(cell))
     };
-    let list = Decision::List([1].into(), Finer::Never);
+    let list = Decision::List([1].into());
+    let finer = |link| Decision::Finer(link);
     assert_eq!(of(&[Nobody]), Some(Link::LIT));
     assert_eq!(of(&[Known(true)]), Some(Link::SHADOWED));
     assert_eq!(of(&[Nobody, Known(true)]), Some(Link::SHADOWED));
     assert_eq!(of(&[Known(false), Nobody]), Some(Link::LIT));
     assert_eq!(of(&[Nobody, Nobody, Ray]), Some(Link::RAY));
+    // So do finer cells that need none.
+    let shadowed = [finer(Link::SHADOWED), Nobody, Known(true)];
+    assert_eq!(of(&shadowed), Some(Link::SHADOWED));
+    assert_eq!(of(&[Ray, finer(Link::RAY)]), Some(Link::RAY));
     for kinds in [
         [Known(true), Known(false)],
         [Known(true), Ray],
         [Nobody, Pending],
         [Pending, Pending],
         [list.clone(), list],
+        [finer(Link::to_brick(4)), finer(Link::to_brick(4))],
+        [finer(Link::LIT), Known(true)],
     ] {
         assert_eq!(of(&kinds), None, "{kinds:?}");
     }
@@ -316,7 +317,7 @@ fn a_full_store_keeps_what_it_has() {
         0 => Decision::Known(true),
         _ => Decision::Pending,
     }));
-    let link = store.write(&pending, PRICE, |_| None).expect("room");
+    let link = store.write(&pending, PRICE).expect("room");
     store.publish(place, link);
     let links = store.unfinished(link.brick().expect("a brick"));
     // Until there is no room for the least brick, list or link.
@@ -324,20 +325,18 @@ fn a_full_store_keeps_what_it_has() {
     let mut kept = Vec::new();
     for _ in 0..2_000 {
         let decisions = decisions(random);
-        match store.write(&decisions, PRICE, |_| None) {
+        match store.write(&decisions, PRICE) {
             Some(link) => kept.push((link, decisions)),
             None => refused_count += 1,
         }
     }
     assert!(refused_count > 100 && kept.len() > 100);
-    let long = Decision::List((0..10_000).collect(), Finer::Never);
-    assert_eq!(store.write_one(&long, PRICE, |_| None), None);
-    assert_eq!(store.write(&pending, PRICE, |_| None), None);
+    let long: Vec<u32> = (0..10_000).collect();
+    assert_eq!(store.put_list(&long), None);
+    assert_eq!(store.write(&pending, PRICE), None);
     // Answers need no room.
-    assert_eq!(
-        store.write_one(&Decision::Ray, PRICE, |_| None),
-        Some(Link::RAY)
-    );
+    let rays = [const { Decision::Ray }; 64];
+    assert_eq!(store.write(&rays, PRICE), Some(Link::RAY));
     assert_eq!(store.unfinished(link.brick().expect("a brick")), links);
     for (link, decisions) in kept {
         let Some(brick) = link.brick() else {
@@ -364,19 +363,20 @@ fn a_full_store_keeps_what_it_has() {
 }
 
 #[test]
-fn one_cell_is_written_as_it_is() {
-    let random = &mut Random(5);
+fn a_brick_leads_to_finer_ones_that_were_made_before_it() {
     let (store, _) = small_store(ROOM);
-    let mut all = vec![
-        Decision::Nobody,
-        Decision::Known(true),
-        Decision::Known(false),
-        Decision::Ray,
-        Decision::Pending,
-    ];
-    all.extend((0..20).map(|_| list(random)));
-    for decision in all {
-        let link = store.write_one(&decision, PRICE, |_| None).expect("room");
-        assert_says(&store, link, &decision, PRICE);
-    }
+    let cells: Box<Decisions> = Box::new(std::array::from_fn(|number| {
+        Decision::Known(number % 3 == 0)
+    }));
+    let below = store.write(&cells, PRICE).expect("room");
+    let finer = [below, Link::LIT, Link::SHADOWED, Link::RAY];
+    let cells: Box<Decisions> = Box::new(std::array::from_fn(|number| {
+        Decision::Finer(finer[number % 4])
+    }));
+    let brick = store.write(&cells, PRICE).expect("room");
+    let brick = brick.brick().expect("a brick");
+    assert_eq!(store.cells(brick).as_slice(), [finer; 16].as_flattened());
+    // Answers and rays need nothing more.
+    let unfinished: Vec<u32> = store.unfinished(brick).iter().map(|&(_, n)| n).collect();
+    assert_eq!(unfinished, (0..64).step_by(4).collect::<Vec<u32>>());
 }

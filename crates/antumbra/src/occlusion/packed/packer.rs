@@ -193,7 +193,7 @@ impl Packer {
                 false => Leaf::RAY,
             };
         };
-        let surfaces = store.list(list).surfaces();
+        let surfaces = store.surfaces(list);
         let count = surfaces.len() as u32;
         self.is_odd |= !(1..=LONGEST).contains(&count);
         let Self { lists, entries, .. } = self;

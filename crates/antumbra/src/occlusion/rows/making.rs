@@ -120,7 +120,7 @@ impl LightRows {
             let number = row.keys[part.start].cell_number() >> (3 * (self.level - first_level));
             let cell = Cell::of_number(number, first_level);
             let bounds = self.lattice.inflated(cell);
-            let gathered = descent.casters.gather(scene.bvh, &bounds, true);
+            let gathered = descent.casters.gather(scene.bvh, &bounds);
             descent.cell(cell, part, &gathered, &mut pool);
         }
     }
