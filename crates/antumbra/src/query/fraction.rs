@@ -7,6 +7,7 @@
 
 mod ambient;
 pub(super) mod exact;
+mod whole;
 
 use crate::threads::prelude::*;
 use antumbra_geometry::{
@@ -14,6 +15,7 @@ use antumbra_geometry::{
 };
 
 use super::points::ReceiverSide;
+use whole::whole_side;
 use super::run::{Run, check_length};
 use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, QueryError, ShadowIndex,
@@ -105,8 +107,8 @@ impl ShadowIndex {
     /// Answers which samples of a light with size reach a start. `point` is the number of the receiver point, which
     /// chooses its samples: points with numbers of their own have samples of their own.
     ///
-    /// Needs no values, whatever the method, and changes none. Takes about as long as a shadow query for each
-    /// sample that is asked.
+    /// Takes at most about as long as a shadow query for each sample that is asked; less where something is known of the whole
+    /// light, as [`ShadowIndex::occluded_samples_of`] says.
     ///
     /// ```
     /// # use std::sync::Arc;
@@ -166,6 +168,13 @@ impl ShadowIndex {
         samples
             .occluded
             .resize(samples.targets.len().div_ceil(WORD), 0);
+        if let Some(side) = whole_side(side, start) {
+            let LightSamples {
+                targets, occluded, ..
+            } = samples;
+            self.occluded_samples(start, side, light, targets, occluded, counters);
+            return Ok(());
+        }
         self.occluded_targets(start, &samples.targets, &mut samples.occluded, counters)
     }
 
@@ -212,6 +221,9 @@ impl ShadowIndex {
         sampling: &LightSampling,
         fractions: &mut [f32],
     ) -> Result<BatchCounters, BatchError> {
+        if self.whole_lights().is_some_and(|whole| whole.view(light).is_some()) {
+            return self.lit_shares_of_whole(batch, side, light, sampling, fractions);
+        }
         let sampler = |_: usize, start: &Start| {
             let point = start.point;
             move |place| light.sample(point, place)
