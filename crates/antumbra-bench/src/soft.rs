@@ -30,7 +30,7 @@ use super::typed::Soft;
 const SAMPLES: usize = 64;
 
 /// Passes until what is known is as much as pays, at most.
-const MOST_PASSES: u32 = 24;
+const MOST_PASSES: u32 = 400;
 
 /// The reference tells of so many starts, evenly among all, whether the rays that all answers are compared with
 /// are right.
@@ -153,10 +153,7 @@ fn scene(
             per_start: SAMPLES,
         };
         let mut ways: Vec<(&str, Box<dyn LoadedBatch + '_>)> = vec![
-            (
-                "ours",
-                Box::new(LoadedSamples::new(&index, &batch, &light)),
-            ),
+            ("ours", Box::new(LoadedSamples::new(&index, &batch, &light))),
             (
                 "walk",
                 Box::new(LoadedTargets::new(&index, &batch, TargetWay::Together)),
@@ -175,7 +172,14 @@ fn scene(
         let is_chosen =
             |name: &str| typed.ways.is_empty() || typed.ways.iter().any(|way| way == name);
         ways.retain(|(name, _)| is_chosen(name));
-        let found = measured((&index, &light), &batch, &rays, ways, typed.rounds, stopwatch);
+        let found = measured(
+            (&index, &light),
+            &batch,
+            &rays,
+            ways,
+            typed.rounds,
+            stopwatch,
+        );
         let found = SceneReport {
             name: subject.name.clone(),
             degrees,
@@ -206,7 +210,7 @@ fn measured(
     let differences = |bits: &[bool]| bits.iter().zip(&expected).filter(|(a, b)| a != b).count();
     let mut different = differences(&first) as u64;
     let (mut passes, mut content) = (1, 0);
-    while passes < MOST_PASSES && content < 3 {
+    while passes < MOST_PASSES && content < 6 {
         let before = index.whole_light_bytes();
         ours.answer(0, &mut first);
         different = different.max(differences(&first) as u64);
@@ -283,7 +287,9 @@ fn light_of(light: &LightShape, seen_from: DVec3, degrees: f64) -> Option<AreaSh
     let middle = match *light {
         LightShape::Point(point) => point,
         LightShape::Direction(direction) => {
-            return SunDisc::new(direction, degrees).ok().map(AreaShape::SunDisc);
+            return SunDisc::new(direction, degrees)
+                .ok()
+                .map(AreaShape::SunDisc);
         }
     };
     let side = 2.0 * towards.length() * libm::tan(0.5 * degrees.to_radians());

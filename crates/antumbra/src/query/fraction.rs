@@ -15,7 +15,6 @@ use antumbra_geometry::{
 };
 
 use super::points::ReceiverSide;
-use whole::whole_side;
 use super::run::{Run, check_length};
 use crate::{
     Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, QueryError, ShadowIndex,
@@ -168,14 +167,11 @@ impl ShadowIndex {
         samples
             .occluded
             .resize(samples.targets.len().div_ceil(WORD), 0);
-        if let Some(side) = whole_side(side, start) {
-            let LightSamples {
-                targets, occluded, ..
-            } = samples;
-            self.occluded_samples(start, side, light, targets, occluded, counters);
-            return Ok(());
-        }
-        self.occluded_targets(start, &samples.targets, &mut samples.occluded, counters)
+        let LightSamples {
+            targets, occluded, ..
+        } = samples;
+        self.occluded_samples(start, side, light, targets, occluded, counters);
+        Ok(())
     }
 
     /// Visits all samples of a start with a number; `None` for those that are not asked.
@@ -221,7 +217,10 @@ impl ShadowIndex {
         sampling: &LightSampling,
         fractions: &mut [f32],
     ) -> Result<BatchCounters, BatchError> {
-        if self.whole_lights().is_some_and(|whole| whole.view(light).is_some()) {
+        if self
+            .whole_lights()
+            .is_some_and(|whole| whole.view(light).is_some())
+        {
             return self.lit_shares_of_whole(batch, side, light, sampling, fractions);
         }
         let sampler = |_: usize, start: &Start| {

@@ -6,7 +6,7 @@
 use antumbra_geometry::{Bounds, DVec3, LightShape, Start, SurfaceId};
 
 use super::hull::Flat;
-use super::making::{Candidate, Maker};
+use super::maker::{Candidate, Decided, Maker};
 use super::shaft::{Planes, Polygon, are_off_plane, passes_beside};
 use crate::accel::bvh::Leaf;
 use crate::occlusion::forms::START_ROOM;
@@ -19,14 +19,6 @@ const MOST_SHEET: usize = 96;
 
 /// Sheets that are tried.
 const MOST_TRIED: usize = 3;
-
-/// What is found out.
-pub(super) enum Decided {
-    Lit,
-    Dark,
-    Open,
-    Listed(Vec<Leaf>),
-}
 
 /// The starts of a triangle in a cell, and what lies between them and the light.
 struct Patch<'a> {
@@ -204,10 +196,9 @@ impl Patch<'_> {
         }
         // All of the triangle is on that side, exactly.
         is_sure
-            || self
-                .corners
-                .iter()
-                .all(|&corner| corners.contains(&corner) || self.maker.exact_side(triangle, corner) != -side)
+            || self.corners.iter().all(|&corner| {
+                corners.contains(&corner) || self.maker.exact_side(triangle, corner) != -side
+            })
     }
 
     /// Returns whether a sheet covers all starts for all of the light (README.md, *full*).
@@ -222,7 +213,11 @@ impl Patch<'_> {
         let mut sheet = Vec::new();
         for candidate in kept {
             let surface = candidate.surface;
-            let is_member = self.maker.sides.get(surface.0 as usize).is_some_and(|&side| side != 0)
+            let is_member = self
+                .maker
+                .sides
+                .get(surface.0 as usize)
+                .is_some_and(|&side| side != 0)
                 && occluders.is_opaque_everywhere(surface)
                 && !self.maker.mesh.is_repeated(surface);
             if !is_member || !occluders.blocks(surface, &segment) {

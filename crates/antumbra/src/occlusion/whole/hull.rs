@@ -97,9 +97,7 @@ impl LightHull {
             is_two_sided,
         };
         let (corners, edges, shines) = match shape {
-            AreaShape::Segment(light) => {
-                (light.ends().to_vec(), vec![[0, 1]], Shines::Everywhere)
-            }
+            AreaShape::Segment(light) => (light.ends().to_vec(), vec![[0, 1]], Shines::Everywhere),
             AreaShape::Triangle(light) => {
                 let corners = light.corners();
                 let shines = plane(light.is_two_sided(), corners[0], light.normal());
@@ -118,7 +116,8 @@ impl LightHull {
                 (corners, edges, shines)
             }
             AreaShape::Disk(light) => {
-                let around = around(light.normal()).map(|way| light.center() + light.radius() * way);
+                let around =
+                    around(light.normal()).map(|way| light.center() + light.radius() * way);
                 let shines = plane(light.is_two_sided(), light.center(), light.normal());
                 (around.to_vec(), ring(AROUND), shines)
             }
@@ -204,7 +203,9 @@ impl LightHull {
         let bound = triangle.bound(self.slack + margin);
         let (mut is_over, mut is_under) = (true, true);
         for number in 0..self.corners.len() {
-            let height = triangle.normal.dot(self.towards(number, triangle.corners[0]));
+            let height = triangle
+                .normal
+                .dot(self.towards(number, triangle.corners[0]));
             // Not for NaN.
             is_over &= height > bound;
             is_under &= height < -bound;
@@ -351,7 +352,10 @@ mod tests {
                         LightShape::Direction(way) => normal.dot(way),
                     };
                     count += 1;
-                    assert!(height <= hull.highest(normal) + 2.0 * hull.slack, "{shape:?}");
+                    assert!(
+                        height <= hull.highest(normal) + 2.0 * hull.slack,
+                        "{shape:?}"
+                    );
                 }
             }
         }

@@ -15,6 +15,9 @@ const OF_GAIN: f64 = 0.7;
 const KEY_NS: f64 = 8_000.0;
 const TABLE_NS: f64 = 150.0;
 
+/// Twenty times what it takes to look at a key that waits.
+const LOOK_NS: f64 = 200.0;
+
 /// Keys that wait.
 const MOST_WAITING: usize = 1 << 20;
 
@@ -71,6 +74,8 @@ pub(super) struct Ledger {
     walked_ns: f64,
     spared_ns: f64,
     spent_ns: f64,
+    /// What starts must have taken and spared before all that waits is looked at again.
+    next_look_ns: f64,
     /// Of a start that nothing is known of, of one that is known, and of making a key.
     start_ns: Option<f64>,
     known_ns: Option<f64>,
@@ -78,8 +83,8 @@ pub(super) struct Ledger {
 }
 
 impl Ledger {
-    /// Notes what some starts asked for and how long they took.
-    pub(super) fn note(&mut self, asked: &Asked, ns: u64) {
+    /// Notes what some starts asked for and how long they took. They stand for `weight` times as many.
+    pub(super) fn note(&mut self, asked: &Asked, ns: u64, weight: u32) {
         let (open, found) = (asked.missed + asked.nowhere, asked.found);
         let count = f64::from(open + found);
         if count == 0.0 {
@@ -93,14 +98,15 @@ impl Ledger {
         }
         let start_ns = self.start_ns.unwrap_or(each);
         let known_ns = self.known_ns.unwrap_or(0.5 * start_ns);
-        self.walked_ns += f64::from(open) * start_ns;
-        self.spared_ns += f64::from(found) * (start_ns - known_ns).max(0.0);
+        let weighted = f64::from(weight);
+        self.walked_ns += weighted * f64::from(open) * start_ns;
+        self.spared_ns += weighted * f64::from(found) * (start_ns - known_ns).max(0.0);
         if self.waiting.len() + asked.missing.len() > MOST_WAITING {
             self.waiting.clear();
         }
         for &(key, count) in asked.missing.iter().take(MOST_WAITING) {
             let waiting = self.waiting.entry(key).or_insert(0);
-            *waiting = waiting.saturating_add(count);
+            *waiting = waiting.saturating_add(count.saturating_mul(weight));
         }
     }
 
@@ -114,8 +120,13 @@ impl Ledger {
     }
 
     /// Returns the keys whose values pay, those first that were asked for most: what asking has cost already is as much as
-    /// making.
-    pub(super) fn worth_it(&self) -> Vec<Key> {
+    /// making. Looks at all that wait once starts took much longer than that look.
+    pub(super) fn worth_it(&mut self) -> Vec<Key> {
+        let so_far = self.walked_ns + self.spared_ns;
+        if so_far < self.next_look_ns {
+            return Vec::new();
+        }
+        self.next_look_ns = so_far + LOOK_NS * self.waiting.len() as f64;
         let start_ns = self.start_ns.unwrap_or(0.0);
         let key_ns = self.key_ns.unwrap_or(KEY_NS);
         let mut keys: Vec<(u32, Key)> = self
@@ -130,7 +141,8 @@ impl Ledger {
     }
 
     /// Notes that values of some keys were tried, or tables where there are none, and what that took.
-    pub(super) fn pay(&mut self, keys: &[Key], ns: f64) {
+    pub(super) fn pay(&mut self, keys: &[Key], ns: u64) {
+        let ns = ns as f64;
         self.spent_ns += ns;
         for key in keys {
             self.waiting.remove(key);

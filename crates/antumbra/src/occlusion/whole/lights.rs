@@ -14,10 +14,12 @@ use super::super::planes::{self, StartPlane};
 use super::super::room::{Room, Share};
 use super::hull::LightHull;
 use super::ledger::{Asked, Ledger};
-use super::making::{Maker, sides};
+use super::maker::Maker;
+use super::making::sides;
 use super::table::{Key, Table, Value};
+use crate::Refine;
 use crate::accel::frame::Frame;
-use crate::{Refine, threads};
+use crate::clock::Reading;
 
 /// Halvings of the scene's longest side to the cells.
 const WHOLE_LEVEL: u32 = 10;
@@ -56,13 +58,6 @@ pub(crate) enum Told<'a> {
     Open,
     /// All of the light is on the other side: nothing is asked about.
     Behind,
-}
-
-impl Told<'_> {
-    /// Returns whether a value alone answers.
-    pub(crate) fn is_known(&self) -> bool {
-        matches!(self, Self::Lit { .. } | Self::Dark | Self::Behind)
-    }
 }
 
 /// What starts on triangles are told by, and how triangles hang together.
@@ -191,9 +186,10 @@ impl WholeLights {
 impl WholeLight {
     fn new(shape: &AreaShape, all: &WholeLights) -> Self {
         let hull = LightHull::new(shape, &all.frame);
-        let share = hull
-            .as_ref()
-            .and_then(|hull| all.room.take(size_of::<Self>() as u64 + hull.memory_bytes()));
+        let share = hull.as_ref().and_then(|hull| {
+            all.room
+                .take(size_of::<Self>() as u64 + hull.memory_bytes())
+        });
         Self {
             shape: shape.clone(),
             // Nothing is known where there is no room for that much.
@@ -319,16 +315,15 @@ impl WholeView<'_> {
     /// Notes what some starts asked for and how long they took, and makes values where that pays.
     pub(crate) fn note(&self, scene: &Scene<'_>, asked: &Asked, ns: u64, is_refining: bool) {
         // Small calls are many: a part of them stands for all.
-        let mut ns = ns;
-        let count = asked.count();
-        if count < SMALL_CALL {
+        let mut weight = 1;
+        if asked.count() < SMALL_CALL {
             let number = self.light.calls.fetch_add(1, Ordering::Relaxed);
             if !number.is_multiple_of(LOOK) {
                 return;
             }
-            ns = ns.saturating_mul(1);
+            weight = LOOK;
         }
-        self.light.ledger().note(asked, ns);
+        self.light.ledger().note(asked, ns, weight);
         if is_refining {
             self.make_what_pays(scene);
         }
@@ -357,11 +352,6 @@ impl WholeView<'_> {
         self.all.refine == Refine::Asked
     }
 
-    /// Returns how many keys are known.
-    pub(crate) fn key_count(&self) -> usize {
-        self.table.as_ref().map_or(0, |table| table.key_count())
-    }
-
     fn make_what_pays(&self, scene: &Scene<'_>) {
         let Some(_making) = self.begin_making() else {
             return;
@@ -369,10 +359,9 @@ impl WholeView<'_> {
         let triangle_count = scene.occluders.triangle_count();
         if self.light.sides.get().is_none() {
             if self.light.ledger().are_tables_worth_it(triangle_count) {
-                let begin = std::time::Instant::now();
+                let begin = Reading::now();
                 self.has_tables(scene.occluders);
-                let ns = begin.elapsed().as_nanos() as f64 * threads::count() as f64;
-                self.light.ledger().pay(&[], ns);
+                self.light.ledger().pay(&[], begin.elapsed_ns());
             }
             return;
         }
@@ -418,9 +407,8 @@ impl WholeView<'_> {
             sides,
             mesh,
         };
-        // All threads work on it: the time on the wall, for each of them.
-        let begin = std::time::Instant::now();
-        let entries = maker.make(&keys);
+        let (entries, making_ns) = maker.make(&keys);
+        let begin = Reading::now();
         let held = all.room.hold(entries.bytes());
         let share = all.room.take(Table::bytes_for(table.as_deref(), &entries));
         if let (true, Some(share)) = (held.bytes() >= entries.bytes(), share) {
@@ -428,7 +416,7 @@ impl WholeView<'_> {
             self.light.table.store(Some(Arc::new(table)));
         }
         drop(held);
-        let ns = begin.elapsed().as_nanos() as f64 * threads::count() as f64;
+        let ns = making_ns + begin.elapsed_ns();
         self.light.ledger().pay(&keys, ns);
     }
 

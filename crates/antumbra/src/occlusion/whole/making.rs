@@ -5,17 +5,17 @@
 
 use std::ops::{ControlFlow, Range};
 
-use antumbra_geometry::{Bounds, DVec3, Mesh, Occluders, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Occluders, SurfaceId};
 use antumbra_task::check;
 
-use super::super::adaptive::Scene;
-use super::super::lattice::{Cell, Lattice};
-use super::deciding::Decided;
+use super::super::lattice::Cell;
 use super::hull::LightHull;
+use super::maker::{Candidate, Decided, Maker};
 use super::shaft::Planes;
 use super::table::{Entries, Key, Known, Value};
 use crate::accel::bvh::{Leaf, Region};
 use crate::accel::frame::Frame;
+use crate::clock::Reading;
 use crate::threads::prelude::*;
 
 /// The level of the cells that the tree is asked for, and halvings from one look at what may block to the next.
@@ -25,52 +25,36 @@ const STEP: u32 = 2;
 /// Nothing is known of cells of the last level but one that so many surfaces may block.
 const MOST_CANDIDATES: usize = 4096;
 
-/// A surface that may block.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub(super) surface: SurfaceId,
-    pub(super) leaf: Leaf,
-}
-
-/// What is worked with while values of a light are made.
-pub(super) struct Maker<'a> {
-    pub(super) scene: Scene<'a>,
-    pub(super) frame: &'a Frame,
-    pub(super) lattice: &'a Lattice,
-    pub(super) level: u32,
-    pub(super) hull: &'a LightHull,
-    /// Of each triangle the side that all of the light is on.
-    pub(super) sides: &'a [i8],
-    pub(super) mesh: &'a Mesh,
-}
-
 impl Maker<'_> {
-    /// Makes the values of some keys, sorted.
-    pub(super) fn make(&self, keys: &[Key]) -> Entries {
+    /// Makes the values of some keys, sorted, and returns the nanoseconds that all threads took.
+    pub(super) fn make(&self, keys: &[Key]) -> (Entries, u64) {
         debug_assert!(keys.is_sorted(), "cells lie together");
         let first_level = FIRST_LEVEL.min(self.level);
         let parts: Vec<Range<usize>> =
             parts(0..keys.len(), keys, 3 * (self.level - first_level)).collect();
         let task = antumbra_task::current();
-        let made: Vec<Entries> = parts
+        let made: Vec<(Entries, u64)> = parts
             .into_par_iter()
             .map(|part| {
                 task.enter(|| {
                     check();
+                    let begin = Reading::now();
                     let number = keys[part.start].cell_number() >> (3 * (self.level - first_level));
                     let cell = Cell::of_number(number, first_level);
                     let mut entries = Entries::default();
                     let candidates = self.gather(&self.in_frame(cell));
                     self.descend(cell, &keys[part], &candidates, &mut entries);
-                    entries
+                    (entries, begin.elapsed_ns())
                 })
             })
             .collect();
         let mut entries = Entries::default();
-        for made in made {
+        let mut all_ns = 0;
+        for (made, ns) in made {
             entries.add(made);
+            all_ns += ns;
         }
-        entries
+        (entries, all_ns)
     }
 
     /// Returns the inflated box of a cell in the frame's units.

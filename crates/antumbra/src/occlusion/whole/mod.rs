@@ -11,6 +11,7 @@ mod deciding;
 mod hull;
 mod ledger;
 mod lights;
+mod maker;
 mod making;
 mod shaft;
 mod table;

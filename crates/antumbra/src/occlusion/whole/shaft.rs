@@ -174,7 +174,11 @@ impl Planes {
                 .filter_map(unit)
                 .flat_map(|normal| [normal, -normal])
                 .map(|normal| {
-                    let from = if hull.is_afar { corners[0] } else { hull.corners[first] };
+                    let from = if hull.is_afar {
+                        corners[0]
+                    } else {
+                        hull.corners[first]
+                    };
                     (excess(normal, from, corners, hull), normal)
                 });
             if let Some((_, normal)) = best.min_by(|a, b| a.0.total_cmp(&b.0)) {
@@ -214,9 +218,8 @@ impl Planes {
     /// Returns whether the hull of some points surely lies above one of the planes.
     #[inline]
     pub(super) fn misses<const N: usize>(&self, points: &[DVec3; N]) -> bool {
-        self.all().any(|(normal, height)| {
-            points.iter().all(|point| normal.dot(*point) > height)
-        })
+        self.all()
+            .any(|(normal, height)| points.iter().all(|point| normal.dot(*point) > height))
     }
 }
 
@@ -248,11 +251,7 @@ fn is_tangent(normal: DVec3, from: DVec3, corners: &[DVec3; 8], hull: &LightHull
 
 /// Returns whether no line from some starts to a light meets the line through two points, because all pass on one side:
 /// the form is linear in start and in light, so corners decide.
-pub(super) fn passes_beside(
-    [a, b]: [DVec3; 2],
-    corners: &[DVec3],
-    hull: &LightHull,
-) -> bool {
+pub(super) fn passes_beside([a, b]: [DVec3; 2], corners: &[DVec3], hull: &LightHull) -> bool {
     let edge = b - a;
     let size = edge.abs().max_element();
     let (mut is_left, mut is_right) = (true, true);

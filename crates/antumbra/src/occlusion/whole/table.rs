@@ -216,11 +216,6 @@ impl Table {
         &lists[1..][..lists[0] as usize]
     }
 
-    /// Returns how many keys it knows.
-    pub(super) fn key_count(&self) -> usize {
-        self.count
-    }
-
     pub(super) fn bytes(&self) -> u64 {
         (size_of_val(self.slots.as_slice()) + size_of_val(self.lists.as_slice())) as u64
     }

@@ -7,11 +7,11 @@ use std::ops::Range;
 
 use antumbra_geometry::{AreaShape, LightShape, Start};
 
+use super::LightSampling;
 use crate::accel::bvh::{Block, Memory, TARGETS};
 use crate::clock::Reading;
 use crate::occlusion::{AskedOfWhole, Scene, Told, WHOLE_BLOCK, WholeSide, WholeView};
 use crate::query::beam::{AskedBlock, BadTargets, word_count};
-use super::LightSampling;
 use crate::query::points::ReceiverSide;
 use crate::query::run::{Run, check_length};
 use crate::threads::prelude::*;
@@ -22,6 +22,9 @@ use crate::{
 
 /// Points that a thread takes at a time.
 const CHUNK: usize = 1024;
+
+/// Points between two looks at whether values pay.
+const GROUP: usize = 64 * CHUNK;
 
 /// Samples are fine.
 const FINE: &str = "samples of a light are finite";
@@ -98,7 +101,9 @@ impl ShadowIndex {
         let mut asked = AskedOfWhole::default();
         let mut walker = Walker::new(stride);
         let mut answered = Ok(());
-        let blocks = starts.chunks(WHOLE_BLOCK).zip(occluded.chunks_mut(WHOLE_BLOCK * stride));
+        let blocks = starts
+            .chunks(WHOLE_BLOCK)
+            .zip(occluded.chunks_mut(WHOLE_BLOCK * stride));
         'all: for (number, (starts, words)) in blocks.enumerate() {
             antumbra_task::check();
             let told = view.tell(starts, WholeSide::All, &mut asked);
@@ -139,15 +144,17 @@ impl ShadowIndex {
     pub(super) fn occluded_samples(
         &self,
         start: &Start,
-        side: WholeSide,
+        side: ReceiverSide,
         light: &AreaShape,
         targets: &[LightShape],
         occluded: &mut [u64],
         counters: &mut Counters,
     ) {
         let mut walker = Walker::new(occluded.len());
-        let view = self.whole_lights().and_then(|whole| whole.view(light));
-        let (Some(view), Some(bvh)) = (view, self.bvh()) else {
+        let side = whole_side(side, start);
+        let view = self.whole_lights().filter(|_| side.is_some());
+        let view = view.and_then(|whole| whole.view(light));
+        let (Some(side), Some(view), Some(bvh)) = (side, view, self.bvh()) else {
             let answered = walker.walk(self, start, targets, None, occluded, counters);
             return answered.expect(FINE);
         };
@@ -191,33 +198,36 @@ impl ShadowIndex {
         let run = Run::new(self, batch, &[])?;
         check_length("fractions", batch.points.len(), fractions.len())?;
         let task = antumbra_task::current();
-        let counted: Vec<Result<(BatchCounters, AskedOfWhole, u64), BatchError>> = fractions
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .map_init(Chunk::default, |chunk, (number, fractions)| {
-                task.enter(|| {
-                    let first = number * CHUNK;
-                    let rows = first..first + fractions.len();
-                    chunk.take(|row| run.start(row), batch, side, rows)?;
-                    Ok(self.shares_of_chunk(chunk, light, sampling, first, fractions))
-                })
-            })
-            .collect();
         let mut sum = BatchCounters::default();
-        let mut all = AskedOfWhole::default();
-        let mut all_ns = 0;
-        // The first error is that of the first point at fault.
-        for counted in counted {
-            let (counted, asked, ns) = counted?;
-            sum.counters.add(&counted.counters);
-            sum.facing_away += counted.facing_away;
-            all.add(asked);
-            all_ns += ns;
-        }
-        let view = self.whole_lights().and_then(|whole| whole.view(light));
-        if let (Some(view), Some(bvh)) = (view, self.bvh()) {
-            let occluders = &*self.parts.near;
-            self.note_whole(&view, &Scene { occluders, bvh }, &all, all_ns);
+        // What the points of one group cost says what pays for the next.
+        for (group, fractions) in fractions.chunks_mut(GROUP).enumerate() {
+            let counted: Vec<Result<(BatchCounters, AskedOfWhole, u64), BatchError>> = fractions
+                .par_chunks_mut(CHUNK)
+                .enumerate()
+                .map_init(Chunk::default, |chunk, (number, fractions)| {
+                    task.enter(|| {
+                        let first = group * GROUP + number * CHUNK;
+                        let rows = first..first + fractions.len();
+                        chunk.take(|row| run.start(row), batch, side, rows)?;
+                        Ok(self.shares_of_chunk(chunk, light, sampling, first, fractions))
+                    })
+                })
+                .collect();
+            let mut all = AskedOfWhole::default();
+            let mut all_ns = 0;
+            // The first error is that of the first point at fault.
+            for counted in counted {
+                let (counted, asked, ns) = counted?;
+                sum.counters.add(&counted.counters);
+                sum.facing_away += counted.facing_away;
+                all.add(asked);
+                all_ns += ns;
+            }
+            let view = self.whole_lights().and_then(|whole| whole.view(light));
+            if let (Some(view), Some(bvh)) = (view, self.bvh()) {
+                let occluders = &*self.parts.near;
+                self.note_whole(&view, &Scene { occluders, bvh }, &all, all_ns);
+            }
         }
         Ok(sum)
     }
@@ -309,7 +319,7 @@ impl ShadowIndex {
     }
 
     /// Returns a light with the values of some starts made, where the index makes all that is asked for.
-    pub(super) fn with_what_is_asked<'a>(
+    fn with_what_is_asked<'a>(
         &'a self,
         view: WholeView<'a>,
         scene: &Scene<'_>,
@@ -329,13 +339,7 @@ impl ShadowIndex {
     }
 
     /// Notes what some starts took, and makes values where that pays.
-    pub(super) fn note_whole(
-        &self,
-        view: &WholeView<'_>,
-        scene: &Scene<'_>,
-        asked: &AskedOfWhole,
-        ns: u64,
-    ) {
+    fn note_whole(&self, view: &WholeView<'_>, scene: &Scene<'_>, asked: &AskedOfWhole, ns: u64) {
         let is_refining = self.knowledge().is_some_and(|values| values.is_refining());
         view.note(scene, asked, ns, is_refining && !view.is_eager());
     }
@@ -353,7 +357,7 @@ impl ShadowIndex {
 }
 
 /// Returns which part of a light a side of a receiver sees; `None` where a normal says so.
-pub(super) fn whole_side(side: ReceiverSide, start: &Start) -> Option<WholeSide> {
+fn whole_side(side: ReceiverSide, start: &Start) -> Option<WholeSide> {
     match side {
         ReceiverSide::Front => Some(WholeSide::Front),
         ReceiverSide::Back => Some(WholeSide::Back),
@@ -404,7 +408,7 @@ impl Chunk {
 }
 
 /// Marks as many bits.
-pub(super) fn fill(words: &mut [u64], count: usize) {
+fn fill(words: &mut [u64], count: usize) {
     words.fill(u64::MAX);
     if let (Some(last), rest @ 1..) = (words.last_mut(), count % TARGETS) {
         *last = u64::MAX >> (TARGETS - rest);
@@ -412,14 +416,14 @@ pub(super) fn fill(words: &mut [u64], count: usize) {
 }
 
 /// What walks with samples.
-pub(super) struct Walker {
+struct Walker {
     block: Block,
     memory: Memory,
 }
 
 impl Walker {
     /// Makes one for so many words a start.
-    pub(super) fn new(stride: usize) -> Self {
+    fn new(stride: usize) -> Self {
         Self {
             block: Block::NONE,
             memory: Memory::new(stride),
@@ -427,7 +431,7 @@ impl Walker {
     }
 
     /// Answers the samples of a start, by a list where there is one.
-    pub(super) fn walk(
+    fn walk(
         &mut self,
         index: &ShadowIndex,
         start: &Start,
