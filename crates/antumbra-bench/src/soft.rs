@@ -29,6 +29,9 @@ use super::typed::Soft;
 /// Samples a start.
 const SAMPLES: usize = 64;
 
+/// What an angle of 0 stands for.
+const LEAST_DEGREES: f64 = 1e-6;
+
 /// Passes until what is known is as much as pays, at most.
 const MOST_PASSES: u32 = 400;
 
@@ -131,7 +134,9 @@ fn scene(
         .transpose()?;
     let middle = gathered.occluders().bounds().center();
     for &degrees in &typed.degrees {
-        let Some(light) = light_of(&recorded.light_shape, middle, degrees) else {
+        // No light has no size.
+        let least = degrees.max(LEAST_DEGREES);
+        let Some(light) = light_of(&recorded.light_shape, middle, least) else {
             return Err(Failure::input(
                 format!("a light cannot span {degrees} degrees here"),
                 "give --degrees other numbers",

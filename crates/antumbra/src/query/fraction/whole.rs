@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use antumbra_geometry::{AreaShape, LightShape, Start};
+use antumbra_geometry::{AreaShape, DVec3, LightShape, Start};
 
 use super::LightSampling;
 use crate::accel::bvh::{Block, Memory, TARGETS};
@@ -70,8 +70,8 @@ impl ShadowIndex {
     /// As [`ShadowIndex::occluded_targets_of`].
     ///
     /// # Panics
-    /// As [`ShadowIndex::occluded_targets_of`]. Targets that are no samples of the light ([`AreaShape::sample`]) have the
-    /// answer of some that are.
+    /// As [`ShadowIndex::occluded_targets_of`]. Targets that are no samples of the light ([`AreaShape::sample`]) may have the
+    /// answer of some that are; zero directions, in the place of samples that are not asked about, are never occluded.
     pub fn occluded_samples_of(
         &self,
         starts: &[Start],
@@ -116,9 +116,9 @@ impl ShadowIndex {
                         continue;
                     }
                     Told::Dark => {
-                        fill(words, per_start);
+                        let hidden = fill(words, targets);
                         counters.shadow.first_pass += per_start as u64;
-                        counters.shadow.shadowed += per_start as u64;
+                        counters.shadow.shadowed += hidden;
                         continue;
                     }
                     Told::Listed(leaves) => Some(leaves),
@@ -170,9 +170,8 @@ impl ShadowIndex {
                 None
             }
             Told::Dark => {
-                fill(occluded, targets.len());
                 counters.shadow.first_pass += targets.len() as u64;
-                counters.shadow.shadowed += targets.len() as u64;
+                counters.shadow.shadowed += fill(occluded, targets);
                 None
             }
             Told::Behind if targets.is_empty() => None,
@@ -407,12 +406,18 @@ impl Chunk {
     }
 }
 
-/// Marks as many bits.
-fn fill(words: &mut [u64], count: usize) {
-    words.fill(u64::MAX);
-    if let (Some(last), rest @ 1..) = (words.last_mut(), count % TARGETS) {
-        *last = u64::MAX >> (TARGETS - rest);
+/// Marks all targets and returns how many these are. Zero directions are nowhere: nothing hides them.
+fn fill(words: &mut [u64], targets: &[LightShape]) -> u64 {
+    let nowhere = LightShape::Direction(DVec3::ZERO);
+    let mut hidden = 0;
+    for (targets, word) in targets.chunks(TARGETS).zip(words) {
+        *word = 0;
+        for (bit, target) in targets.iter().enumerate() {
+            *word |= u64::from(*target != nowhere) << bit;
+        }
+        hidden += u64::from(word.count_ones());
     }
+    hidden
 }
 
 /// What walks with samples.
