@@ -29,6 +29,9 @@ use super::typed::Soft;
 /// Samples a start.
 const SAMPLES: usize = 64;
 
+/// Passes in a row without anything new, after which nothing more is waited for: a key waits for some before it pays.
+const CONTENT: u32 = 40;
+
 /// What an angle of 0 stands for.
 const LEAST_DEGREES: f64 = 1e-6;
 
@@ -215,7 +218,7 @@ fn measured(
     let differences = |bits: &[bool]| bits.iter().zip(&expected).filter(|(a, b)| a != b).count();
     let mut different = differences(&first) as u64;
     let (mut passes, mut content) = (1, 0);
-    while passes < MOST_PASSES && content < 6 {
+    while passes < MOST_PASSES && content < CONTENT {
         let before = index.whole_light_bytes();
         ours.answer(0, &mut first);
         different = different.max(differences(&first) as u64);
