@@ -280,7 +280,7 @@ impl Patch<'_> {
             return true;
         }
         let room = DVec3::splat(8.0 * slack);
-        let bounds = Bounds::of_points(flat.corners.into_iter()).inflated(room);
+        let bounds = Bounds::of_points(flat.corners).inflated(room);
         if !bounds.overlaps(&self.polygon.bounds()) {
             return true;
         }

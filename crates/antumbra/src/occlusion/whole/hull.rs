@@ -289,6 +289,9 @@ fn around(axis: DVec3) -> [DVec3; AROUND] {
 }
 
 #[cfg(test)]
+pub(super) use tests::light as any_light;
+
+#[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
@@ -362,5 +365,3 @@ mod tests {
         assert!(count > 30_000, "{count}");
     }
 }
-#[cfg(test)]
-pub(super) use tests::light as any_light;

@@ -117,7 +117,7 @@ fn what_is_known_of_a_whole_light_holds() {
         let occluders = scene(random);
         let bounds = occluders.bounds();
         let frame = Frame::new(bounds);
-        if !(bounds.size().max_element() > 0.0) {
+        if bounds.size().max_element() <= 0.0 {
             continue;
         }
         let level = 3 + random.below(6) as u32;
@@ -263,8 +263,7 @@ fn what_is_known_of_a_whole_light_holds() {
                                 listed += 1;
                                 assert!(
                                     leaves.iter().any(|&leaf| bvh.leaf_holds(leaf, surface)),
-                                    "list: {surface:?} {}",
-                                    format!("round {round} {shape:?} {start:?}")
+                                    "list: {surface:?} round {round} {shape:?} {start:?}"
                                 );
                             }
                         }
