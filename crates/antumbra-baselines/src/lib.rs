@@ -17,4 +17,4 @@ mod targets;
 pub use method::{Batch, LoadedBatch, ShadowMethod, TargetBatch};
 pub use own::{CountedBatch, IndexMethod};
 pub use rival::{Rival, RivalError, RivalKind, RivalOptions, Work};
-pub use targets::{LoadedTargets, TargetWay};
+pub use targets::{LoadedSamples, LoadedTargets, TargetWay};

@@ -1,7 +1,9 @@
 //! antumbra on starts with many targets: by its walk of many targets, or by a ray a target.
 
-use antumbra::{Counters, ShadowIndex, Targets};
-use antumbra_geometry::LightShape;
+use std::sync::{Mutex, PoisonError};
+
+use antumbra::{Counters, ShadowCounters, ShadowIndex, Targets};
+use antumbra_geometry::{AreaShape, LightShape};
 
 use crate::{LoadedBatch, TargetBatch};
 
@@ -70,13 +72,69 @@ impl LoadedBatch for LoadedTargets<'_> {
                 }
             }
         }
-        let starts = is_shadowed.chunks_mut(per_start).zip(words.chunks(stride));
-        for (is_shadowed, words) in starts {
-            for (is_shadowed, word) in is_shadowed.chunks_mut(64).zip(words) {
-                for (bit, is_shadowed) in is_shadowed.iter_mut().enumerate() {
-                    *is_shadowed = word >> bit & 1 != 0;
-                }
+        write_bits(&words, per_start, is_shadowed);
+    }
+}
+
+/// Writes the bits of starts one by one.
+fn write_bits(words: &[u64], per_start: usize, is_shadowed: &mut [bool]) {
+    let stride = per_start.div_ceil(64);
+    let starts = is_shadowed.chunks_mut(per_start).zip(words.chunks(stride));
+    for (is_shadowed, words) in starts {
+        for (is_shadowed, word) in is_shadowed.chunks_mut(64).zip(words) {
+            for (bit, is_shadowed) in is_shadowed.iter_mut().enumerate() {
+                *is_shadowed = word >> bit & 1 != 0;
             }
         }
+    }
+}
+
+/// A batch of starts with samples of one light with size, for an index that may know something of it.
+#[derive(Debug)]
+pub struct LoadedSamples<'a> {
+    index: &'a ShadowIndex,
+    batch: &'a TargetBatch,
+    light: &'a AreaShape,
+    counters: Mutex<ShadowCounters>,
+}
+
+impl<'a> LoadedSamples<'a> {
+    /// Takes a batch, all targets of which are samples of the light, as it is.
+    pub fn new(index: &'a ShadowIndex, batch: &'a TargetBatch, light: &'a AreaShape) -> Self {
+        Self {
+            index,
+            batch,
+            light,
+            counters: Mutex::default(),
+        }
+    }
+
+    /// Returns how all samples were decided that were answered so far, and forgets it.
+    pub fn take_decisions(&self) -> ShadowCounters {
+        std::mem::take(&mut *self.counters.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl LoadedBatch for LoadedSamples<'_> {
+    fn answer(&self, first: usize, is_shadowed: &mut [bool]) {
+        let per_start = self.batch.per_start;
+        assert!(
+            first.is_multiple_of(per_start) && is_shadowed.len().is_multiple_of(per_start),
+            "starts are whole"
+        );
+        let (first, count) = (first / per_start, is_shadowed.len() / per_start);
+        let starts = &self.batch.starts[first..first + count];
+        let samples = Targets::Each {
+            targets: &self.batch.targets[first * per_start..][..count * per_start],
+            per_start,
+        };
+        let counters = &mut Counters::default();
+        let mut words = vec![0; per_start.div_ceil(64) * count];
+        self.index
+            .occluded_samples_of(starts, self.light, samples, &mut words, counters)
+            .expect(VALID);
+        write_bits(&words, per_start, is_shadowed);
+        let sum = &mut self.counters.lock().unwrap_or_else(PoisonError::into_inner);
+        sum.add(&counters.shadow);
     }
 }

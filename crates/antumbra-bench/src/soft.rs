@@ -1,16 +1,17 @@
 //! `antumbra-bench soft`: shadow rays to 64 samples of a light with a size.
 //!
 //! The starts are those of one frame. The light is a square around the scene's point light that faces the scene's
-//! middle, or as many directions around that of light from afar; it spans some angle seen from there. Samples are
+//! middle, or a sun disc around the direction of light from afar; it spans some angle seen from there. Samples are
 //! jittered cells of 8 by 8, others for each start, in an order in which 16 in a row lie in one quarter of the
-//! light, as packets like it. Starts are asked in the frame's order.
+//! light, as packets like it. Starts are asked in the frame's order. They are asked until nothing more is found out about
+//! the whole light, then timed.
 
 use std::path::Path;
 
 use antumbra::{IndexOptions, Method};
 use antumbra_baselines::embree::{Embree, EmbreeWay};
-use antumbra_baselines::{LoadedBatch, LoadedTargets, TargetBatch, TargetWay};
-use antumbra_geometry::{DVec3, LightShape};
+use antumbra_baselines::{LoadedBatch, LoadedSamples, LoadedTargets, TargetBatch, TargetWay};
+use antumbra_geometry::{AreaShape, DVec3, LightShape, RectangleLight, SunDisc};
 use antumbra_render::sampler::uniform;
 use antumbra_scene::gather::light_shapes;
 use serde::Serialize;
@@ -28,6 +29,15 @@ use super::typed::Soft;
 /// Samples a start.
 const SAMPLES: usize = 64;
 
+/// Passes in a row without anything new, after which nothing more is waited for: a key waits for some before it pays.
+const CONTENT: u32 = 40;
+
+/// What an angle of 0 stands for.
+const LEAST_DEGREES: f64 = 1e-6;
+
+/// Passes until what is known is as much as pays, at most.
+const MOST_PASSES: u32 = 400;
+
 /// The reference tells of so many starts, evenly among all, whether the rays that all answers are compared with
 /// are right.
 const CHECKED_STARTS: usize = 24;
@@ -41,18 +51,24 @@ struct SceneReport {
     /// Starts all of whose samples have one answer.
     uniform_share: f64,
     occluded_share: f64,
-    /// By the walk of many targets: nothing is known before, so warm and cold are one.
+    /// After as many passes as it took to know what pays.
     ours_ns: f64,
-    /// The first pass of all.
+    /// The first pass of all, with nothing known.
     cold_ns: f64,
+    /// Passes before `ours_ns`, and the bytes that were known then.
+    warm_passes: u32,
+    known_bytes: u64,
+    /// By the walk of many targets, which knows nothing.
+    walk_ns: Option<f64>,
     /// By a ray of ours a sample.
     rays_ns: Option<f64>,
     embree_ns: Option<f64>,
     embree8_ns: Option<f64>,
     embree16_ns: Option<f64>,
     embree_best_ns: Option<f64>,
-    /// Points answered by a value for the whole light; walks use none.
+    /// Points answered by a value for the whole light alone, and by a list of what may block.
     by_value_share: f64,
+    by_list_share: f64,
     /// Bits of ours that are not those of single rays, or not the reference's where it was asked.
     mismatches: u64,
     /// Bits of Embree's fastest way that are others.
@@ -110,20 +126,34 @@ fn scene(
     let recorder = &subject.recorder;
     let recorded = record::frame(recorder, &subject.view(0, 1)?, 0, Aim::Middle).batch;
     let options = IndexOptions {
-        method: Method::Bvh,
+        method: Method::Auto,
         ..IndexOptions::default()
     };
     let gathered = recorder.gathered();
-    let index = options.build(gathered.occluders(), light_shapes(&recorder.scene().lights))?;
+    let mut index = options.build(gathered.occluders(), light_shapes(&recorder.scene().lights))?;
     let geometry = subject.geometry();
     let rival = embree
         .map(|embree| subject::rival(embree, &geometry, stopwatch))
         .transpose()?;
     let middle = gathered.occluders().bounds().center();
     for &degrees in &typed.degrees {
-        let light = Square::new(&recorded.light_shape, middle, degrees);
-        let targets = (0..recorded.starts.len() as u64)
-            .flat_map(|start| light.samples(typed.subjects.seed, start));
+        // No light has no size.
+        let least = degrees.max(LEAST_DEGREES);
+        let Some(light) = light_of(&recorded.light_shape, middle, least) else {
+            return Err(Failure::input(
+                format!("a light cannot span {degrees} degrees here"),
+                "give --degrees other numbers",
+            ));
+        };
+        // Each angle finds an index that knows nothing.
+        index.forget_values();
+        let targets = recorded
+            .starts
+            .iter()
+            .enumerate()
+            .flat_map(|(number, start)| {
+                samples(&light, start.point, typed.subjects.seed, number as u64)
+            });
         let batch = TargetBatch {
             starts: recorded.starts.clone(),
             normals: recorded.normals.clone(),
@@ -131,8 +161,9 @@ fn scene(
             per_start: SAMPLES,
         };
         let mut ways: Vec<(&str, Box<dyn LoadedBatch + '_>)> = vec![
+            ("ours", Box::new(LoadedSamples::new(&index, &batch, &light))),
             (
-                "ours",
+                "walk",
                 Box::new(LoadedTargets::new(&index, &batch, TargetWay::Together)),
             ),
             (
@@ -149,7 +180,14 @@ fn scene(
         let is_chosen =
             |name: &str| typed.ways.is_empty() || typed.ways.iter().any(|way| way == name);
         ways.retain(|(name, _)| is_chosen(name));
-        let found = measured(&index, &batch, &rays, ways, typed.rounds, stopwatch);
+        let found = measured(
+            (&index, &light),
+            &batch,
+            &rays,
+            ways,
+            typed.rounds,
+            stopwatch,
+        );
         let found = SceneReport {
             name: subject.name.clone(),
             degrees,
@@ -163,7 +201,7 @@ fn scene(
 
 /// Times all ways and compares their answers with those of single rays.
 fn measured(
-    index: &antumbra::ShadowIndex,
+    (index, light): (&antumbra::ShadowIndex, &AreaShape),
     batch: &TargetBatch,
     rays: &LoadedTargets,
     ways: Vec<(&str, Box<dyn LoadedBatch + '_>)>,
@@ -173,11 +211,26 @@ fn measured(
     let count = batch.targets.len();
     let (names, loaded): (Vec<_>, Vec<_>) = ways.into_iter().unzip();
     let mut expected = vec![false; count];
-    let together = LoadedTargets::new(index, batch, TargetWay::Together);
-    let (_, cold) = stopwatch.time(|| together.answer(0, &mut expected));
-    let first = expected.clone();
+    let ours = LoadedSamples::new(index, batch, light);
+    let mut first = vec![false; count];
     rays.answer(0, &mut expected);
-    let different = first.iter().zip(&expected).filter(|(a, b)| a != b).count() as u64;
+    let (_, cold) = stopwatch.time(|| ours.answer(0, &mut first));
+    let differences = |bits: &[bool]| bits.iter().zip(&expected).filter(|(a, b)| a != b).count();
+    let mut different = differences(&first) as u64;
+    let (mut passes, mut content) = (1, 0);
+    while passes < MOST_PASSES && content < CONTENT {
+        let before = index.whole_light_bytes();
+        ours.answer(0, &mut first);
+        different = different.max(differences(&first) as u64);
+        passes += 1;
+        let is_content = before > 0 && index.whole_light_bytes() == before;
+        content = if is_content { content + 1 } else { 0 };
+    }
+    ours.take_decisions();
+    ours.answer(0, &mut first);
+    different = different.max(differences(&first) as u64);
+    let decided = ours.take_decisions();
+    let known_bytes = index.whole_light_bytes();
     let all = measure::interleave(&loaded, &expected, rounds, stopwatch);
     let of = |name: &str| {
         let number = names.iter().position(|&other| other == name)?;
@@ -196,12 +249,16 @@ fn measured(
         occluded_share: share(expected.iter().filter(|&&bit| bit).count(), count),
         ours_ns: median("ours").unwrap_or(f64::NAN),
         cold_ns: cold.as_secs_f64() * 1e9 / count.max(1) as f64,
+        warm_passes: passes,
+        known_bytes,
+        walk_ns: median("walk"),
         rays_ns: median("rays"),
         embree_ns: median("embree"),
         embree8_ns: median("embree8"),
         embree16_ns: median("embree16"),
         embree_best_ns: best.map(Measured::median_ns),
-        by_value_share: 0.0,
+        by_value_share: decided.first_pass as f64 / count.max(1) as f64,
+        by_list_share: decided.blocker_list as f64 / count.max(1) as f64,
         mismatches: of("ours").map_or(0, |ours| ours.differences).max(different)
             + wrong_by_reference(index, batch, &expected),
         embree_differences: best.map_or(0, |best| best.differences),
@@ -232,55 +289,50 @@ fn wrong_by_reference(
     wrong
 }
 
-/// A light of samples.
-struct Square {
-    middle: DVec3,
-    /// Half of its sides.
-    across: [DVec3; 2],
-    is_afar: bool,
+/// Returns the light that spans an angle seen from a point: a square that faces it, or a sun disc.
+fn light_of(light: &LightShape, seen_from: DVec3, degrees: f64) -> Option<AreaShape> {
+    let towards = light.towards(seen_from);
+    let middle = match *light {
+        LightShape::Point(point) => point,
+        LightShape::Direction(direction) => {
+            return SunDisc::new(direction, degrees)
+                .ok()
+                .map(AreaShape::SunDisc);
+        }
+    };
+    let side = 2.0 * towards.length() * libm::tan(0.5 * degrees.to_radians());
+    let axis = if towards.x.abs() < 0.7 * towards.length() {
+        DVec3::X
+    } else {
+        DVec3::Y
+    };
+    let u = towards.cross(axis).normalize_or_zero();
+    let v = towards.cross(u).normalize_or_zero();
+    let square = RectangleLight::new(middle, [side * u, side * v], true);
+    square.ok().map(AreaShape::Rectangle)
 }
 
-impl Square {
-    /// Makes the square that spans an angle seen from a point.
-    fn new(light: &LightShape, seen_from: DVec3, degrees: f64) -> Self {
-        let (middle, is_afar) = match *light {
-            LightShape::Point(point) => (point, false),
-            LightShape::Direction(direction) => (direction, true),
-        };
-        let towards = light.towards(seen_from);
-        let half = towards.length() * libm::tan(0.5 * degrees.to_radians());
-        let axis = if towards.x.abs() < 0.7 * towards.length() {
-            DVec3::X
-        } else {
-            DVec3::Y
-        };
-        let u = towards.cross(axis).normalize_or_zero();
-        let v = towards.cross(u).normalize_or_zero();
-        Self {
-            middle,
-            across: [half * u, half * v],
-            is_afar,
-        }
-    }
-
-    /// Returns a start's samples.
-    fn samples(&self, seed: u64, start: u64) -> impl Iterator<Item = LightShape> {
-        (0..SAMPLES as u64).map(move |sample| {
-            let place = [0, 1].map(|axis: u64| {
-                // Every other bit of the sample's number is one of the cell's along the axis.
-                let cell = (0..3).fold(0, |cell, bit| {
-                    cell | (sample >> (2 * bit + axis) & 1) << bit
-                });
-                (cell as f64 + uniform(&[seed, start, sample, axis])) / 4.0 - 1.0
+/// Returns a start's samples: jittered cells of 8 by 8.
+fn samples(
+    light: &AreaShape,
+    receiver: DVec3,
+    seed: u64,
+    start: u64,
+) -> impl Iterator<Item = LightShape> {
+    (0..SAMPLES as u64).map(move |sample| {
+        let place = [0, 1].map(|axis: u64| {
+            // Every other bit of the sample's number is one of the cell's along the axis.
+            let cell = (0..3).fold(0, |cell, bit| {
+                cell | (sample >> (2 * bit + axis) & 1) << bit
             });
-            let at = self.middle + place[0] * self.across[0] + place[1] * self.across[1];
-            if self.is_afar {
-                LightShape::Direction(at)
-            } else {
-                LightShape::Point(at)
-            }
-        })
-    }
+            (cell as f64 + uniform(&[seed, start, sample, axis])) / 8.0
+        });
+        // A start in the plane of the light sees none of it: all are asked about nothing.
+        let nowhere = LightShape::Direction(DVec3::ZERO);
+        light
+            .sample(receiver, place)
+            .map_or(nowhere, |sample| sample.target)
+    })
 }
 
 impl SceneReport {
@@ -291,13 +343,19 @@ impl SceneReport {
             None => "  none".to_owned(),
         };
         format!(
-            "{:<16} {:>4} deg, {:3.0} % of {} starts uniform: ours {:6.1} ns a ray, single rays {}, Embree 1 {}, \
-             best {}, mismatches {}",
+            "{:<16} {:>4} deg, {:3.0} % of {} starts uniform, {:3.0} % by value, {:3.0} % by list: ours {:6.1} ns a ray \
+             (cold {:6.1}, {} passes, {:.1} MB), walk {}, single rays {}, Embree 1 {}, best {}, mismatches {}",
             self.name,
             self.degrees,
             100.0 * self.uniform_share,
             self.starts,
+            100.0 * self.by_value_share,
+            100.0 * self.by_list_share,
             self.ours_ns,
+            self.cold_ns,
+            self.warm_passes,
+            self.known_bytes as f64 / 1e6,
+            by(self.walk_ns),
             by(self.rays_ns),
             by(self.embree_ns),
             by(self.embree_best_ns),
@@ -316,7 +374,8 @@ fn means(scenes: &[SceneReport]) -> String {
         )
     };
     format!(
-        "geometric means over ours: single rays {:.2}, Embree 1 {:.2}, Embree's fastest {:.2}",
+        "geometric means over ours: the walk {:.2}, single rays {:.2}, Embree 1 {:.2}, Embree's fastest {:.2}",
+        mean(&|scene| scene.walk_ns),
         mean(&|scene| scene.rays_ns),
         mean(&|scene| scene.embree_ns),
         mean(&|scene| scene.embree_best_ns),
@@ -330,10 +389,10 @@ mod tests {
     #[test]
     fn sixteen_samples_in_a_row_lie_in_a_quarter() {
         let light = LightShape::Point(DVec3::new(0.0, 0.0, 10.0));
-        let square = Square::new(&light, DVec3::ZERO, 6.0);
+        let square = light_of(&light, DVec3::ZERO, 6.0).expect("a light");
         let reach = 10.0 * libm::tan(3.0_f64.to_radians());
-        let samples: Vec<DVec3> = square
-            .samples(1, 7)
+        let of_start = |start| samples(&square, DVec3::ZERO, 1, start);
+        let samples: Vec<DVec3> = of_start(7)
             .map(|sample| sample.homogeneous().0 - DVec3::new(0.0, 0.0, 10.0))
             .collect();
         assert_eq!(samples.len(), SAMPLES);
@@ -350,9 +409,8 @@ mod tests {
         }
         assert_ne!(
             samples,
-            square
-                .samples(1, 8)
-                .map(|s| s.homogeneous().0)
+            of_start(8)
+                .map(|s| s.homogeneous().0 - DVec3::new(0.0, 0.0, 10.0))
                 .collect::<Vec<_>>()
         );
     }

@@ -250,7 +250,7 @@ pub(crate) struct Soft {
     )]
     pub(crate) degrees: Vec<f64>,
 
-    /// Way to time; repeatable: ours, rays, embree, embree8, embree16 [default: all]
+    /// Way to time; repeatable: ours, walk, rays, embree, embree8, embree16 [default: all]
     #[arg(help_heading = "Method", long = "way", value_name = "WAY", value_parser = WAYS)]
     pub(crate) ways: Vec<String>,
 
@@ -335,7 +335,7 @@ pub(crate) struct Watertight {
 }
 
 /// Who can be timed.
-pub(super) const WAYS: [&str; 5] = ["ours", "rays", "embree", "embree8", "embree16"];
+pub(super) const WAYS: [&str; 6] = ["ours", "walk", "rays", "embree", "embree8", "embree16"];
 
 #[derive(Args, Debug)]
 pub(crate) struct Kept {

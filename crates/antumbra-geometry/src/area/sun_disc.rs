@@ -75,7 +75,7 @@ impl SunDisc {
     }
 
     /// Returns the tangent of the half-angle.
-    pub(crate) fn tangent(&self) -> f64 {
+    pub fn tangent(&self) -> f64 {
         libm::tan(self.diameter_degrees * (PI / 360.0))
     }
 

@@ -235,6 +235,7 @@ impl Builder {
             adaptive,
             saved_lights,
             all_lights: std::sync::OnceLock::new(),
+            whole_lights: std::sync::OnceLock::new(),
             quick_check: verdict,
             has_file,
             memory_limit: self.memory_limit,

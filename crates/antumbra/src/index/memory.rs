@@ -46,6 +46,7 @@ impl ShadowIndex {
     /// them, as if the index were new.
     pub fn forget_values(&mut self) {
         self.all_lights = std::sync::OnceLock::new();
+        self.whole_lights = std::sync::OnceLock::new();
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }

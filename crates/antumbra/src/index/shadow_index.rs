@@ -10,7 +10,7 @@ use crate::accel::parts::Parts;
 use crate::file::SavedLight;
 use crate::limits::LARGEST;
 use crate::method::{self, ByVoxel, Rays};
-use crate::occlusion::{AdaptiveValues, AllLights, DenseValues};
+use crate::occlusion::{AdaptiveValues, AllLights, DenseValues, WholeLights};
 use crate::{Answer, Counters, Decided, Method, QueryError, QuickCheckVerdict, RayMethod, Shadow};
 
 /// The index's own rays to one light.
@@ -80,6 +80,8 @@ pub struct ShadowIndex {
     pub(super) saved_lights: Vec<SavedLight>,
     /// What answers all lights of a point at once, once it was asked.
     pub(super) all_lights: OnceLock<Box<AllLights>>,
+    /// What is known of lights with size, once one was asked about.
+    pub(super) whole_lights: OnceLock<Box<WholeLights>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
     /// Whether there was a file of values.
     pub(super) has_file: bool,
@@ -113,6 +115,23 @@ impl ShadowIndex {
             let all = AllLights::new(&self.parts.near, &self.lights, knowledge);
             Box::new(all)
         })
+    }
+
+    /// Returns what is known of lights with size; `None` for methods that know nothing.
+    pub(crate) fn whole_lights(&self) -> Option<&WholeLights> {
+        // Far surfaces are asked after the near ones, which alone have values.
+        let has_values = self.parts.is_whole() && self.tree.is_some();
+        let knowledge = self.adaptive.as_ref().filter(|_| has_values)?;
+        let made = self.whole_lights.get_or_init(|| {
+            let made = WholeLights::new(&self.parts.near, knowledge);
+            Box::new(made)
+        });
+        Some(made)
+    }
+
+    /// Returns what is known of lights with size, if one was asked about before.
+    pub(crate) fn asked_whole_lights(&self) -> Option<&WholeLights> {
+        self.whole_lights.get().map(|whole| &**whole)
     }
 
     /// Returns what answers all lights at once, if that was asked before.

@@ -44,6 +44,7 @@ mod vectors;
 mod views;
 mod volume;
 mod when;
+mod whole;
 
 pub(crate) use adaptive::{
     AdaptiveValues, KeptValues, Knowledge, Known, Lists, Making, PackedLight, Scene,
@@ -64,3 +65,4 @@ pub(crate) use stream::Misfit;
 pub(crate) use value::Occlusion;
 pub(crate) use volume::{Cells, LIT, MIXED, SHADOWED};
 pub use when::Refine;
+pub(crate) use whole::{AskedOfWhole, Told, WHOLE_BLOCK, WholeLights, WholeSide, WholeView};

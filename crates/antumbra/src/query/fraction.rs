@@ -7,6 +7,7 @@
 
 mod ambient;
 pub(super) mod exact;
+mod whole;
 
 use crate::threads::prelude::*;
 use antumbra_geometry::{
@@ -105,8 +106,8 @@ impl ShadowIndex {
     /// Answers which samples of a light with size reach a start. `point` is the number of the receiver point, which
     /// chooses its samples: points with numbers of their own have samples of their own.
     ///
-    /// Needs no values, whatever the method, and changes none. Takes about as long as a shadow query for each
-    /// sample that is asked.
+    /// Takes at most about as long as a shadow query for each sample that is asked; less where something is known of the whole
+    /// light, as [`ShadowIndex::occluded_samples_of`] says.
     ///
     /// ```
     /// # use std::sync::Arc;
@@ -166,7 +167,11 @@ impl ShadowIndex {
         samples
             .occluded
             .resize(samples.targets.len().div_ceil(WORD), 0);
-        self.occluded_targets(start, &samples.targets, &mut samples.occluded, counters)
+        let LightSamples {
+            targets, occluded, ..
+        } = samples;
+        self.occluded_samples(start, side, light, targets, occluded, counters);
+        Ok(())
     }
 
     /// Visits all samples of a start with a number; `None` for those that are not asked.
@@ -212,6 +217,12 @@ impl ShadowIndex {
         sampling: &LightSampling,
         fractions: &mut [f32],
     ) -> Result<BatchCounters, BatchError> {
+        if self
+            .whole_lights()
+            .is_some_and(|whole| whole.view(light).is_some())
+        {
+            return self.lit_shares_of_whole(batch, side, light, sampling, fractions);
+        }
         let sampler = |_: usize, start: &Start| {
             let point = start.point;
             move |place| light.sample(point, place)

@@ -62,6 +62,50 @@ impl Region {
             max: [f32::INFINITY; 3],
         }
     }
+
+    /// Makes the region below up to twelve planes in the frame's units: outward normals with largest component 1, and
+    /// heights of what lies on them. Those that no point of the frame is above are left out.
+    pub(crate) fn of_heights(planes: impl IntoIterator<Item = (DVec3, f64)>) -> Self {
+        let mut fours = [[[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]]; 3];
+        let mut plane_count = 0;
+        let planes = planes.into_iter().filter(|&(_, height)| height.abs() < 9.0);
+        for ((n, height), number) in planes.zip(0..12) {
+            let plane = [n.x as f32, n.y as f32, n.z as f32, -height as f32];
+            for (row, value) in plane.into_iter().enumerate() {
+                fours[number / 4][row][number % 4] = value;
+            }
+            plane_count = number + 1;
+        }
+        Self {
+            fours,
+            plane_count,
+            min: [f32::NEG_INFINITY; 3],
+            max: [f32::INFINITY; 3],
+        }
+    }
+}
+
+/// A group of shapes of the tree, or a surface without a filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Leaf(u32);
+
+impl Leaf {
+    pub(super) fn child(self) -> Child {
+        Child::of_word(self.0)
+    }
+
+    /// Returns it as a number.
+    pub(crate) fn word(self) -> u32 {
+        self.0
+    }
+
+    /// Returns whether its shapes are told many segments at a time.
+    pub(crate) fn has_filter(self) -> bool {
+        matches!(
+            self.child().kind(),
+            ChildKind::Triangles | ChildKind::Spheres
+        )
+    }
 }
 
 impl Region {
@@ -84,6 +128,18 @@ impl Region {
 }
 
 impl Bvh {
+    /// Returns whether a surface lies in a leaf.
+    #[cfg(test)]
+    pub(crate) fn leaf_holds(&self, leaf: u32, surface: SurfaceId) -> bool {
+        let child = Child::of_word(leaf);
+        match child.kind() {
+            ChildKind::Node => false,
+            ChildKind::Other => self.others[child.index()] == surface,
+            ChildKind::Triangles => self.triangles[child.index()].members.those_of(surface.0) != 0,
+            ChildKind::Spheres => self.spheres[child.index()].members.those_of(surface.0) != 0,
+        }
+    }
+
     /// Calls `visit` with every surface that may meet a region, and whether it may meet its box.
     pub(crate) fn cull(&self, region: &Region, mut visit: impl FnMut(SurfaceId, bool)) {
         let _ = self.cull_until(region, |surface, is_near| {
@@ -97,6 +153,16 @@ impl Bvh {
         &self,
         region: &Region,
         mut visit: impl FnMut(SurfaceId, bool) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.cull_leaves(region, |_, surface, is_near| visit(surface, is_near))
+    }
+
+    /// Calls `visit` with every surface of the leaves that may meet a region, its leaf, and whether that may meet the
+    /// region's box, as long as `visit` says so.
+    pub(crate) fn cull_leaves(
+        &self,
+        region: &Region,
+        mut visit: impl FnMut(Leaf, SurfaceId, bool) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         if self.nodes.is_empty() {
             return ControlFlow::Continue(());
@@ -116,7 +182,7 @@ impl Bvh {
                         continue;
                     }
                     ChildKind::Other => {
-                        visit(self.others[child.index()], is_near)?;
+                        visit(Leaf(child.word()), self.others[child.index()], is_near)?;
                         continue;
                     }
                     ChildKind::Triangles => &self.triangles[child.index()].members,
@@ -124,7 +190,7 @@ impl Bvh {
                 };
                 for (lane, &surface) in members.surfaces.iter().enumerate() {
                     if members.present >> lane & 1 != 0 {
-                        visit(surface, is_near)?;
+                        visit(Leaf(child.word()), surface, is_near)?;
                     }
                 }
             }

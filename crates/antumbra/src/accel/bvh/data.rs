@@ -65,6 +65,17 @@ impl Child {
         Self((kind as u32) << Self::INDEX_BITS | index as u32)
     }
 
+    /// Returns it as a number.
+    #[inline(always)]
+    pub(super) fn word(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub(super) fn of_word(word: u32) -> Self {
+        Self(word)
+    }
+
     #[inline(always)]
     pub(super) fn is_node(self) -> bool {
         self.0 >> Self::INDEX_BITS == ChildKind::Node as u32

@@ -33,6 +33,6 @@ mod topology;
 mod walk;
 
 pub(crate) use beam::{Asked, Block, Memory, TARGETS};
-pub(crate) use cull::Region;
+pub(crate) use cull::{Leaf, Region};
 pub(crate) use data::Bvh;
 pub(crate) use topology::{Topology, Tree};

@@ -383,6 +383,7 @@ impl ShadowIndex {
                 block: &groups.blocks[number],
                 number,
                 mask,
+                leaves: None,
             };
             let occluded = self.occluded_block(start, &asked, &mut work.memory, counters);
             counters.shadow.rays += u64::from(mask.count_ones());

@@ -37,7 +37,7 @@ impl<'a> Targets<'a> {
     }
 
     /// Returns whether there are as many as so many starts have.
-    pub(super) fn fit(&self, start_count: usize) -> bool {
+    pub(in crate::query) fn fit(&self, start_count: usize) -> bool {
         match *self {
             Self::Shared(_) => true,
             Self::Each { targets, per_start } => {
@@ -47,7 +47,7 @@ impl<'a> Targets<'a> {
     }
 
     /// Returns the targets of one start.
-    pub(super) fn of(&self, number: usize) -> &'a [LightShape] {
+    pub(in crate::query) fn of(&self, number: usize) -> &'a [LightShape] {
         match *self {
             Self::Shared(targets) => targets,
             Self::Each { targets, per_start } => &targets[number * per_start..][..per_start],
@@ -66,7 +66,7 @@ impl<'a> Targets<'a> {
     }
 
     /// Returns the first that has no answer.
-    pub(super) fn first_bad(&self) -> Option<(usize, DVec3)> {
+    pub(in crate::query) fn first_bad(&self) -> Option<(usize, DVec3)> {
         let (Self::Shared(targets) | Self::Each { targets, .. }) = *self;
         let index = targets.iter().position(|target| !is_fine_target(target))?;
         Some((index, targets[index].homogeneous().0))

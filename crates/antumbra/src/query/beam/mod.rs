@@ -15,7 +15,8 @@ use antumbra_geometry::{DVec3, LightShape, Start};
 use crate::accel::bvh::{Asked, Block, Memory, TARGETS};
 use crate::{Counters, Method, QueryError, Shadow, ShadowIndex};
 pub(super) use words::WORD;
-use words::{is_fine_target, word_count};
+use words::is_fine_target;
+pub(super) use words::word_count;
 
 impl ShadowIndex {
     /// Answers which targets of one start are occluded, and writes a bit each: bit `i % 64`, counted from the
@@ -169,6 +170,7 @@ impl ShadowIndex {
                     block,
                     number: place,
                     mask: u64::MAX,
+                    leaves: None,
                 };
                 *word = self.occluded_block(start, &asked, &mut memory, counters);
                 counters.shadow.shadowed += u64::from(word.count_ones());
@@ -188,6 +190,7 @@ impl ShadowIndex {
             block,
             number,
             mask,
+            leaves,
         }: &AskedBlock,
         memory: &mut Memory,
         counters: &mut Counters,
@@ -217,7 +220,10 @@ impl ShadowIndex {
             mask: all & !occluded,
             number,
         };
-        occluded |= bvh.any_hit_targets(&asked, block, memory, counters);
+        occluded |= match leaves {
+            Some(leaves) => bvh.any_hit_listed(&asked, leaves, block, memory, counters),
+            None => bvh.any_hit_targets(&asked, block, memory, counters),
+        };
         if !self.parts.is_whole() {
             let far = &self.parts;
             for (place, target) in targets.iter().enumerate() {
@@ -265,8 +271,10 @@ pub(crate) struct AskedBlock<'a> {
     pub(crate) number: usize,
     /// Which of them are asked about; those that are not are not occluded.
     pub(crate) mask: u64,
+    /// Leaves of the tree that hold all that may block, where that is known.
+    pub(crate) leaves: Option<&'a [u32]>,
 }
 
 /// Some target has no answer.
 #[derive(Clone, Copy, Debug)]
-struct BadTargets;
+pub(in crate::query) struct BadTargets;

@@ -9,7 +9,7 @@ use crate::limits::is_fine;
 pub(in crate::query) const WORD: usize = TARGETS;
 
 /// Returns how many words the bits of so many targets take.
-pub(super) const fn word_count(target_count: usize) -> usize {
+pub(in crate::query) const fn word_count(target_count: usize) -> usize {
     target_count.div_ceil(WORD)
 }
 

@@ -9,6 +9,7 @@
 //! shapes of the leaves that it may meet; a shape that blocks decides wherever it is found, so order is free.
 //! `crates/antumbra/src/query/beam/README.md` has the proofs.
 
+mod listed;
 mod pyramid;
 mod shapes;
 mod single;
@@ -94,7 +95,24 @@ impl Bvh {
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
-        dispatch!(self.level, simd => self.any_hit_targets_with(simd, asked, block, memory, counters))
+        dispatch!(self.level, simd => {
+            self.any_hit_targets_with(simd, asked, None, block, memory, counters)
+        })
+    }
+
+    /// Does as [`Bvh::any_hit_targets`] does, where all that may block lies in some leaves of the tree.
+    #[inline]
+    pub(crate) fn any_hit_listed(
+        &self,
+        asked: &Asked,
+        leaves: &[u32],
+        block: &Block,
+        memory: &mut Memory,
+        counters: &mut Counters,
+    ) -> u64 {
+        dispatch!(self.level, simd => {
+            self.any_hit_targets_with(simd, asked, Some(leaves), block, memory, counters)
+        })
     }
 
     #[inline(always)]
@@ -102,6 +120,7 @@ impl Bvh {
         &self,
         simd: S,
         asked: &Asked,
+        leaves: Option<&[u32]>,
         block: &Block,
         memory: &mut Memory,
         counters: &mut Counters,
@@ -134,7 +153,10 @@ impl Bvh {
             steps: 0,
             tests: 0,
         };
-        blocked |= beam.blocked(simd, fit);
+        blocked |= match leaves {
+            Some(leaves) => beam.blocked_by_leaves(simd, fit, leaves),
+            None => beam.blocked(simd, fit),
+        };
         let Beam {
             last, steps, tests, ..
         } = beam;
