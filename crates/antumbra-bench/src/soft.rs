@@ -3,12 +3,12 @@
 //! The starts are those of one frame. The light is a square around the scene's point light that faces the scene's
 //! middle, or a sun disc around the direction of light from afar; it spans some angle seen from there. Samples are
 //! jittered cells of 8 by 8, others for each start, in an order in which 16 in a row lie in one quarter of the
-//! light, as packets like it. Starts are asked in the frame's order. They are asked until nothing more is found out about
-//! the whole light, then timed.
+//! light, as packets like it. Starts are asked in the frame's order: once of an index that knows nothing, as it is by
+//! default, and again and again of one that has made values of whatever they ask.
 
 use std::path::Path;
 
-use antumbra::{IndexOptions, Method};
+use antumbra::{IndexOptions, Method, Refine};
 use antumbra_baselines::embree::{Embree, EmbreeWay};
 use antumbra_baselines::{LoadedBatch, LoadedSamples, LoadedTargets, TargetBatch, TargetWay};
 use antumbra_geometry::{AreaShape, DVec3, LightShape, RectangleLight, SunDisc};
@@ -29,14 +29,8 @@ use super::typed::Soft;
 /// Samples a start.
 const SAMPLES: usize = 64;
 
-/// Passes in a row without anything new, after which nothing more is waited for: a key waits for some before it pays.
-const CONTENT: u32 = 40;
-
 /// What an angle of 0 stands for.
 const LEAST_DEGREES: f64 = 1e-6;
-
-/// Passes until what is known is as much as pays, at most.
-const MOST_PASSES: u32 = 400;
 
 /// The reference tells of so many starts, evenly among all, whether the rays that all answers are compared with
 /// are right.
@@ -55,8 +49,8 @@ struct SceneReport {
     ours_ns: f64,
     /// The first pass of all, with nothing known.
     cold_ns: f64,
-    /// Passes before `ours_ns`, and the bytes that were known then.
-    warm_passes: u32,
+    /// What the first pass took that made all values that it asked for, in seconds, and their bytes.
+    preparation_s: f64,
     known_bytes: u64,
     /// By the walk of many targets, which knows nothing.
     walk_ns: Option<f64>,
@@ -130,7 +124,17 @@ fn scene(
         ..IndexOptions::default()
     };
     let gathered = recorder.gathered();
-    let mut index = options.build(gathered.occluders(), light_shapes(&recorder.scene().lights))?;
+    let lights = light_shapes(&recorder.scene().lights);
+    let mut index = options.build(gathered.occluders(), lights.clone())?;
+    // Values of whatever was queried once.
+    let warm_options = IndexOptions {
+        refinement: antumbra::Refinement {
+            refine: Refine::Asked,
+            ..options.refinement
+        },
+        ..options
+    };
+    let mut warm = warm_options.build(gathered.occluders(), lights)?;
     let geometry = subject.geometry();
     let rival = embree
         .map(|embree| subject::rival(embree, &geometry, stopwatch))
@@ -147,6 +151,7 @@ fn scene(
         };
         // Each angle finds an index that knows nothing.
         index.forget_values();
+        warm.forget_values();
         let targets = recorded
             .starts
             .iter()
@@ -161,7 +166,7 @@ fn scene(
             per_start: SAMPLES,
         };
         let mut ways: Vec<(&str, Box<dyn LoadedBatch + '_>)> = vec![
-            ("ours", Box::new(LoadedSamples::new(&index, &batch, &light))),
+            ("ours", Box::new(LoadedSamples::new(&warm, &batch, &light))),
             (
                 "walk",
                 Box::new(LoadedTargets::new(&index, &batch, TargetWay::Together)),
@@ -181,7 +186,7 @@ fn scene(
             |name: &str| typed.ways.is_empty() || typed.ways.iter().any(|way| way == name);
         ways.retain(|(name, _)| is_chosen(name));
         let found = measured(
-            (&index, &light),
+            ([&index, &warm], &light),
             &batch,
             &rays,
             ways,
@@ -201,7 +206,7 @@ fn scene(
 
 /// Times all ways and compares their answers with those of single rays.
 fn measured(
-    (index, light): (&antumbra::ShadowIndex, &AreaShape),
+    ([index, warm], light): ([&antumbra::ShadowIndex; 2], &AreaShape),
     batch: &TargetBatch,
     rays: &LoadedTargets,
     ways: Vec<(&str, Box<dyn LoadedBatch + '_>)>,
@@ -211,26 +216,20 @@ fn measured(
     let count = batch.targets.len();
     let (names, loaded): (Vec<_>, Vec<_>) = ways.into_iter().unzip();
     let mut expected = vec![false; count];
-    let ours = LoadedSamples::new(index, batch, light);
-    let mut first = vec![false; count];
+    let mut found = vec![false; count];
     rays.answer(0, &mut expected);
-    let (_, cold) = stopwatch.time(|| ours.answer(0, &mut first));
     let differences = |bits: &[bool]| bits.iter().zip(&expected).filter(|(a, b)| a != b).count();
-    let mut different = differences(&first) as u64;
-    let (mut passes, mut content) = (1, 0);
-    while passes < MOST_PASSES && content < CONTENT {
-        let before = index.whole_light_bytes();
-        ours.answer(0, &mut first);
-        different = different.max(differences(&first) as u64);
-        passes += 1;
-        let is_content = before > 0 && index.whole_light_bytes() == before;
-        content = if is_content { content + 1 } else { 0 };
-    }
+    let first = LoadedSamples::new(index, batch, light);
+    let (_, cold) = stopwatch.time(|| first.answer(0, &mut found));
+    let mut different = differences(&found) as u64;
+    let ours = LoadedSamples::new(warm, batch, light);
+    let (_, preparation) = stopwatch.time(|| ours.answer(0, &mut found));
+    different = different.max(differences(&found) as u64);
     ours.take_decisions();
-    ours.answer(0, &mut first);
-    different = different.max(differences(&first) as u64);
+    ours.answer(0, &mut found);
+    different = different.max(differences(&found) as u64);
     let decided = ours.take_decisions();
-    let known_bytes = index.whole_light_bytes();
+    let known_bytes = warm.whole_light_bytes();
     let all = measure::interleave(&loaded, &expected, rounds, stopwatch);
     let of = |name: &str| {
         let number = names.iter().position(|&other| other == name)?;
@@ -249,7 +248,7 @@ fn measured(
         occluded_share: share(expected.iter().filter(|&&bit| bit).count(), count),
         ours_ns: median("ours").unwrap_or(f64::NAN),
         cold_ns: cold.as_secs_f64() * 1e9 / count.max(1) as f64,
-        warm_passes: passes,
+        preparation_s: preparation.as_secs_f64(),
         known_bytes,
         walk_ns: median("walk"),
         rays_ns: median("rays"),
@@ -344,7 +343,7 @@ impl SceneReport {
         };
         format!(
             "{:<16} {:>4} deg, {:3.0} % of {} starts uniform, {:3.0} % by value, {:3.0} % by list: ours {:6.1} ns a ray \
-             (cold {:6.1}, {} passes, {:.1} MB), walk {}, single rays {}, Embree 1 {}, best {}, mismatches {}",
+             (cold {:6.1}; made in {:.2} s, {:.1} MB), walk {}, single rays {}, Embree 1 {}, best {}, mismatches {}",
             self.name,
             self.degrees,
             100.0 * self.uniform_share,
@@ -353,7 +352,7 @@ impl SceneReport {
             100.0 * self.by_list_share,
             self.ours_ns,
             self.cold_ns,
-            self.warm_passes,
+            self.preparation_s,
             self.known_bytes as f64 / 1e6,
             by(self.walk_ns),
             by(self.rays_ns),

@@ -8,7 +8,7 @@ use super::table::Key;
 
 /// Of what samples took that nothing was known of, this share may be spent on making values, and this share of what values
 /// have spared.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.125;
 const OF_GAIN: f64 = 0.7;
 
 /// First guesses, in nanoseconds: a key; the tables of a light, for each triangle.
