@@ -18,6 +18,11 @@ impl Part {
     pub(super) const SHADOWED: Self = Self(0b010);
     pub(super) const DOUBT: Self = Self(0b100);
 
+    /// Returns whether nothing can be told of the whole any more.
+    pub(super) fn is_mixed(self) -> bool {
+        self.0 > Self::SHADOWED.0
+    }
+
     pub(super) fn add(&mut self, other: Self) {
         self.0 |= other.0;
     }

@@ -11,48 +11,58 @@ use super::build::{Builder, Entry};
 use super::faces::Part;
 
 /// Longer lists are left in doubt.
-const MOST_RESOLVED: usize = 24;
+const MOST_RESOLVED: usize = 12;
 
 /// Heights over a plane are told with this share of the products they are made of: they err by less than a sixteenth.
 const HEIGHT_DOUBT: f64 = 1.0 / (1u64 << 44) as f64;
 
+/// An entry that a list asks, and the corners of a triangle.
+struct Asked {
+    entry: Entry,
+    corners: Option<[DVec3; 3]>,
+}
+
 impl<S: Simd> Builder<'_, S> {
     /// Tells of those entries of a list that it asks.
     pub(super) fn resolve(&mut self, list: &[Entry], is_asked: impl Fn(usize) -> bool) {
-        let asked: Vec<usize> = (0..list.len()).filter(|&number| is_asked(number)).collect();
+        let asked = (0..list.len()).filter(|&number| is_asked(number));
+        let asked: Vec<Asked> = asked.map(|number| self.asked(&list[number])).collect();
         let are_few = asked.len() <= MOST_RESOLVED;
-        for &number in &asked {
-            let facet = list[number].facet;
-            // Nothing that is in doubt already gets better.
-            if self.part_of(facet).0 & Part::DOUBT.0 != 0 {
+        for number in 0..asked.len() {
+            // What other cells have told apart stays so.
+            if self.part_of(asked[number].entry.facet).is_mixed() {
                 continue;
             }
             let part = match are_few {
-                true => self.resolved(list, &asked, number),
+                true => self.resolved(&asked, number),
                 false => Part::DOUBT,
             };
-            self.tell(facet, part);
+            self.tell(asked[number].entry.facet, part);
         }
     }
 
-    fn resolved(&self, list: &[Entry], asked: &[usize], number: usize) -> Part {
-        let own = &list[number];
-        let Some(corners) = self.corners(own) else {
+    fn resolved(&self, asked: &[Asked], number: usize) -> Part {
+        let own = &asked[number];
+        let Some(corners) = &own.corners else {
             return Part::DOUBT;
         };
-        let mut others = asked.iter().filter(|&&other| other != number);
-        let mut is_lit = true;
-        for &other in others.by_ref() {
-            let other = &list[other];
-            if is_lit && !self.may_hide(other, own, &corners) {
-                continue;
-            }
-            is_lit = false;
-            if self.hides_all(other, &corners) {
-                return Part::SHADOWED;
-            }
+        let others = || asked.iter().enumerate().filter(|other| other.0 != number);
+        if !others().any(|(_, other)| self.may_hide(other, own, corners)) {
+            return Part::LIT;
         }
-        if is_lit { Part::LIT } else { Part::DOUBT }
+        // What hides a whole triangle begins before it.
+        let mut before = others().filter(|(_, other)| other.entry.near <= own.entry.near);
+        match before.any(|(_, other)| self.hides_all(&other.entry, corners)) {
+            true => Part::SHADOWED,
+            false => Part::DOUBT,
+        }
+    }
+
+    fn asked(&self, entry: &Entry) -> Asked {
+        Asked {
+            entry: *entry,
+            corners: self.corners(entry),
+        }
     }
 
     fn corners(&self, entry: &Entry) -> Option<[DVec3; 3]> {
@@ -61,17 +71,17 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     /// Returns whether a facet may hide a part of another in the cell.
-    fn may_hide(&self, other: &Entry, own: &Entry, corners: &[DVec3; 3]) -> bool {
-        if other.near > own.far {
+    fn may_hide(&self, other: &Asked, own: &Asked, corners: &[DVec3; 3]) -> bool {
+        if other.entry.near > own.entry.far {
             return false;
         }
-        let Some(others) = self.corners(other) else {
+        let Some(others) = &other.corners else {
             return true;
         };
-        let (a, b) = (self.facet(own), self.facet(other));
+        let (a, b) = (self.facet(&own.entry), self.facet(&other.entry));
         if a.has_sides() && b.has_sides() {
             let are_parted =
-                a.parts_from(b, [corners, &others]) || b.parts_from(a, [&others, corners]);
+                a.parts_from(b, [corners, others]) || b.parts_from(a, [others, corners]);
             if are_parted {
                 return false;
             }
@@ -81,8 +91,8 @@ impl<S: Simd> Builder<'_, S> {
             f64::from(side.unwrap_or(0))
         });
         // Before the other's plane, or the other behind this one's.
-        let is_before = are_on(&others, other_side, corners);
-        let is_behind = are_on(corners, -own_side, &others);
+        let is_before = are_on(others, other_side, corners);
+        let is_behind = are_on(corners, -own_side, others);
         !is_before && !is_behind
     }
 
