@@ -143,11 +143,11 @@ impl<'a, S: Simd> Builder<'a, S> {
         self.parts.clear();
         // Starts on curved shapes are where their points are. Of what comes too near the light not all starts are
         // in a tile.
-        let is_told = |facet: &Facet| {
+        let is_reported = |facet: &Facet| {
             self.tables.side(facet.surface as usize).is_some()
                 && (!view.is_face || f64::from(facet.nearest()) > LEAST_TOLD)
         };
-        let part = |facet: &Facet| match is_told(facet) {
+        let part = |facet: &Facet| match is_reported(facet) {
             true => (facet.surface, Part::default()),
             false => (facet.surface, Part::DOUBT),
         };
@@ -493,8 +493,8 @@ impl<'a, S: Simd> Builder<'a, S> {
             .steepness(least)
             .min(self.depths.steepness(most));
         // Not for NaN, nor nearer than the light.
-        let is_told = steepness > LEAST_SLANTED && self.depths.weight(least) > 0.0;
-        if !is_told {
+        let is_reported = steepness > LEAST_SLANTED && self.depths.weight(least) > 0.0;
+        if !is_reported {
             return None;
         }
         let key = |depth: f32| self.depths.key(f64::from(depth)) as f32;

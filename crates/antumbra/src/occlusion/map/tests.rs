@@ -485,7 +485,7 @@ fn triangles_whose_corners_are_many_tiles_off_are_not_said_to_lie_apart() {
     let light = LightShape::Direction(DVec3::Z);
     map_of(&occluders, &light, |tables, _| {
         // In many tiles `f32` does not tell on which side of a line a corner is.
-        for (tile_count, is_told) in [(9.0, true), (10_000.0, false)] {
+        for (tile_count, is_reported) in [(9.0, true), (10_000.0, false)] {
             let bounds = occluders.bounds();
             let views = Views::new(&bounds, tables.frame, &light, tile_count).expect("a view");
             let view = &views.all[0];
@@ -497,7 +497,7 @@ fn triangles_whose_corners_are_many_tiles_off_are_not_said_to_lie_apart() {
                 facet.expect("it is seen").0
             };
             let told = facet(0).parts_from(&facet(1), [&sides, &others]);
-            assert_eq!(told, is_told, "{tile_count}");
+            assert_eq!(told, is_reported, "{tile_count}");
         }
     });
 }
