@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_found_is_told() {
+    fn what_is_found_is_reported() {
         let mut told = Told::default();
         told.add(3, Found::NOTHING);
         let Told {
