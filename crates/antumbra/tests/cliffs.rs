@@ -316,8 +316,7 @@ fn start_in(
                 0 => random.pick(places),
                 _ => center + scale * random.pick(&[1.0, 3.0]) * random.of_cube(),
             },
-            // The rule holds for every point, however far from the surface.
-            surface: random.pick(&[None, Some(surface)]),
+            surface: None,
         },
     }
 }
