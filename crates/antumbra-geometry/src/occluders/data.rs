@@ -272,6 +272,11 @@ impl Occluders {
         }
     }
 
+    /// Returns how many positions triangles have; equal ones count once.
+    pub fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
     /// Returns the positions of a triangle's vertices in order, `None` for other surfaces.
     #[inline]
     pub fn triangle_positions(&self, surface: SurfaceId) -> Option<[DVec3; 3]> {
