@@ -141,7 +141,7 @@ fn files_that_hold_no_longer_are_refused_with_the_reason() {
 
     let said = world.refused(&LAMPS, &["--lists", "2,9"]);
     assert!(
-        said.contains("another short list: 1, and 2 is wanted"),
+        said.contains("another short list: 3, and 2 is wanted"),
         "{said}"
     );
     let said = world.refused(&LAMPS, &["--shadows", "grid"]);
