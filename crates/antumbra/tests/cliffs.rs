@@ -316,7 +316,8 @@ fn start_in(
                 0 => random.pick(places),
                 _ => center + scale * random.pick(&[1.0, 3.0]) * random.of_cube(),
             },
-            surface: None,
+            // The rule holds for every point, however far from the surface.
+            surface: random.pick(&[None, Some(surface)]),
         },
     }
 }

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use antumbra::{Counters, GridResolution, Method, RayMethod, Shadow, ShadowIndex};
+use antumbra::{Counters, GridResolution, Method, RayBatch, RayMethod, Shadow, ShadowIndex};
 use antumbra_geometry::{
     Cone, DVec3, Disk, Hit, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
 };
@@ -335,4 +335,106 @@ fn ten_thousand_in_one_place() {
     let ray = towards(DVec3::new(0.2, 0.3, 1.0), DVec3::new(0.2, 0.3, 0.0));
     let hits = check_nearest("coincident", &occluders, &[ray]);
     assert_eq!(hits[0].map(|hit| hit.surface), Some(SurfaceId(0)));
+}
+
+/// A ray that leaves a solid from a point far off it: the own rule says whether it meets the solid, though it passes
+/// it by. The walks of tree and grid once said that nothing is there.
+#[test]
+fn a_ray_that_leaves_a_solid_from_far_off_meets_it_by_its_own_rule() {
+    let v = DVec3::new;
+    for scale in [1.0, 2.0_f64.powi(-400), 2.0_f64.powi(60)] {
+        let mut builder = Occluders::builder();
+        let sphere = Sphere {
+            center: v(0.0, 0.0, 0.0),
+            radius: scale,
+        };
+        let cone = Cone {
+            base: scale * v(4.0, 0.0, 0.0),
+            base_radius: scale,
+            apex: scale * v(4.0, 0.0, 2.0),
+            apex_radius: 0.5 * scale,
+            is_closed: true,
+        };
+        // Each twice: of equal ones the first is met. And something else that rays pass by.
+        for _ in 0..2 {
+            builder
+                .add_sphere(sphere, Opacity::Opaque)
+                .expect("a sphere");
+            builder
+                .add_cone(cone, Opacity::Transparent)
+                .expect("a cone");
+        }
+        for number in 0..80 {
+            let at = scale * v(-8.0, 0.1 * f64::from(number), 0.0);
+            let face = [
+                at,
+                at + scale * v(0.05, 0.0, 0.0),
+                at + scale * v(0.0, 0.0, 0.05),
+            ];
+            builder.add_face(&face, Opacity::Opaque).expect("a face");
+        }
+        let occluders = Arc::new(builder.build());
+        let curved: Vec<SurfaceId> = occluders
+            .surfaces()
+            .filter(|&surface| occluders.triangle_positions(surface).is_none())
+            .collect();
+        assert_eq!(curved.len(), 8);
+        let (mut met_count, mut passed_by_count) = (0, 0);
+        for &own in &curved {
+            for direction in [v(1.0, 0.0, -0.1), v(-0.2, 1.0, -0.3), v(0.0, 0.0, 1.0)] {
+                let origin = scale * v(0.5, -3.0, 5.0);
+                let ray = Ray {
+                    origin,
+                    direction: scale * direction,
+                    leaves: Some(own),
+                };
+                let segment = occluders.ray_segment(&ray);
+                let mut crossed: Vec<Hit> = occluders
+                    .surfaces()
+                    .filter(|&surface| occluders.crosses(surface, &segment))
+                    .map(|surface| occluders.hit(surface, &segment))
+                    .collect();
+                crossed.sort_by(|a, b| {
+                    a.distance
+                        .total_cmp(&b.distance)
+                        .then(a.surface.cmp(&b.surface))
+                });
+                // The solid itself is left once.
+                let is_own = |hit: &Hit| occluders.have_one_own_rule(own, hit.surface);
+                let exit = crossed
+                    .iter()
+                    .find(|hit| is_own(hit))
+                    .map(|hit| hit.surface);
+                crossed.retain(|hit| !is_own(hit) || Some(hit.surface) == exit);
+                let expected = crossed.first().copied();
+                met_count += u32::from(exit.is_some());
+                passed_by_count += u32::from(exit.is_none());
+                for rays in [RayMethod::Bvh, RayMethod::Grid] {
+                    let index = ShadowIndex::builder(occluders.clone(), Vec::new());
+                    let index = index
+                        .method(Method::Grid)
+                        .rays(rays)
+                        .grid(GridResolution::Fixed([16; 3]))
+                        .build()
+                        .expect("an index");
+                    let found = index.nearest(&ray, &mut Counters::default());
+                    let surface = |hit: &Option<Hit>| hit.as_ref().map(|hit| hit.surface);
+                    assert_eq!(surface(&found), surface(&expected), "{rays:?} {ray:?}");
+                    let batch = RayBatch {
+                        origins: &[ray.origin.to_array()],
+                        directions: &[ray.direction.to_array()],
+                        leaves: Some(&[own.0]),
+                    };
+                    let all = index.all_hits(&batch).expect("hits").hits;
+                    let all: Vec<SurfaceId> = all.iter().map(|hit| hit.surface).collect();
+                    let expected: Vec<SurfaceId> = crossed.iter().map(|hit| hit.surface).collect();
+                    assert_eq!(all, expected, "{rays:?} {ray:?}");
+                }
+            }
+        }
+        assert!(
+            met_count > 4 && passed_by_count > 4,
+            "{met_count} {passed_by_count}"
+        );
+    }
 }

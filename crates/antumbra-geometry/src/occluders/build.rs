@@ -10,7 +10,7 @@ use hashbrown::{DefaultHashBuilder, HashTable};
 
 use super::{
     AlphaTest, Curved, CurvedShape, Element, ElementId, ElementKind, NO_ALPHA_TEST, NO_AXIS,
-    NO_CORNER, Occluders, Opacity, Triangle,
+    NO_CORNER, Occluders, Opacity, Solid, Triangle,
 };
 use crate::intersect::DiskPlane;
 use crate::polygon::{PolygonCorner, TooManyCrossings, triangulate};
@@ -350,9 +350,10 @@ impl OccludersBuilder {
             .or_insert(next_solid);
         let is_opaque = opacity != Opacity::Transparent;
         if solid == next_solid {
-            self.occluders.is_solid_opaque.push(is_opaque);
+            let element = ElementId(element as u32);
+            self.occluders.solids.push(Solid { element, is_opaque });
         } else {
-            self.occluders.is_solid_opaque[solid as usize] |= is_opaque;
+            self.occluders.solids[solid as usize].is_opaque |= is_opaque;
         }
         for shape in shapes {
             let curved = Curved {

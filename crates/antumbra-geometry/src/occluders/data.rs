@@ -91,6 +91,15 @@ pub(super) struct Curved {
     pub(super) is_opaque: bool,
 }
 
+/// Curved surfaces with one own rule.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solid {
+    /// The first of the elements that are this solid.
+    pub(super) element: ElementId,
+    /// Whether any of its surfaces is opaque.
+    pub(super) is_opaque: bool,
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) enum CurvedShape {
     Sphere(Sphere),
@@ -110,8 +119,8 @@ pub struct Occluders {
     pub(super) alpha_tests: Vec<AlphaTest>,
     pub(super) coverages: Vec<Arc<dyn Coverage>>,
     pub(super) curved: Vec<Curved>,
-    /// For each `solid` number of `curved` whether any of its surfaces is opaque.
-    pub(super) is_solid_opaque: Vec<bool>,
+    /// Those that the `solid` numbers of `curved` stand for.
+    pub(super) solids: Vec<Solid>,
     pub(super) elements: Vec<Element>,
     /// Made when first asked for: that visits every surface.
     pub(super) bounds: OnceLock<Bounds>,
@@ -146,7 +155,7 @@ impl Occluders {
             coverages: self.coverages.clone(),
             curved: self.curved.clone(),
             // Starts on what is left out keep their own rules.
-            is_solid_opaque: self.is_solid_opaque.clone(),
+            solids: self.solids.clone(),
             elements: self.elements.clone(),
             bounds: OnceLock::new(),
             left_out: vec![0; self.surface_count().div_ceil(64)],
@@ -248,6 +257,16 @@ impl Occluders {
             (Surface::Curved(first), Surface::Curved(second)) => first.solid == second.solid,
             _ => false,
         }
+    }
+
+    /// Returns the surfaces that the own rule of a start's surface decides: the parts of the first solid that is the same.
+    /// The rule holds wherever the start's point is, so a ray may cross them that passes them by. None for triangles.
+    pub fn own_parts(&self, own: SurfaceId) -> impl Iterator<Item = SurfaceId> + use<> {
+        let parts = match self.surface(own) {
+            Surface::Triangle(_) => None,
+            Surface::Curved(own) => Some(self.surfaces_of(self.solids[own.solid as usize].element)),
+        };
+        parts.into_iter().flatten()
     }
 
     /// Returns the sphere that a surface is, `None` for other surfaces.

@@ -30,7 +30,7 @@ impl Occluders {
             coverages,
             curved,
             // Follows from `curved`.
-            is_solid_opaque: _,
+            solids: _,
             elements,
             // Follows from the rest.
             bounds: _,

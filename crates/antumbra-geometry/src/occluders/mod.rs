@@ -15,7 +15,9 @@ mod rounding;
 
 pub use crate::ids::{ElementId, SurfaceId};
 pub use build::{OccludersBuilder, OccludersError};
-use data::{AlphaTest, Curved, CurvedShape, NO_ALPHA_TEST, NO_CORNER, Surface, is_too_small};
+use data::{
+    AlphaTest, Curved, CurvedShape, NO_ALPHA_TEST, NO_CORNER, Solid, Surface, is_too_small,
+};
 pub use data::{Element, ElementKind, Occluders, Opacity};
 pub(crate) use data::{NO_AXIS, Triangle};
 pub use identity::UnidentifiedCoverage;

@@ -148,7 +148,7 @@ impl Occluders {
         match self.surface(own) {
             Surface::Triangle(_) => false,
             Surface::Curved(curved) => {
-                self.is_solid_opaque[curved.solid as usize] && own_rule(curved, segment)
+                self.solids[curved.solid as usize].is_opaque && own_rule(curved, segment)
             }
         }
     }

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Segment, Start, SurfaceId};
 
 use crate::accel::bvh::{Bvh, Tree};
+use crate::accel::grid::nearest_of;
 use crate::accel::grid::{Grid, Layout};
 use crate::accel::parts::Parts;
 use crate::file::SavedLight;
@@ -159,8 +160,16 @@ impl ShadowIndex {
     pub fn nearest(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         let segment = self.occluders.ray_segment(ray);
         let near = self.nearest_near(&segment, counters);
-        self.parts
-            .nearest(&self.occluders, &segment, near, counters)
+        let found = self
+            .parts
+            .nearest(&self.occluders, &segment, near, counters);
+        nearest_of(&self.occluders, self.own_parts(ray), &segment, found)
+    }
+
+    /// Returns what the own rule of the surface that a ray leaves decides: no walk finds it from points far off.
+    fn own_parts(&self, ray: &Ray) -> impl Iterator<Item = SurfaceId> {
+        let own = ray.leaves.into_iter();
+        own.flat_map(|own| self.occluders.own_parts(own))
     }
 
     fn nearest_near(&self, segment: &Segment, counters: &mut Counters) -> Option<Hit> {
@@ -380,17 +389,32 @@ impl ShadowIndex {
         mut visit: impl FnMut(Hit),
     ) {
         let segment = self.occluders.ray_segment(ray);
-        if let Some(bvh) = self.bvh() {
-            bvh.all(&self.parts.near, &segment, counters, &mut visit);
-            return self
-                .parts
-                .all(&self.occluders, &segment, counters, &mut visit);
-        }
-        counters.intersections += self.surface_count as u64;
-        for surface in self.occluders.surfaces() {
-            if self.occluders.crosses(surface, &segment) {
-                visit(self.occluders.hit(surface, &segment));
+        let is_own = |surface: SurfaceId| {
+            let own = ray.leaves;
+            own.is_some_and(|own| self.occluders.have_one_own_rule(own, surface))
+        };
+        let mut visit_other = |hit: Hit| {
+            if !is_own(hit.surface) {
+                visit(hit);
             }
+        };
+        match self.bvh() {
+            Some(bvh) => {
+                bvh.all(&self.parts.near, &segment, counters, &mut visit_other);
+                let all = &self.occluders;
+                self.parts.all(all, &segment, counters, &mut visit_other);
+            }
+            None => {
+                counters.intersections += self.surface_count as u64;
+                let crossed = |surface: &SurfaceId| self.occluders.crosses(*surface, &segment);
+                for surface in self.occluders.surfaces().filter(crossed) {
+                    visit_other(self.occluders.hit(surface, &segment));
+                }
+            }
+        }
+        // By the own rule all parts are crossed, or none: the solid is left through the nearest.
+        if let Some(exit) = nearest_of(&self.occluders, self.own_parts(ray), &segment, None) {
+            visit(exit);
         }
     }
 

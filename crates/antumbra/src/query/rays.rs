@@ -191,9 +191,6 @@ impl ShadowIndex {
                     let by_distance = a.distance.total_cmp(&b.distance);
                     by_distance.then(a.surface.cmp(&b.surface))
                 });
-                if let Some(leaves) = rays.leaves {
-                    self.leave_once(SurfaceId(leaves[index]), &mut found.hits, first);
-                }
                 found.ends.push(found.hits.len());
             }
             Ok(found)
@@ -211,19 +208,6 @@ impl ShadowIndex {
             all.ends.extend(found.ends.iter().map(|end| before + end));
         }
         Ok(all)
-    }
-
-    /// By the own rule all parts of the solid that a ray leaves block it, or none: keeps the one through which
-    /// it is left, the first of the sorted hits from `first` on.
-    fn leave_once(&self, own: SurfaceId, hits: &mut Vec<Hit>, first: usize) {
-        let is_own = |hit: &Hit| self.occluders().have_one_own_rule(own, hit.surface);
-        if let Some(exit) = hits[first..].iter().position(is_own) {
-            let mut place = 0;
-            hits.retain(|hit| {
-                place += 1;
-                place <= first + exit + 1 || !is_own(hit)
-            });
-        }
     }
 }
 
