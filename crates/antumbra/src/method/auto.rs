@@ -2,7 +2,7 @@
 
 use antumbra_geometry::{DVec3, Start};
 
-use super::order::WINDOW;
+use super::order::{self, Order, WINDOW};
 use super::voxel::{ByVoxel, NOTED, Rays};
 use crate::clock::Reading;
 use crate::draw::{SAMPLED, draw};
@@ -28,6 +28,8 @@ impl<R: Rays> ByVoxel<'_, R> {
         let mut is_first = true;
         let mut announced = None;
         let mut outcome = Ok(());
+        // Once there is a map: whether starts are put in order.
+        let mut order: Option<Option<Order>> = None;
         while !left.is_empty() {
             let known = self.values.known(light);
             let lists = known.as_deref().map(|known| &*known.lists);
@@ -39,8 +41,14 @@ impl<R: Rays> ByVoxel<'_, R> {
                 announced = Some(self.values.announce(map, self.occluders, left, light));
             }
             // Rays are put in order together, once it is known what they cost.
+            if map.is_some() {
+                let is_scattered = || order::is_scattered(self.values, light, left);
+                order.get_or_insert_with(|| is_scattered().then(Order::new));
+            }
+            let mut order = order.as_mut().and_then(Option::as_mut);
             let count = match map {
-                Some(_) => TOGETHER,
+                Some(_) if order.is_none() => TOGETHER,
+                Some(_) => WINDOW,
                 None if is_first => NOTED,
                 None => WINDOW,
             };
@@ -50,9 +58,12 @@ impl<R: Rays> ByVoxel<'_, R> {
             (is_shadowed, left_answers) =
                 std::mem::take(&mut left_answers).split_at_mut(starts.len());
             let rays_before = counters.shadow.rays;
-            let answered = match map {
-                Some(map) => self.ask_map(map, starts, is_shadowed, counters, &check),
-                None => self
+            let answered = match (map, &mut order) {
+                (Some(map), Some(order)) => {
+                    self.ask_map_in_order(map, order, starts, is_shadowed, counters, &check)
+                }
+                (Some(map), None) => self.ask_map(map, starts, is_shadowed, counters, &check),
+                (None, _) => self
                     .answer_by_rays(starts, is_shadowed, counters, &check)
                     .map(|()| Beside::default()),
             };
@@ -78,6 +89,38 @@ impl<R: Rays> ByVoxel<'_, R> {
             self.values.retract(light, &announced);
         }
         outcome
+    }
+
+    /// Answers queries by the map, neighbours one after the other.
+    fn ask_map_in_order(
+        &self,
+        map: (&Lists, &Map),
+        order: &mut Order,
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        counters: &mut Counters,
+        check: impl Fn(&Start) -> Result<(), QueryError>,
+    ) -> Result<Beside, QueryError> {
+        let mut near = Vec::with_capacity(TOGETHER);
+        let mut found = vec![false; TOGETHER];
+        let mut beside = Beside::default();
+        for numbers in order.of(self.values, starts).chunks(TOGETHER) {
+            near.clear();
+            near.extend(numbers.iter().map(|&number| starts[number as usize]));
+            let found = &mut found[..near.len()];
+            match self.ask_map(map, &near, found, counters, &check) {
+                Ok(more) => beside.add(&more),
+                Err(error) => {
+                    // The first in the caller's order.
+                    starts.iter().try_for_each(&check)?;
+                    return Err(error);
+                }
+            }
+            for (&number, &found) in numbers.iter().zip(&*found) {
+                is_shadowed[number as usize] = found;
+            }
+        }
+        Ok(beside)
     }
 
     /// Answers queries by the map, makes those of its cells that pay, and answers the rest by rays. Returns what took time
@@ -227,6 +270,13 @@ impl<R: Rays> ByVoxel<'_, R> {
 struct Beside {
     made: u64,
     rays: u64,
+}
+
+impl Beside {
+    fn add(&mut self, more: &Self) {
+        self.made += more.made;
+        self.rays += more.rays;
+    }
 }
 
 /// Starts of a chunk that nothing is known of.

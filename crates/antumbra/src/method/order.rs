@@ -19,9 +19,16 @@ const PAIRS: usize = 64;
 /// Smaller stores are in the caches anyway.
 const SMALLEST_STORE: u64 = 32 << 20;
 
+/// A map is read at more places for a query.
+const SMALLEST_MAP: u64 = 4 << 20;
+
 /// Returns whether so many neighbours in a batch lie apart that it is worth putting in order.
 pub(super) fn is_scattered(values: &AdaptiveValues, light: usize, starts: &[Start]) -> bool {
-    let is_large = || values.bytes_of(light) >= SMALLEST_STORE;
+    let smallest = match values.has_maps() {
+        true => SMALLEST_MAP,
+        false => SMALLEST_STORE,
+    };
+    let is_large = || values.bytes_of(light) >= smallest;
     // Tests want it at once.
     starts.len() >= FEWEST
         && (values.is_asked() || is_large())

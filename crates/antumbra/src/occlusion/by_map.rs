@@ -202,7 +202,7 @@ impl<S: Simd> Lookup<'_, S> {
         told: &mut Told,
     ) {
         let located = map.locate(self.simd, places);
-        let (mut words, cells) = map.words(&located);
+        let (mut words, cells) = map.words(self.simd, &located);
         let Kinds {
             thresholds,
             mut shadowed,
@@ -401,7 +401,7 @@ impl<S: Simd> Lookup<'_, S> {
         if located.tiles[0] == NOWHERE {
             return Found::NOTHING;
         }
-        let (words, cells) = map.words(&located);
+        let (words, cells) = map.words(self.simd, &located);
         let depth = located.depths[0];
         let word = match map.told((&located, 0), (words[0], cells[0]), is_listed) {
             ToldOfCell::Is(is_shadowed) => return Found::by_value(is_shadowed),

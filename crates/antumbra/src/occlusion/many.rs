@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_found_is_reported() {
+    fn what_is_found_is_noted() {
         let mut told = Told::default();
         told.add(3, Found::NOTHING);
         let Told {

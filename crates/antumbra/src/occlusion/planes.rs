@@ -279,8 +279,8 @@ mod tests {
             if x.abs().max_element() > 1.0 {
                 continue;
             }
-            let (is_reported, behind) = tell_one(&plane, x.to_array().map(|x| x as f32));
-            if !is_reported {
+            let (is_known, behind) = tell_one(&plane, x.to_array().map(|x| x as f32));
+            if !is_known {
                 refused += 1;
                 continue;
             }

@@ -144,8 +144,8 @@ fn enter(lattice: &Lattice, from: DVec3, light: &LightShape) -> Entry {
     let (room, bounds) = (lattice.room(), lattice.bounds());
     // Each parameter errs by a few roundings of itself.
     let farthest = (from - bounds.center()).abs().max_element() + bounds.size().max_element();
-    let is_reported = farthest * 32.0 * f64::EPSILON < 0.125 * room;
-    if !is_reported || towards.abs().max_element() < SHORTEST {
+    let is_known = farthest * 32.0 * f64::EPSILON < 0.125 * room;
+    if !is_known || towards.abs().max_element() < SHORTEST {
         return Entry::Unknown;
     }
     let wider = bounds.inflated(DVec3::splat(0.25 * room));

@@ -251,8 +251,8 @@ fn starts_are_where_their_points_are() {
             continue;
         }
         let x = narrow(x);
-        let is_reported = dispatch!(Level::new(), simd => forms.is_start(simd, x));
-        if !is_reported {
+        let is_known = dispatch!(Level::new(), simd => forms.is_start(simd, x));
+        if !is_known {
             refused += 1;
             continue;
         }
@@ -277,7 +277,7 @@ fn starts_are_where_their_points_are() {
 #[test]
 fn nothing_starts_nowhere() {
     for x in [[0.0; 3], [1.0; 3], [f32::NAN; 3], [f32::INFINITY; 3]] {
-        let is_reported = dispatch!(Level::new(), simd => Forms::NOWHERE.is_start(simd, x));
-        assert!(!is_reported, "{x:?}");
+        let is_known = dispatch!(Level::new(), simd => Forms::NOWHERE.is_start(simd, x));
+        assert!(!is_known, "{x:?}");
     }
 }

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use antumbra_geometry::{DVec2, DVec3, SurfaceId};
+use antumbra_geometry::{DVec2, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
@@ -16,10 +16,11 @@ pub(super) use super::codes::{LEVELS, digit, place_codes};
 use super::faces::Part;
 use super::facet::{Cells, Depths, Facet, ROOM};
 pub(super) use super::made::{Made, Owned};
+use super::nodes::{Known, tile_node, write_node};
 pub(super) use super::queries::Queries;
 pub(super) use super::queries::{AGAIN, LONGEST};
-use super::sheet::{MOST_IN_SHEET, Sheet, Slant};
-use super::words::{ALIGNED, NODE_CELLS, NODE_WORDS, NOT_CUT, Word, counts, entry};
+use super::sheet::{MOST_APART, MOST_IN_SHEET, Sheet};
+use super::words::{NODE_CELLS, NODE_WORDS, NOT_CUT, WIDE_WORDS, Word, counts, entry};
 // Places are moved by no more than a cell.
 const _: () = assert!(1 << (2 * LEVELS) == CELLS_ALONG_TILE);
 
@@ -27,7 +28,6 @@ const _: () = assert!(1 << (2 * LEVELS) == CELLS_ALONG_TILE);
 /// were tested.
 const CUT: f32 = 1_500.0;
 const TESTS_LEFT: u32 = 2_000;
-const MOST_APART: usize = 6;
 
 /// Starts nearer a light among the surfaces may be in no tile.
 const LEAST_TOLD: f64 = 1.0 / 32.0;
@@ -39,42 +39,22 @@ const PAST: f32 = 2.0 * BOUND;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub(super) facet: u16,
-    covers: bool,
+    pub(super) covers: bool,
     pub(super) near: f32,
     pub(super) far: f32,
 }
 
-/// The word of a cell, and the one for free starts.
 #[derive(Clone, Copy)]
-struct Known {
-    word: Word,
-    free: Word,
-}
-
-impl Known {
-    const NOTHING: Self = Self {
-        word: Word::LIT,
-        free: Word::LIT,
-    };
-
-    /// No threshold, so that free starts need nothing else.
-    fn alike(word: Word) -> Self {
-        Self {
-            word,
-            free: Word::NEVER,
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Cell {
-    low: [f32; 2],
-    side: f32,
+pub(super) struct Cell {
+    pub(super) low: [f32; 2],
+    pub(super) side: f32,
     level: u32,
+    /// Where its node is written, if there is room for it already.
+    room: Option<usize>,
 }
 
 impl Cell {
-    fn middle(&self) -> [f32; 2] {
+    pub(super) fn middle(&self) -> [f32; 2] {
         self.low.map(|low| low + 0.5 * self.side)
     }
 }
@@ -83,21 +63,23 @@ impl Cell {
 pub(super) struct Builder<'a, S> {
     simd: S,
     pub(super) tables: Tables<'a>,
-    depths: Depths,
+    pub(super) depths: Depths,
     /// By how much cells are inflated, in tiles.
-    margin: f32,
+    pub(super) margin: f32,
     /// Whether the tile has more surfaces than numbers tell.
     is_crowded: bool,
-    facets: Vec<Facet>,
+    pub(super) facets: Vec<Facet>,
     /// For each of them the number of its surface among those of the tile.
     numbers: Vec<u16>,
     /// For each of them its surface, and what cells tell of it.
     parts: Vec<(u32, Part)>,
     /// Facets beyond each side, [`NONE`] where there is none.
-    beyond: Vec<[u32; 3]>,
+    pub(super) beyond: Vec<[u32; 3]>,
     /// For each facet its number in the list at hand.
-    in_list: Vec<u32>,
-    words: Vec<u32>,
+    pub(super) in_list: Vec<u32>,
+    pub(super) words: Vec<u32>,
+    /// What is before this is not used.
+    first: usize,
     order: Vec<(bool, f32, u16)>,
     /// Lists for free starts, by their facets; `None` if none are made.
     free_lists: Option<HashMap<Vec<u16>, Word>>,
@@ -118,6 +100,7 @@ impl<'a, S: Simd> Builder<'a, S> {
             beyond: Vec::new(),
             in_list: Vec::new(),
             words: Vec::new(),
+            first: 0,
             order: Vec::new(),
             free_lists: None,
             spare: Vec::new(),
@@ -143,11 +126,11 @@ impl<'a, S: Simd> Builder<'a, S> {
         self.parts.clear();
         // Starts on curved shapes are where their points are. Of what comes too near the light not all starts are
         // in a tile.
-        let is_reported = |facet: &Facet| {
+        let is_known = |facet: &Facet| {
             self.tables.side(facet.surface as usize).is_some()
                 && (!view.is_face || f64::from(facet.nearest()) > LEAST_TOLD)
         };
-        let part = |facet: &Facet| match is_reported(facet) {
+        let part = |facet: &Facet| match is_known(facet) {
             true => (facet.surface, Part::default()),
             false => (facet.surface, Part::DOUBT),
         };
@@ -183,11 +166,13 @@ impl<'a, S: Simd> Builder<'a, S> {
         has_free: bool,
     ) -> Made<'_> {
         self.words.clear();
+        self.first = 0;
         self.free_lists = has_free.then(HashMap::new);
         let mut cell = Cell {
             low: [-0.5; 2],
             side: 1.0,
             level,
+            room: None,
         };
         for finer in 0..level {
             let number = digit(code, finer);
@@ -209,7 +194,8 @@ impl<'a, S: Simd> Builder<'a, S> {
         };
         Made {
             parts: &self.parts,
-            words: &self.words,
+            words: &self.words[self.first..],
+            first: self.first,
             own: known.word,
             free: known.free,
         }
@@ -262,17 +248,21 @@ impl<'a, S: Simd> Builder<'a, S> {
         list
     }
 
-    /// Cuts a cell into sixteen.
+    /// Cuts a cell into sixteen; a whole tile with room for the nodes of these, so that they may be made one.
     fn node(&mut self, list: &[Entry], cell: &Cell, queries: Queries) -> Known {
-        let first = self.words.len();
-        self.words.resize(first + NODE_WORDS, 0);
+        let is_tile = cell.level == 0;
+        let first = cell.room.unwrap_or(self.words.len());
+        if cell.room.is_none() {
+            let size = if is_tile { WIDE_WORDS } else { NODE_WORDS };
+            self.words.resize(first + size, 0);
+        }
         let side = 0.25 * cell.side;
         let mut middles = [[0.0; NODE_CELLS]; 2];
         for number in 0..NODE_CELLS {
             middles[0][number] = cell.low[0] + side * (0.5 + (number & 3) as f32);
             middles[1][number] = cell.low[1] + side * (0.5 + (number >> 2) as f32);
         }
-        let cells = Cells {
+        let measured = Cells {
             u: f32x16::from_slice(self.simd, &middles[0]),
             v: f32x16::from_slice(self.simd, &middles[1]),
             half: 0.5 * side + self.margin,
@@ -282,9 +272,10 @@ impl<'a, S: Simd> Builder<'a, S> {
         lists.iter_mut().for_each(Vec::clear);
         self.simd.vectorize(
             #[inline(always)]
-            || self.split(list, &cells, &mut lists),
+            || self.split(list, &measured, &mut lists),
         );
-        for (number, list) in lists.iter_mut().enumerate() {
+        let mut cells = [Known::NOTHING; NODE_CELLS];
+        for ((number, list), known) in lists.iter_mut().enumerate().zip(&mut cells) {
             let finer = Cell {
                 low: [
                     cell.low[0] + side * (number & 3) as f32,
@@ -292,12 +283,17 @@ impl<'a, S: Simd> Builder<'a, S> {
                 ],
                 side,
                 level: cell.level + 1,
+                room: is_tile.then_some(number * NODE_WORDS),
             };
-            let known = self.cell(list, &finer, queries.in_a_cell());
-            self.words[first + number] = known.word.0;
-            self.words[first + NODE_CELLS + number] = known.free.0;
+            *known = self.cell(list, &finer, queries.in_a_cell());
         }
         self.spare.push(lists);
+        if is_tile {
+            let known;
+            (known, self.first) = tile_node(&mut self.words, cells);
+            return known;
+        }
+        write_node(&mut self.words, first, &cells);
         Known::alike(Word::node(first))
     }
 
@@ -453,75 +449,6 @@ impl<'a, S: Simd> Builder<'a, S> {
         self.node(&list, cell, queries)
     }
 
-    /// Returns the nearest sheet of a list: triangles that cover each place of the inflated cell exactly once.
-    /// `over` are those over one place of it.
-    fn sheet(&mut self, list: &[Entry], cell: &Cell, full: f32, over: u64) -> Sheet {
-        for (number, entry) in list.iter().enumerate() {
-            self.in_list[usize::from(entry.facet)] = number as u32;
-        }
-        let mut best = Sheet::NONE;
-        let mut left = over;
-        while left != 0 {
-            let number = left.trailing_zeros() as usize;
-            let grown = self.grow_sheet(list, cell, number);
-            left &= !(1 << number | grown.map_or(0, |sheet| sheet.members));
-            if let Some(sheet) = grown
-                && sheet.far < best.far
-                && sheet.far <= full
-                && (sheet.members & over).count_ones() == 1
-            {
-                best = sheet;
-            }
-        }
-        for entry in list {
-            self.in_list[usize::from(entry.facet)] = NONE;
-        }
-        best
-    }
-
-    /// Returns a slanted threshold as steep as the largest part of a sheet, which lies behind all of it, and those of a
-    /// list that lie behind the threshold. `None` if keys do not tell such depths.
-    fn slant(&self, list: &[Entry], cell: &Cell, sheet: &Sheet, nearest: f32) -> Option<Slant> {
-        let (middle, half) = (cell.middle(), 0.5 * cell.side + self.margin);
-        let facet = |number: usize| &self.facets[usize::from(list[number].facet)];
-        let members = || (0..list.len()).filter(|&number| sheet.holds(number));
-        let slopes = members().filter_map(|number| facet(number).slope(middle, half));
-        let (slope, _) = slopes.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let [least, most] = [nearest, sheet.far].map(f64::from);
-        let steepness = self
-            .depths
-            .steepness(least)
-            .min(self.depths.steepness(most));
-        // Not for NaN, nor nearer than the light.
-        let is_reported = steepness > LEAST_SLANTED && self.depths.weight(least) > 0.0;
-        if !is_reported {
-            return None;
-        }
-        let key = |depth: f32| self.depths.key(f64::from(depth)) as f32;
-        let over = |number: usize| {
-            let Entry { near, far, .. } = list[number];
-            let at = slope[0] * middle[0] + slope[1] * middle[1];
-            let reach = (slope[0].abs() + slope[1].abs()) * half;
-            let [low, high] = facet(number).key_less(slope, middle, half);
-            [
-                low.max(key(near) - at - reach),
-                high.min(key(far) - at + reach),
-            ]
-        };
-        // What the key of a start, of a place and of a plane is off, and what `f32` makes of it.
-        let steepest = slope[0].abs() + slope[1].abs();
-        let size = key(nearest).abs().max(key(sheet.far).abs()) + steepest;
-        let error = 2.0 * BOUND / steepness as f32 + steepest * self.margin + size * KEY_ROUNDING;
-        let far = members().fold(f32::NEG_INFINITY, |far, number| far.max(over(number)[1]));
-        let key = far + 2.0 * error;
-        let is_hidden = |&number: &usize| {
-            !sheet.holds(number) && number < MOST_IN_SHEET && over(number)[0] > key + 2.0 * error
-        };
-        let hidden = (0..list.len()).filter(is_hidden);
-        let hidden = hidden.fold(0_u64, |hidden, number| hidden | 1 << number);
-        (hidden != 0).then_some(Slant { slope, key, hidden })
-    }
-
     /// Returns what a cell says of free starts that are not past its threshold, of which no other than these of a list
     /// may block any.
     fn free(&mut self, list: &[Entry], nearest: f32, is_one: impl Fn(usize) -> bool) -> Word {
@@ -545,93 +472,4 @@ impl<'a, S: Simd> Builder<'a, S> {
             Word::list(place)
         })
     }
-
-    fn write_slant(&mut self, slant: &Slant, full: f32) -> Word {
-        let place = self.words.len().next_multiple_of(ALIGNED);
-        self.words.resize(place, 0);
-        let [x, y] = slant.slope;
-        self.words.extend([x, y, slant.key, full].map(f32::to_bits));
-        Word::slant(place)
-    }
-
-    /// Returns those of a list that hold a place of a cell to which no side comes near, a bit each, if there is one.
-    fn over_a_place(&self, list: &[Entry], cell: &Cell) -> Option<u64> {
-        const PLACES: [[f32; 2]; 4] = [[0.47, 0.52], [0.3, 0.4], [0.7, 0.35], [0.6, 0.8]];
-        PLACES.iter().find_map(|place| {
-            let at = [0, 1].map(|axis| cell.low[axis] + place[axis] * cell.side);
-            let mut over = 0_u64;
-            for (number, entry) in list.iter().enumerate() {
-                let facet = &self.facets[usize::from(entry.facet)];
-                if facet.is_whole {
-                    over |= u64::from(facet.holds(at)?) << number;
-                }
-            }
-            Some(over)
-        })
-    }
-
-    /// Returns a member of a list and all that are joined to it over sides that may come into the inflated cell; `None`
-    /// if such a side ends what they cover.
-    fn grow_sheet(&self, list: &[Entry], cell: &Cell, number: usize) -> Option<Sheet> {
-        let middle = cell.middle();
-        let half = 0.5 * cell.side + self.margin;
-        let mut sheet = Sheet {
-            members: 1 << number,
-            near: f32::INFINITY,
-            far: f32::NEG_INFINITY,
-        };
-        let mut due = sheet.members;
-        while due != 0 {
-            let entry = &list[due.trailing_zeros() as usize];
-            due &= due - 1;
-            sheet.near = sheet.near.min(entry.near);
-            sheet.far = sheet.far.max(entry.far);
-            if entry.covers {
-                continue;
-            }
-            let facet = &self.facets[usize::from(entry.facet)];
-            for side in 0..3 {
-                if !facet.side_may_meet(side, middle, half) {
-                    continue;
-                }
-                let beyond = self.beyond[usize::from(entry.facet)][side];
-                // Of none, a number that no facet has.
-                let &other = self.in_list.get(beyond as usize)?;
-                if other == NONE {
-                    return None;
-                }
-                due |= 1 << other & !sheet.members;
-                sheet.members |= 1 << other;
-            }
-        }
-        Some(sheet)
-    }
-
-    /// Returns whether no two of a list hide one another.
-    fn are_apart(&self, list: &[Entry]) -> bool {
-        let facet = |entry: &Entry| &self.facets[usize::from(entry.facet)];
-        if list.iter().any(|entry| !facet(entry).has_sides()) {
-            return false;
-        }
-        let mut positions = [[DVec3::ZERO; 3]; MOST_APART];
-        for (positions, entry) in positions.iter_mut().zip(list) {
-            let surface = SurfaceId(facet(entry).surface);
-            let Some(corners) = self.tables.occluders.triangle_positions(surface) else {
-                return false;
-            };
-            *positions = corners;
-        }
-        (0..list.len()).all(|one| {
-            (0..one).all(|other| {
-                let (a, b) = (facet(&list[one]), facet(&list[other]));
-                let (p, q) = (&positions[one], &positions[other]);
-                a.parts_from(b, [p, q]) || b.parts_from(a, [q, p])
-            })
-        })
-    }
 }
-
-/// Slanted thresholds are made for nothing that is so near a light: a depth changes so little with its key.
-const LEAST_SLANTED: f64 = 1.0 / (1u64 << 20) as f64;
-/// Rounding of a key less a linear function in `f32`, as a share of the size of both.
-const KEY_ROUNDING: f32 = 1.0 / (1u32 << 20) as f32;

@@ -27,6 +27,12 @@ pub(super) fn digits<S: Simd>(simd: S, x: f32x8<S>) -> u32x8<S> {
     (whole & 3) | (whole & 12) << 2 | (whole & 48) << 4
 }
 
+/// Returns the first digits of codes.
+#[inline(always)]
+pub(super) fn next_digit<S: Simd>(code: u32x8<S>) -> u32x8<S> {
+    (code >> (CELL_BITS * (LEVELS - 1))) & (NODE_CELLS as u32 - 1)
+}
+
 /// Returns the cell of a node of this level, 0 for the tile's, that holds the place of a code.
 #[inline(always)]
 pub(super) fn digit(code: u32, level: u32) -> usize {

@@ -165,8 +165,8 @@ impl Facet {
         if let Some(corners) = corners {
             let side = tables.side(surface.0 as usize).unwrap_or(0);
             let seen = corners.map(|corner| view.project(corner));
-            let is_reported = facet.tell_sides(view, middle, seen, side);
-            facet.is_whole = is_reported && tables.occluders.is_opaque_everywhere(surface);
+            let is_known = facet.tell_sides(view, middle, seen, side);
+            facet.is_whole = is_known && tables.occluders.is_opaque_everywhere(surface);
             facet.tell_plane(view, depths, middle, corners, [near, far]);
         }
         Some((facet, footprint.margin))
@@ -188,8 +188,8 @@ impl Facet {
             let slope = line.x.abs().max(line.y.abs());
             let error = from.length() + to.length();
             // Not for NaN.
-            let is_reported = slope > view.scale * STEEPEST_ERROR * error;
-            if !is_reported {
+            let is_known = slope > view.scale * STEEPEST_ERROR * error;
+            if !is_known {
                 return false;
             }
             let value = (line.x * at.x + line.y * at.y + line.z) * view.scale;
@@ -243,8 +243,8 @@ impl Facet {
         let weight = depths.weight(near).max(depths.weight(far));
         let error = rounding * depths.steepness(far) + HEIGHT_ERROR * weight / below.abs();
         // Not for NaN.
-        let is_reported = error <= f64::from(BOUND) / 2.0;
-        if !is_reported {
+        let is_known = error <= f64::from(BOUND) / 2.0;
+        if !is_known {
             return;
         }
         self.has_plane = true;

@@ -1,23 +1,26 @@
 //! What was built for a cell.
 
 use super::faces::Part;
-use super::words::{Arena, NODE_CELLS, Word};
+use super::words::{Arena, NODE_WORDS, Word};
 
-/// The words below a tile or cell, places from its first on, and its own.
+/// The words below a tile or cell, and its own.
 pub(super) struct Made<'a> {
     /// Of a tile, what it tells of the surfaces that it lists.
     pub(super) parts: &'a [(u32, Part)],
     pub(super) words: &'a [u32],
+    /// The place of the first of them.
+    pub(super) first: usize,
     pub(super) own: Word,
     pub(super) free: Word,
 }
 
 /// The same, kept.
 pub(super) struct Owned {
-    pub(super) parts: Box<[(u32, Part)]>,
-    pub(super) words: Box<[u32]>,
-    pub(super) own: Word,
-    pub(super) free: Word,
+    parts: Box<[(u32, Part)]>,
+    words: Box<[u32]>,
+    first: usize,
+    own: Word,
+    free: Word,
 }
 
 impl Owned {
@@ -25,6 +28,7 @@ impl Owned {
         Made {
             parts: &self.parts,
             words: &self.words,
+            first: self.first,
             own: self.own,
             free: self.free,
         }
@@ -36,28 +40,26 @@ impl Made<'_> {
         Owned {
             parts: self.parts.into(),
             words: self.words.into(),
+            first: self.first,
             own: self.own,
             free: self.free,
         }
     }
 
-    /// Writes the words where they stand.
-    pub(super) fn write(&self, arena: &Arena, place: usize) {
+    /// Writes the words where they stand from there on, and returns the cell's own, and what it says of free starts.
+    pub(super) fn write(&self, arena: &Arena, place: usize) -> [Word; 2] {
         let mut words = self.words.to_vec();
         let mut due = vec![self.own];
         while let Some(word) = due.pop() {
-            if !word.is_node() {
-                continue;
-            }
-            for number in 0..NODE_CELLS {
-                let word = &mut words[word.place() + number];
-                due.push(Word(*word));
-                *word = Word(*word).moved(place).0;
-            }
-            for free in &mut words[word.place() + NODE_CELLS..][..NODE_CELLS] {
-                *free = Word(*free).moved(place).0;
+            for node in word.nodes() {
+                for word in &mut words[node - self.first..][..NODE_WORDS] {
+                    let cell = Word(*word);
+                    due.extend(cell.is_node().then_some(cell));
+                    *word = cell.moved(self.first, place).0;
+                }
             }
         }
         arena.write(place, words.into_iter());
+        [self.own, self.free].map(|word| word.moved(self.first, place))
     }
 }

@@ -11,6 +11,7 @@ mod faces;
 mod facet;
 mod found;
 mod made;
+mod nodes;
 mod queries;
 mod resolve;
 mod runs;
@@ -26,26 +27,25 @@ mod words;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use antumbra_geometry::{DVec2, LightShape, Occluders, Start};
+use antumbra_geometry::{DVec2, LightShape, Occluders};
 use antumbra_task::{check, checked};
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, dispatch};
 
-use self::build::{AGAIN, Builder, LEVELS, Made, Owned, Queries, digit, place_codes};
+use self::build::{AGAIN, Builder, Made, Owned, Queries, digit};
 use self::faces::Faces;
 use self::facet::{Depths, footprint};
 pub(crate) use self::prices::{Prices, Spent};
 pub(super) use self::runs::MapRuns;
 pub(super) use self::size::{height_bytes, most_words, price};
 use self::size::{most_entries, tile_count};
-use self::words::{Arena, COUNTS, HEAD, NODE_CELLS, SLANT_WORDS, entry_counts};
+use self::words::{Arena, COUNTS, NODE_WORDS};
 pub(super) use self::words::{BIAS, Word, rough_depth};
 use super::room::Share;
 use super::tables::Tables;
 use super::views::{NO_TILE, Views};
 use crate::accel::frame::Frame;
 use crate::threads::prelude::*;
-pub(super) use found::{List, Located, Told};
+pub(super) use found::{Located, Told};
 
 /// What a light's directions know so far.
 #[derive(Debug)]
@@ -210,28 +210,6 @@ impl Map {
             }
         }
         place
-    }
-
-    /// Tells of at most 64 starts which lie on faces that are lit or in shadow as a whole, and of these which are in
-    /// shadow, a bit each.
-    #[inline]
-    pub(crate) fn faces_of(&self, starts: &[Start]) -> (u64, u64) {
-        let (mut known, mut shadowed) = (0, 0);
-        for (number, start) in starts.iter().enumerate() {
-            let value = self.faces.value(start.surface);
-            known |= u64::from(value & 1 | value >> 1) << number;
-            shadowed |= u64::from(value >> 1) << number;
-        }
-        (known, shadowed)
-    }
-
-    /// Returns whether a start is in shadow, if all starts on its face are, or none is.
-    #[inline]
-    pub(crate) fn face_of(&self, start: &Start) -> Option<bool> {
-        match self.faces.value(start.surface) {
-            0 => None,
-            value => Some(value >> 1 != 0),
-        }
     }
 
     fn surfaces_of(&self, tile: usize) -> &[u32] {
@@ -458,9 +436,13 @@ impl Map {
         let mut word = Word(self.tiles[tile].load(Ordering::Acquire));
         let mut slot = (0, None);
         while word.is_node() {
-            let place = word.place() + digit(code, slot.0);
+            let levels = if word.is_wide() { 2 } else { 1 };
+            let mut place = word.place() + digit(code, slot.0);
+            if word.is_wide() {
+                place = word.place() + digit(code, slot.0) * NODE_WORDS + digit(code, slot.0 + 1);
+            }
             word = Word(self.arena.read(place));
-            slot = (slot.0 + 1, Some(place));
+            slot = (slot.0 + levels, Some(place));
         }
         (word, slot)
     }
@@ -482,8 +464,7 @@ impl Map {
         let Some(place) = self.take(made.words.len()) else {
             return false;
         };
-        made.write(&self.arena, place);
-        let [word, free] = [made.own, made.free].map(|word| word.moved(place));
+        let [word, free] = made.write(&self.arena, place);
         match slot {
             Some(slot) => self.arena.publish(slot, word, free),
             None => {
@@ -503,134 +484,6 @@ impl Map {
             }
         }
         true
-    }
-
-    /// Returns where starts within the scene's box are, given coordinate by coordinate.
-    #[inline(always)]
-    pub(super) fn locate<S: Simd, const N: usize>(
-        &self,
-        simd: S,
-        places: &[[f32; N]; 3],
-    ) -> Located<N> {
-        let located = self.views.locate(simd, places);
-        let mut codes = [0; N];
-        for first in (0..N).step_by(8) {
-            let u = f32x8::from_slice(simd, &located.within[0][first..first + 8]);
-            let v = f32x8::from_slice(simd, &located.within[1][first..first + 8]);
-            codes[first..first + 8].copy_from_slice(place_codes(simd, u, v).as_slice());
-        }
-        Located {
-            tiles: located.tiles,
-            codes,
-            within: located.within,
-            depths: located.depths,
-        }
-    }
-
-    /// Returns what the words of some starts are, and where it stands what their cells say of free ones: 0 for the tile's.
-    #[inline(always)]
-    pub(super) fn words<const N: usize>(&self, located: &Located<N>) -> ([u32; N], [u32; N]) {
-        let mut words = [Word::UNASKED.0; N];
-        let mut cells = [0_u32; N];
-        for (word, &tile) in words.iter_mut().zip(&located.tiles) {
-            // Of none, a number that no tile has.
-            if let Some(tile) = self.tiles.get(tile as usize) {
-                *word = tile.load(Ordering::Acquire);
-            }
-        }
-        for level in 0..LEVELS {
-            let mut is_any = false;
-            for number in 0..N {
-                let word = Word(words[number]);
-                let is_node = word.is_node();
-                // Nothing foretells which are nodes, so there is no branch; others read where nothing is.
-                let node = if is_node { word.place() } else { 0 };
-                let place = node + digit(located.codes[number], level);
-                let read = self.arena.read(place);
-                words[number] = if is_node { read } else { word.0 };
-                cells[number] = if is_node { place as u32 } else { cells[number] };
-                is_any |= is_node;
-            }
-            if !is_any {
-                break;
-            }
-        }
-        (words, cells)
-    }
-
-    /// Returns what a cell says of free starts that are not past its threshold: a depth before which they are lit, or a
-    /// list.
-    #[inline(always)]
-    pub(super) fn free(&self, tile: u32, cell: u32) -> Word {
-        Word(match cell {
-            0 => self.free[tile as usize].load(Ordering::Relaxed),
-            cell => self.arena.read(cell as usize + NODE_CELLS),
-        })
-    }
-
-    /// Notes that so many entries of a list are tested; returns whether it stays.
-    #[inline(always)]
-    pub(super) fn test(&self, word: u32, count: u32) -> bool {
-        self.arena.spend(Word(word).place() + COUNTS, count)
-    }
-
-    /// Returns what a word says of a start of those that were located, on a listed surface or not.
-    #[inline(always)]
-    pub(super) fn told<const N: usize>(
-        &self,
-        (located, number): (&Located<N>, usize),
-        (word, cell): (u32, u32),
-        is_listed: bool,
-    ) -> Told {
-        let depth = located.depths[number];
-        let is_past = match Word(word) {
-            list if list.is_list() => return Told::List(word),
-            slant if slant.is_slant() => self.is_past_slant((located, number), word),
-            threshold if threshold.is_threshold() => depth + BIAS > f32::from_bits(word),
-            _ => return Told::Unknown,
-        };
-        if is_past || is_listed {
-            return Told::Is(is_past);
-        }
-        match self.free(located.tiles[number], cell) {
-            list if list.is_list() => Told::List(list.0),
-            lit_before if depth + BIAS < f32::from_bits(lit_before.0) => Told::Is(false),
-            _ => Told::Unknown,
-        }
-    }
-
-    /// Returns whether a start is past the slanted threshold of its word.
-    #[inline(always)]
-    pub(super) fn is_past_slant<const N: usize>(
-        &self,
-        (located, number): (&Located<N>, usize),
-        word: u32,
-    ) -> bool {
-        let words = self.arena.slice(Word(word).place(), SLANT_WORDS);
-        let read = |at: usize| f32::from_bits(words[at].load(Ordering::Relaxed));
-        let [u, v] = [0, 1].map(|axis: usize| located.within[axis][number] - 0.5);
-        let depth = located.depths[number];
-        let key = self.depths.key_of_start(depth);
-        (depth > read(3)) | (key - (read(0) * u + read(1) * v) > read(2))
-    }
-
-    /// Reads of a list what comes first, so that it is in the caches.
-    #[inline(always)]
-    pub(super) fn any_word(&self, word: u32) -> u32 {
-        self.arena.read(Word(word).place())
-    }
-
-    /// Returns what a list of a tile says.
-    #[inline(always)]
-    pub(super) fn list(&self, tile: u32, word: u32) -> List<'_> {
-        let place = Word(word).place();
-        let counts = entry_counts(self.arena.read(place + COUNTS));
-        List {
-            full: f32::from_bits(self.arena.read(place)),
-            counts,
-            entries: self.arena.slice(place + HEAD, counts[1]),
-            surfaces: self.surfaces_of(tile as usize),
-        }
     }
 }
 

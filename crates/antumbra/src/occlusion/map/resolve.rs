@@ -25,19 +25,21 @@ struct Asked {
 impl<S: Simd> Builder<'_, S> {
     /// Tells of those entries of a list that it asks.
     pub(super) fn resolve(&mut self, list: &[Entry], is_asked: impl Fn(usize) -> bool) {
-        let asked = (0..list.len()).filter(|&number| is_asked(number));
-        let asked: Vec<Asked> = asked.map(|number| self.asked(&list[number])).collect();
-        let are_few = asked.len() <= MOST_RESOLVED;
+        let asked = || (0..list.len()).filter(|&number| is_asked(number));
+        // What other cells have told apart stays so.
+        if asked().all(|number| self.part_of(list[number].facet).is_mixed()) {
+            return;
+        }
+        if asked().nth(MOST_RESOLVED).is_some() {
+            return asked().for_each(|number| self.tell(list[number].facet, Part::DOUBT));
+        }
+        let asked: Vec<Asked> = asked().map(|number| self.asked(&list[number])).collect();
         for number in 0..asked.len() {
-            // What other cells have told apart stays so.
-            if self.part_of(asked[number].entry.facet).is_mixed() {
-                continue;
+            let facet = asked[number].entry.facet;
+            if !self.part_of(facet).is_mixed() {
+                let part = self.resolved(&asked, number);
+                self.tell(facet, part);
             }
-            let part = match are_few {
-                true => self.resolved(&asked, number),
-                false => Part::DOUBT,
-            };
-            self.tell(asked[number].entry.facet, part);
         }
     }
 

@@ -18,9 +18,12 @@ use super::super::views::Views;
 use super::build::{LEVELS, LONGEST};
 use super::faces::Faces;
 use super::facet::Depths;
+use super::made::Made;
+use super::nodes::{Known, cells, tile_node, write_node};
 pub(in super::super) use super::runs::MapRuns;
 use super::words::{
-    ALIGNED, Arena, COUNTS, HEAD, NODE_CELLS, NODE_WORDS, NOT_CUT, SLANT_WORDS, Word, entry_counts,
+    ALIGNED, Arena, COUNTS, HEAD, NODE_CELLS, NODE_WORDS, NOT_CUT, SLANT_WORDS, WIDE_WORDS, Word,
+    entry_counts,
 };
 use super::{Map, TRIES, tile_count};
 
@@ -88,7 +91,6 @@ impl Map {
             words: &tiles,
             at: 0,
             surface_count: 0,
-            first: 0,
             made: Vec::new(),
             lists: Vec::new(),
             is_open: false,
@@ -104,12 +106,12 @@ impl Map {
             return Err(reader.bad("more words than cells"));
         }
         let is_open = reader.is_open;
-        let of_each = |word: fn(&(Word, Word)) -> Word| {
+        let of_each = |word: fn(&Known) -> Word| {
             let words = made.iter().map(word);
             words.map(|word| AtomicU32::new(word.0)).collect()
         };
         let not_made = made.iter().zip(first.windows(2));
-        let not_made = not_made.filter(|((word, _), _)| *word == Word::UNASKED);
+        let not_made = not_made.filter(|(tile, _)| tile.word == Word::UNASKED);
         let faces = Faces::of_packed(
             occluders.surface_count(),
             not_made.flat_map(|(_, ends)| {
@@ -122,8 +124,8 @@ impl Map {
         let faces = faces.ok_or(Misfit::At(at, "faces of another number or kind"))?;
         let noughts = || (0..count).map(|_| AtomicU32::new(0)).collect();
         Ok(Self {
-            tiles: of_each(|&(word, _)| word),
-            free: of_each(|&(_, free)| free),
+            tiles: of_each(|tile| tile.word),
+            free: of_each(|tile| tile.free),
             asked: noughts(),
             coming: noughts(),
             arena: if is_open { arena } else { arena.trimmed() },
@@ -164,10 +166,12 @@ impl Writer<'_> {
     fn write(&mut self, word: Word, free: Word) {
         if word.is_node() {
             self.words.push(NODE.0);
-            for number in 0..NODE_CELLS {
-                let place = word.place() + number;
-                let word = Word(self.map.arena.read(place));
-                self.write(word, Word(self.map.arena.read(place + NODE_CELLS)));
+            for node in word.nodes() {
+                if word.is_wide() {
+                    self.write_part(node);
+                } else {
+                    self.write_cells(node);
+                }
             }
         } else if word.is_list() {
             self.write_list(word);
@@ -181,6 +185,24 @@ impl Writer<'_> {
             self.words.push(word.0);
             if word.is_threshold() {
                 self.write_free(free);
+            }
+        }
+    }
+
+    fn write_cells(&mut self, node: usize) {
+        for Known { word, free } in cells(&self.map.arena, node) {
+            self.write(word, free);
+        }
+    }
+
+    /// Writes a part of a wide node: one cell if it has never been cut.
+    fn write_part(&mut self, node: usize) {
+        let first = cells(&self.map.arena, node).next();
+        match first.filter(|first| cells(&self.map.arena, node).all(|cell| cell == *first)) {
+            Some(Known { word, free }) => self.write(word, free),
+            None => {
+                self.words.push(NODE.0);
+                self.write_cells(node);
             }
         }
     }
@@ -216,8 +238,7 @@ struct Reader<'a> {
     at: usize,
     /// Surfaces of the tile at hand.
     surface_count: u32,
-    /// Where in the arena the words of the tile at hand begin, and these.
-    first: usize,
+    /// The words of the tile at hand.
     made: Vec<u32>,
     /// Lists of the tile at hand, by their numbers.
     lists: Vec<Word>,
@@ -243,51 +264,79 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a tile: its word, and what it says of free starts.
-    fn tile(&mut self, arena: &Arena) -> Result<(Word, Word), Misfit> {
+    fn tile(&mut self, arena: &Arena) -> Result<Known, Misfit> {
         self.lists.clear();
         self.made.clear();
-        self.first = arena.taken();
-        let read = self.cell(0)?;
-        let place = arena.take(self.made.len()).ok_or(Misfit::NoRoom)?;
-        debug_assert_eq!(place, self.first);
-        arena.write(place, self.made.iter().copied());
-        Ok(read)
+        let (known, first) = match self.words.get(self.at) {
+            Some(&word) if Word(word) == NODE => {
+                self.at += 1;
+                self.tile_of_cells()?
+            }
+            _ => (self.cell(0, None)?, 0),
+        };
+        let made = Made {
+            parts: &[],
+            words: &self.made[first..],
+            first,
+            own: known.word,
+            free: known.free,
+        };
+        let place = arena.take(made.words.len()).ok_or(Misfit::NoRoom)?;
+        let [word, free] = made.write(arena, place);
+        Ok(Known { word, free })
     }
 
-    /// Returns where the words are that are added next.
-    fn place(&self) -> usize {
-        self.first + self.made.len()
+    /// Reads the cells of a tile that is cut; returns also the first of its words that are used.
+    fn tile_of_cells(&mut self) -> Result<(Known, usize), Misfit> {
+        self.made.resize(WIDE_WORDS, 0);
+        let mut cells = [Known::NOTHING; NODE_CELLS];
+        for (number, cell) in cells.iter_mut().enumerate() {
+            *cell = self.cell(1, Some(number * NODE_WORDS))?;
+        }
+        Ok(tile_node(&mut self.made, cells))
     }
 
-    /// Reads a cell of a level: its word, and what it says of free starts.
-    fn cell(&mut self, level: u32) -> Result<(Word, Word), Misfit> {
+    /// Reads a cell of a level: its word, and what it says of free starts. Its node is written where there is room for
+    /// it already.
+    fn cell(&mut self, level: u32, room: Option<usize>) -> Result<Known, Misfit> {
         let word = Word(self.next()?);
         if word == NODE {
             if level == LEVELS {
                 return Err(self.bad("a cell finer than any"));
             }
-            let (place, first) = (self.place(), self.made.len());
-            self.made.resize(first + NODE_WORDS, 0);
-            for number in 0..NODE_CELLS {
-                let (word, free) = self.cell(level + 1)?;
-                self.made[first + number] = word.0;
-                self.made[first + number + NODE_CELLS] = free.0;
+            let node = room.unwrap_or(self.made.len());
+            if room.is_none() {
+                self.made.resize(node + NODE_WORDS, 0);
             }
-            Ok((Word::node(place), Word::NEVER))
+            let mut cells = [Known::NOTHING; NODE_CELLS];
+            for cell in &mut cells {
+                *cell = self.cell(level + 1, None)?;
+            }
+            write_node(&mut self.made, node, &cells);
+            Ok(Known::alike(Word::node(node)))
         } else if word.is_list() {
-            Ok((self.list(word)?, Word::NEVER))
+            Ok(Known::alike(self.list(word)?))
         } else if word == SLANT {
             let words = self.take(SLANT_WORDS)?;
-            self.made
-                .resize(self.made.len().next_multiple_of(ALIGNED), 0);
-            let place = self.place();
+            let place = self.made.len().next_multiple_of(ALIGNED);
+            self.made.resize(place, 0);
             self.made.extend(words);
-            Ok((Word::slant(place), self.free()?))
+            let word = Word::slant(place);
+            Ok(Known {
+                word,
+                free: self.free()?,
+            })
         } else if word.is_threshold() {
-            Ok((word, self.free()?))
+            Ok(Known {
+                word,
+                free: self.free()?,
+            })
         } else if word == Word::UNASKED || word == Word::HOPELESS {
             self.is_open |= word == Word::UNASKED;
-            Ok((word, Word::LIT))
+            Ok(Known {
+                word,
+                free: Word::LIT,
+            })
         } else {
             Err(self.bad("a cell of no kind"))
         }
@@ -313,7 +362,7 @@ impl<'a> Reader<'a> {
         if number > self.lists.len() {
             return Err(self.bad("a list that is not there"));
         }
-        let place = self.place();
+        let place = self.made.len();
         let head = self.take(HEAD)?;
         let [asked, count] = entry_counts(head[COUNTS]);
         if asked > count || count > LONGEST {

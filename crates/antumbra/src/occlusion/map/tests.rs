@@ -10,6 +10,7 @@ use super::super::room::Room;
 use super::super::tables::{LightTables, SceneTables};
 use super::super::testing::Random;
 use super::facet::{Depths, Facet};
+use super::words::{HEAD, SLANT_WORDS, entry_counts};
 use super::*;
 
 /// Triangles of all sizes that share corners, panes, balls, a cone, a disk; numbers are whole half the time.
@@ -201,7 +202,7 @@ fn light(occluders: &Occluders, random: &mut Random) -> LightShape {
 fn what_a_map_tells_is_what_surfaces_do() {
     let random = &mut Random(1);
     let (mut lit, mut full, mut listed, mut unknown) = (0, 0, 0, 0);
-    let (mut slanted, mut free) = (0, 0);
+    let (mut slanted, mut free, mut wide) = (0, 0, 0);
     let (mut lit_faces, mut full_faces) = (0, 0);
     for _ in 0..1_000 {
         let occluders = scene(random);
@@ -250,7 +251,7 @@ fn what_a_map_tells_is_what_surfaces_do() {
                     .is_some_and(|side| side != 0)
                     && occluders.is_opaque(surface)
             });
-            let (mut words, mut cells) = map.words(&located);
+            let (mut words, mut cells) = dispatch!(Level::new(), simd => map.words(simd, &located));
             if is_lazy {
                 // Whoever asks in vain makes a tile; a list that was asked too often is cut.
                 if Word(words[0]).is_list() {
@@ -260,7 +261,7 @@ fn what_a_map_tells_is_what_surfaces_do() {
                 let free = if is_listed { 0 } else { FREE };
                 let place = (located.tiles[0], located.codes[0] | free);
                 map.make_for(&tables, &[place], each, 1e6);
-                (words, cells) = map.words(&located);
+                (words, cells) = dispatch!(Level::new(), simd => map.words(simd, &located));
             }
             let blocking: Vec<SurfaceId> = occluders
                 .surfaces()
@@ -268,6 +269,7 @@ fn what_a_map_tells_is_what_surfaces_do() {
                 .collect();
             let depth = located.depths[0];
             slanted += usize::from(Word(words[0]).is_slant());
+            wide += usize::from(tile_word(&map, located.tiles[0] as usize).is_wide());
             match map.told((&located, 0), (words[0], cells[0]), is_listed) {
                 Told::Is(is_shadowed) => {
                     assert_eq!(
@@ -315,9 +317,83 @@ fn what_a_map_tells_is_what_surfaces_do() {
         "{lit_faces} {full_faces}"
     );
     assert!(
-        full > 8_000 && lit > 20_000 && listed > 2_000 && slanted > 1_000 && free > 1_000,
-        "{full} {lit} {listed} {unknown} {slanted} {free}"
+        full > 8_000
+            && lit > 20_000
+            && listed > 2_000
+            && slanted > 1_000
+            && free > 1_000
+            && wide > 1_000,
+        "{full} {lit} {listed} {unknown} {slanted} {free} {wide}"
     );
+}
+
+fn tile_word(map: &Map, tile: usize) -> Word {
+    Word(map.tiles[tile].load(Ordering::Relaxed))
+}
+
+/// A floor of triangles that alternate in height, with holes: hardly a cell of it is told by its tile.
+fn rubble() -> Occluders {
+    let mut builder = Occluders::builder();
+    let height = |x: usize, y: usize| (7 * x + 11 * y) as f64 % 5.0;
+    for (x, y) in (0..40).flat_map(|x| (0..40).map(move |y| (x, y))) {
+        let corner = |dx: f64, dy: f64| DVec3::new(x as f64 + dx, y as f64 + dy, height(x, y));
+        let face = [corner(0.0, 0.0), corner(1.2, 0.1), corner(0.2, 1.3)];
+        builder.add_face(&face, Opacity::Opaque).expect("a face");
+    }
+    builder.build()
+}
+
+#[test]
+fn a_map_that_was_saved_tells_the_same() {
+    let occluders = rubble();
+    let frame = Frame::new(occluders.bounds());
+    let light = LightShape::Direction(DVec3::new(0.3, 0.2, 1.0));
+    let scene_tables = SceneTables::new(&occluders, &frame, true);
+    let room = Room::new(1 << 30);
+    scene_tables.make_mesh(&occluders, &room, false);
+    let light_tables = LightTables::new(&occluders, &frame, &light);
+    let tables = Tables::new(&occluders, &frame, &light, &scene_tables, &light_tables);
+    for queries in [1e5, 1e7, 1e9] {
+        let map = Map::new(&occluders, &tables, 1 << 28).expect("a map");
+        map.make_all(&tables, queries);
+        let (runs, pending_count) = map.runs();
+        assert_eq!(pending_count, 0);
+        let read = Map::of_runs(runs.clone(), &occluders, &tables, 1 << 28).expect("a map");
+        assert_eq!(read.runs().0, runs);
+        let count = |is_one: fn(Word) -> bool| {
+            let tiles = (0..map.tiles.len()).map(|tile| tile_word(&map, tile));
+            tiles.filter(|word| is_one(*word)).count()
+        };
+        let wide = count(Word::is_wide);
+        let narrow = count(Word::is_node) - wide;
+        assert!(queries < 1e9 || wide > 5 && narrow > 5, "{wide} {narrow}");
+        for tile in 0..map.tiles.len() {
+            for code in 0..1 << 12 {
+                let of = |map: &Map| {
+                    let (word, (_, slot)) = map.cell(tile, code);
+                    let free = map.free(tile as u32, slot.unwrap_or(0) as u32);
+                    [word, free].map(|word| word_of(map, word))
+                };
+                assert_eq!(of(&map), of(&read), "{tile} {code}");
+            }
+        }
+    }
+}
+
+/// A word without places: what it leads to in place of them.
+fn word_of(map: &Map, word: Word) -> Vec<u32> {
+    let words = |count| {
+        let words = map.arena.slice(word.place(), count);
+        words.iter().map(|word| word.load(Ordering::Relaxed))
+    };
+    if word.is_list() {
+        let [_, count] = entry_counts(map.arena.read(word.place() + COUNTS));
+        return words(HEAD + count).collect();
+    }
+    match word.is_slant() {
+        true => words(SLANT_WORDS).collect(),
+        false => vec![word.0],
+    }
 }
 
 /// Asks starts on all faces that are told as a whole, at corners, on edges, inside, from points anywhere; returns how
@@ -485,7 +561,7 @@ fn triangles_whose_corners_are_many_tiles_off_are_not_said_to_lie_apart() {
     let light = LightShape::Direction(DVec3::Z);
     map_of(&occluders, &light, |tables, _| {
         // In many tiles `f32` does not tell on which side of a line a corner is.
-        for (tile_count, is_reported) in [(9.0, true), (10_000.0, false)] {
+        for (tile_count, is_known) in [(9.0, true), (10_000.0, false)] {
             let bounds = occluders.bounds();
             let views = Views::new(&bounds, tables.frame, &light, tile_count).expect("a view");
             let view = &views.all[0];
@@ -497,7 +573,7 @@ fn triangles_whose_corners_are_many_tiles_off_are_not_said_to_lie_apart() {
                 facet.expect("it is seen").0
             };
             let told = facet(0).parts_from(&facet(1), [&sides, &others]);
-            assert_eq!(told, is_reported, "{tile_count}");
+            assert_eq!(told, is_known, "{tile_count}");
         }
     });
 }

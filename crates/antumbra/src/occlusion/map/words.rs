@@ -1,17 +1,23 @@
 //! The words that a map is made of, and the memory that holds them while it grows.
 //!
 //! A word of 32 bits says what a cell knows: a threshold (an `f32`, not negative), or with its highest bit where to go
-//! on: to a node of sixteen cells, to a list, or to a slanted threshold. All lie in one arena that is zero at first and of which only what was
+//! on: to a node of sixteen cells, to a wide node of 256, to a list, or to a slanted threshold. All lie in one arena that is zero at first and of which only what was
 //! written takes memory. Whoever makes a tile or a cell writes what is below it, then publishes its word; nobody reads
 //! what is not published. A word of which nothing was known, or a list, is written over, others are not.
 
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, u32x8};
+
+use super::codes::{CELL_BITS, next_digit};
+
 /// What a cell knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct Word(pub(in super::super) u32);
 
-const NODE: u32 = 0b10 << 30;
+const NODE: u32 = 0b100 << 29;
+const WIDE: u32 = 0b101 << 29;
 const LIST: u32 = 0b110 << 29;
 const SLANT: u32 = 0b111 << 29;
 const PLACE: u32 = (1 << 29) - 1;
@@ -40,6 +46,10 @@ impl Word {
         Self(NODE | place as u32)
     }
 
+    pub(in super::super) const fn wide(place: usize) -> Self {
+        Self(WIDE | place as u32)
+    }
+
     pub(in super::super) const fn list(place: usize) -> Self {
         Self(LIST | place as u32)
     }
@@ -48,18 +58,34 @@ impl Word {
         Self(SLANT | place as u32)
     }
 
-    /// Returns where a word leads that is one of a tile's own, if it leads on.
-    pub(in super::super) fn moved(self, by: usize) -> Self {
+    /// Returns where a word leads that is one of a tile's own, if it leads on, once that is moved from one place to
+    /// another.
+    pub(in super::super) fn moved(self, from: usize, to: usize) -> Self {
         if self.0 >> 31 == 0 || self.0 >= Self::HOPELESS.0 {
             self
         } else {
-            Self(self.0 + by as u32)
+            Self(self.0 - from as u32 + to as u32)
         }
     }
 
+    /// Returns where its nodes are, of a word that leads to one or to a wide one.
+    pub(in super::super) fn nodes(self) -> impl Iterator<Item = usize> {
+        let count = match self.is_wide() {
+            true => NODE_CELLS,
+            false => usize::from(self.is_node()),
+        };
+        (0..count).map(move |number| self.place() + number * NODE_WORDS)
+    }
+
+    /// Of either width.
     #[inline(always)]
     pub(in super::super) fn is_node(self) -> bool {
         self.0 >> 30 == NODE >> 30
+    }
+
+    #[inline(always)]
+    pub(in super::super) fn is_wide(self) -> bool {
+        self.0 >> 29 == WIDE >> 29
     }
 
     #[inline(always)]
@@ -90,6 +116,23 @@ pub(in super::super) const BIAS: f32 = 4.0;
 /// before which they are lit, or a list.
 pub(in super::super) const NODE_WORDS: usize = 32;
 pub(in super::super) const NODE_CELLS: usize = 16;
+
+/// A wide node is the sixteen nodes below one in a row, so that one step leads two levels down. Where a cell of the
+/// upper level has no node, all cells of its node say what it says.
+pub(in super::super) const WIDE_WORDS: usize = NODE_CELLS * NODE_WORDS;
+
+/// For eight words that lead to nodes, where in these the cells of their codes are, and what of the codes is left for
+/// the next step; 0 for all others.
+#[inline(always)]
+pub(in super::super) fn step<S: Simd>(word: u32x8<S>, code: u32x8<S>) -> (u32x8<S>, u32x8<S>) {
+    let is_node = (word >> 30).simd_eq(NODE >> 30);
+    let is_wide = (word >> 29).simd_eq(WIDE >> 29);
+    let (upper, lower) = (next_digit(code), next_digit(code << CELL_BITS));
+    let within = is_wide.select(upper * NODE_WORDS as u32 + lower, upper);
+    let left = is_wide.select(code << (2 * CELL_BITS), code << CELL_BITS);
+    let nowhere = word & 0;
+    (is_node.select((word & PLACE) + within, nowhere), left)
+}
 
 /// A list begins with the depth behind which all is in shadow, and a word of how many entries it has for starts on
 /// listed surfaces (8 bits) and for others (8 bits), and how many more of them may be tested before it pays to cut its

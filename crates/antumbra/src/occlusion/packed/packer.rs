@@ -27,7 +27,7 @@ impl Packed {
         }
         roots.extend(Self::BEYOND.map(|whole| whole as u32));
         packer.entries.extend([0; STRIDE]);
-        packer.is_reported().then(|| Self {
+        packer.is_known().then(|| Self {
             roots: roots.into(),
             areas,
             bricks: packer.bricks.into(),
@@ -94,7 +94,7 @@ impl Packer {
     }
 
     /// Returns whether all numbers fit.
-    fn is_reported(&self) -> bool {
+    fn is_known(&self) -> bool {
         let most = (u32::MAX >> COUNT_BITS) as usize;
         !self.is_odd
             && self.entries.len() <= most
