@@ -29,7 +29,7 @@ use super::typed::Soft;
 /// Samples a start.
 const SAMPLES: usize = 64;
 
-/// What an angle of 0 stands for.
+/// The least angle, which 0 stands for, in degrees.
 const LEAST_DEGREES: f64 = 1e-6;
 
 /// The reference tells of so many starts, evenly among all, whether the rays that all answers are compared with
@@ -49,7 +49,7 @@ struct SceneReport {
     ours_ns: f64,
     /// The first pass of all, with nothing known.
     cold_ns: f64,
-    /// What the first pass took that made all values that it asked for, in seconds, and their bytes.
+    /// Seconds of the first pass, which made all values that it asked for, and bytes of these.
     preparation_s: f64,
     known_bytes: u64,
     /// By the walk of many targets, which knows nothing.
@@ -129,7 +129,7 @@ fn scene(
     // Values of whatever was queried once.
     let warm_options = IndexOptions {
         refinement: antumbra::Refinement {
-            refine: Refine::Asked,
+            refine: Refine::Queried,
             ..options.refinement
         },
         ..options

@@ -115,7 +115,7 @@ fn find_embree(thread_count: usize, screen: &Screen) -> (Option<Embree>, String)
     }
 }
 
-/// What a measurement begins with: how time is taken, the rival, and what stands at the top of the report, which it prints.
+/// The conditions of a measurement: how time is taken, the rival, and the head of the report, which this prints.
 pub(super) fn begin(
     threads: &TimedThreads,
     rounds: u32,

@@ -68,7 +68,7 @@ impl Settings {
         };
         let refine = match self.refine.as_str() {
             "lazy" => Refine::Lazy,
-            "queried" => Refine::Asked,
+            "queried" => Refine::Queried,
             "eager" => Refine::Eager,
             other => {
                 let message =

@@ -1,4 +1,4 @@
-//! What the help of every program of the project has to be like: short lines, headings, and where north is.
+//! Rules for the help of every program of the project: short lines, headings, and where north is.
 
 /// Widest line of help, in characters.
 const WIDTH: usize = 100;

@@ -102,18 +102,7 @@ fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<
             continue;
         };
         for _ in 0..6 {
-            let near = random.pick(&[0.0, 1e-9, 1e-6, 1e-3, 1.0]);
-            let [s, t] = [random.unit(), random.unit()];
-            let [s, t] = if s + t > 1.0 {
-                [1.0 - s, 1.0 - t]
-            } else {
-                [s, t]
-            };
-            let mut point = match random.below(3) {
-                0 => a + (b - a) * s + (c - a) * (t * near),
-                1 => start.point + (a + (b - a) * s + (c - a) * t - start.point) * near,
-                _ => a + (b - a) * s + (c - a) * t,
-            };
+            let mut point = common::nasty::point_near([a, b, c], start.point, random);
             if let (Some((min, edge)), true) = (planes, random.below(3) == 0) {
                 // To a plane between cells, or a hair beside it.
                 let axis = random.below(3);
@@ -165,7 +154,7 @@ fn lights_of_nasty_scenes_are_the_references() {
         lights.retain(|light| *light != LightShape::Direction(DVec3::ZERO));
         let resolution = random.pick(&[4, 8, 64, 2048]);
         let method = random.pick(&[Method::Auto, Method::Voxel]);
-        let index = index_of(&occluders, &lights, method, (resolution, Refine::Asked));
+        let index = index_of(&occluders, &lights, method, (resolution, Refine::Queried));
         let starts = attackers(&index, &starts, random);
         let normal = random.in_cube().round();
         let side = random.pick(&[
@@ -202,7 +191,7 @@ fn lights_of_fixtures_agree_with_the_oracle() {
                 &occluders,
                 &lights,
                 Method::Auto,
-                (resolution, Refine::Asked),
+                (resolution, Refine::Queried),
             );
             for query in &fixture.queries {
                 let start = common::nasty::start(query.point, query.surface);
@@ -304,7 +293,7 @@ fn all_methods_answer_all_lights_alike() {
     let (occluders, lights) = flat(random, 70);
     let starts = starts_in(&occluders, 60, random);
     for method in METHODS {
-        for refine in [Refine::Lazy, Refine::Asked] {
+        for refine in [Refine::Lazy, Refine::Queried] {
             let index = index_of(&occluders, &lights, method, (64, refine));
             for side in SIDES {
                 check("flat", &index, &starts, side);
@@ -410,7 +399,7 @@ fn rows_keep_within_the_memory_that_was_set() {
     for memory in [0, 1, 10_000, 60_000, 200_000, 1 << 20, 1 << 23] {
         let refinement = Refinement {
             memory,
-            refine: Refine::Asked,
+            refine: Refine::Queried,
             ..Refinement::default()
         };
         let index = ShadowIndex::builder(occluders.clone(), lights.clone())
@@ -428,7 +417,7 @@ fn lights_that_come_move_and_go_have_no_old_rows() {
     let random = &mut Random(13);
     let (occluders, lights) = flat(random, 66);
     let starts = starts_in(&occluders, 80, random);
-    let mut index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Asked));
+    let mut index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Queried));
     check("at first", &index, &starts, ReceiverSide::Both);
     index
         .move_light(3, LightShape::Point(v(-1.0, 0.2, 2.0)))
@@ -451,7 +440,7 @@ fn lights_that_come_move_and_go_have_no_old_rows() {
 fn what_has_no_answer_is_refused_and_nothing_is_written() {
     let random = &mut Random(2);
     let (occluders, lights) = flat(random, 3);
-    let index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Asked));
+    let index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Queried));
     let far = index.lights_visible([0.0, 0.0, 1e6], SurfaceId(0));
     assert!(matches!(far, Err(QueryError::OffSurface { .. })), "{far:?}");
     let fine = Start {

@@ -112,7 +112,7 @@ fn indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(&'static s
             "auto, asked",
             builder()
                 .method(Method::Auto)
-                .refinement(refinement(Refine::Asked)),
+                .refinement(refinement(Refine::Queried)),
         ),
     ]
     .into_iter()

@@ -32,8 +32,8 @@ fn refinements() -> [Refinement; 6] {
         refinement(32, 0, 0, Refine::Eager),
         refinement(4, 64, 64, Refine::Eager),
         refinement(64, 2, 8, Refine::Eager),
-        refinement(64, 2, 8, Refine::Asked),
-        refinement(4096, 0, 2, Refine::Asked),
+        refinement(64, 2, 8, Refine::Queried),
+        refinement(4096, 0, 2, Refine::Queried),
     ]
 }
 
@@ -67,7 +67,7 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
             .expect("settings are in range");
         indices.push((format!("Voxel {refinement:?}"), index));
     }
-    for refine in [Refine::Eager, Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Eager, Refine::Queried, Refine::Lazy] {
         let index = ShadowIndex::builder(occluders.clone(), lights.clone())
             .method(Method::Auto)
             .grid(GridResolution::Fixed([1; 3]))

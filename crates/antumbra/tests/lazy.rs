@@ -199,7 +199,7 @@ impl Questions {
 
     /// What an index takes before anything is known: tables, columns and empty stores of all lights.
     fn bytes_at_first(&self) -> u64 {
-        self.index(Refine::Asked, None).knowledge_bytes()
+        self.index(Refine::Queried, None).knowledge_bytes()
     }
 
     /// Asks about a slice at once and checks the answers.
@@ -273,7 +273,7 @@ impl Questions {
 #[test]
 fn threads_that_refine_together_answer_as_rays_do() {
     let questions = Questions::new(1, 12_000);
-    for refine in [Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Queried, Refine::Lazy] {
         for threads in [1, 2, 7] {
             let index = questions.index(refine, None);
             let before = all_bytes(&index);
@@ -299,17 +299,17 @@ fn threads_that_refine_together_answer_as_rays_do() {
 fn memory_that_is_too_small_changes_no_answer() {
     let questions = Questions::new(2, 6_000);
     let at_first = questions.bytes_at_first();
-    let unbounded = questions.index(Refine::Asked, None);
+    let unbounded = questions.index(Refine::Queried, None);
     questions.hammer(&unbounded, 2, 250);
     assert_eq!(unbounded.lights_without_room(), 0);
     let all = unbounded.knowledge_bytes();
     let mut evictions = 0;
     for (refine, memory, rounds) in [
         // No room for edges, and for the last bricks; how much is dropped for those depends on what comes first.
-        (Refine::Asked, at_first + 5_000, 60),
-        (Refine::Asked, all / 32 * 23, 120),
-        (Refine::Asked, all / 32 * 27, 120),
-        (Refine::Asked, all / 32 * 28, 250),
+        (Refine::Queried, at_first + 5_000, 60),
+        (Refine::Queried, all / 32 * 23, 120),
+        (Refine::Queried, all / 32 * 27, 120),
+        (Refine::Queried, all / 32 * 28, 250),
         (Refine::Lazy, at_first + 5_000, 250),
         (Refine::Lazy, all / 2, 250),
     ] {
@@ -318,7 +318,7 @@ fn memory_that_is_too_small_changes_no_answer() {
             questions.hammer(&index, threads, rounds);
             let label = format!("{refine:?}, {memory} of {all}, {threads} threads");
             assert!(index.knowledge_bytes() <= memory, "{label}");
-            if refine == Refine::Asked {
+            if refine == Refine::Queried {
                 assert!(index.lights_without_room() > 0, "{label}");
                 evictions += index.evictions();
             }
@@ -337,7 +337,7 @@ fn memory_that_is_too_small_changes_no_answer() {
         assert!(index.lights_without_room() > 0 || share > 3, "{share}");
         assert!(index.occlusion_bytes() > 0 || share < 3, "{share}");
     }
-    for refine in [Refine::Asked, Refine::Lazy, Refine::Eager] {
+    for refine in [Refine::Queried, Refine::Lazy, Refine::Eager] {
         for memory in [0, 1, 100, 10_000] {
             let index = questions.index(refine, Some(memory));
             questions.hammer(&index, 2, 40);
@@ -351,7 +351,7 @@ fn memory_that_is_too_small_changes_no_answer() {
 #[test]
 fn nothing_is_made_while_refining_is_off() {
     let questions = Questions::new(3, 4_000);
-    let index = questions.index(Refine::Asked, None);
+    let index = questions.index(Refine::Queried, None);
     let at_first = (index.occlusion_bytes(), index.table_bytes());
     let bytes = || (index.occlusion_bytes(), index.table_bytes());
     index.set_refining(false);
@@ -380,7 +380,7 @@ fn nothing_is_made_while_refining_is_off() {
 #[test]
 fn what_is_forgotten_is_made_again() {
     let questions = Questions::new(4, 4_000);
-    for refine in [Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Queried, Refine::Lazy] {
         let mut index = questions.index(refine, None);
         let at_first = (index.occlusion_bytes(), index.table_bytes());
         let mut made = Vec::new();
@@ -395,7 +395,7 @@ fn what_is_forgotten_is_made_again() {
                 questions.hammer(&index, 1, 200);
             }
             made.push(index.occlusion_bytes());
-            if refine == Refine::Asked {
+            if refine == Refine::Queried {
                 assert!(index.occlusion_bytes() > at_first.0);
             }
             assert!(index.table_bytes() > at_first.1, "{refine:?}");
@@ -409,7 +409,7 @@ fn what_is_forgotten_is_made_again() {
             questions.hammer(&index, 2, 20);
             index.forget_values();
         }
-        if refine == Refine::Asked {
+        if refine == Refine::Queried {
             // One thread in one order makes the same each time.
             assert_eq!(made[1], made[2]);
         }
@@ -426,7 +426,7 @@ fn what_is_forgotten_is_made_again() {
 fn the_order_of_questions_does_not_matter_in_the_end() {
     let questions = Questions::new(5, 500);
     let settle = |order: &mut dyn FnMut(&mut [usize], usize)| {
-        let index = questions.index(Refine::Asked, None);
+        let index = questions.index(Refine::Queried, None);
         let mut numbers: Vec<usize> = (0..questions.starts.len()).collect();
         let (mut settled, mut bytes) = (0, 0);
         let mut round = 0;

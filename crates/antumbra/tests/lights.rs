@@ -109,7 +109,7 @@ const MOVED: LightShape = LightShape::Direction(DVec3::new(-0.5, 0.2, 0.8));
 fn changed_lights_are_answered_as_in_a_fresh_index_by_every_method() {
     let occluders = scene();
     let starts = starts(&occluders, 1_500);
-    let refines = [Refine::Lazy, Refine::Eager, Refine::Asked];
+    let refines = [Refine::Lazy, Refine::Eager, Refine::Queried];
     for method in METHODS {
         for refine in refines {
             let is_kept = matches!(method, Method::Voxel | Method::Auto);
@@ -168,9 +168,9 @@ fn what_is_known_of_other_lights_stays() {
     let starts = starts(&occluders, 3_000);
     for (method, refine) in [
         (Method::Voxel, Refine::Eager),
-        (Method::Voxel, Refine::Asked),
+        (Method::Voxel, Refine::Queried),
         (Method::Auto, Refine::Eager),
-        (Method::Auto, Refine::Asked),
+        (Method::Auto, Refine::Queried),
     ] {
         let refinement = Refinement {
             resolution: 64,

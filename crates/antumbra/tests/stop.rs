@@ -88,7 +88,7 @@ fn an_index_that_was_stopped_anywhere_answers_right_and_goes_on_learning() {
     let reference = ShadowIndex::builder(Arc::clone(&occluders), lights.clone());
     let expected = answers(&reference.method(Method::Bvh).build().expect("an index"));
     let mut stopped_count = 0;
-    for refine in [Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Queried, Refine::Lazy] {
         for micros in [0, 30, 200, 1_000, 4_000, 15_000, 60_000] {
             let index = index(refine);
             let (stopped, _) = stopped_after(Duration::from_micros(micros), || answers(&index));
@@ -129,7 +129,7 @@ fn building_and_asking_end_soon_after_they_are_stopped() {
     };
     for (method, refine) in [
         (Method::Voxel, Refine::Eager),
-        (Method::Voxel, Refine::Asked),
+        (Method::Voxel, Refine::Queried),
     ] {
         let took = stopped_late(|| build(method, refine));
         let soon = took.is_some_and(|took| took < PROMISED);

@@ -225,7 +225,7 @@ fn scattered_batches_are_answered_in_the_callers_order() {
     let lights = lamps();
     let mut starts = starts(&occluders, 70_000, &mut Random(9));
     let reference = index_of(&occluders, &lights, Method::Bvh);
-    for refine in [Refine::Eager, Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Eager, Refine::Queried, Refine::Lazy] {
         let refinement = Refinement {
             resolution: 64,
             space_resolution: 32,

@@ -100,18 +100,7 @@ fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<
             .and_then(|surface| occluders.triangle_positions(surface));
         let Some([a, b, c]) = corners else { continue };
         for _ in 0..8 {
-            let near = random.pick(&[0.0, 1e-9, 1e-6, 1e-3, 1.0]);
-            let [s, t] = [random.unit(), random.unit()];
-            let [s, t] = if s + t > 1.0 {
-                [1.0 - s, 1.0 - t]
-            } else {
-                [s, t]
-            };
-            let mut point = match random.below(3) {
-                0 => a + (b - a) * s + (c - a) * (t * near),
-                1 => start.point + (a + (b - a) * s + (c - a) * t - start.point) * near,
-                _ => a + (b - a) * s + (c - a) * t,
-            };
+            let mut point = common::nasty::point_near([a, b, c], start.point, random);
             if let (Some((min, edge)), true) = (planes, random.below(2) == 0) {
                 let axis = random.below(3);
                 let plane = ((point[axis] - min[axis]) / edge).round();
@@ -166,16 +155,12 @@ fn samples_of_nasty_scenes_are_the_references() {
         let random = &mut Random(seed);
         let scene = nasty::scene(seed);
         let occluders = common::nasty::occluders(&scene.surfaces);
-        let own: Vec<LightShape> = scene
-            .lights
-            .iter()
-            .map(|&l| common::nasty::light(l))
-            .collect();
-        let starts: Vec<Start> = scene.queries[..8]
-            .iter()
-            .map(|query| common::nasty::start(query.point, query.surface))
-            .collect();
-        let index = index_of(&occluders, random.pick(&[4, 16, 256, 2048]), Refine::Asked);
+        let (own, starts) = common::nasty::questions(&scene);
+        let index = index_of(
+            &occluders,
+            random.pick(&[4, 16, 256, 2048]),
+            Refine::Queried,
+        );
         let starts = attackers(&index, &starts, random);
         for light in lights(&occluders, &own, random) {
             let per_start = random.pick(&[5, 16, 64, 70]);
@@ -228,17 +213,9 @@ fn fractions_do_not_depend_on_what_is_known_or_on_threads() {
         let random = &mut Random(seed);
         let scene = nasty::scene(seed);
         let occluders = common::nasty::occluders(&scene.surfaces);
-        let own: Vec<LightShape> = scene
-            .lights
-            .iter()
-            .map(|&l| common::nasty::light(l))
-            .collect();
-        let starts: Vec<Start> = scene.queries[..8]
-            .iter()
-            .map(|query| common::nasty::start(query.point, query.surface))
-            .collect();
+        let (own, starts) = common::nasty::questions(&scene);
         let [asked, lazy] =
-            [Refine::Asked, Refine::Lazy].map(|refine| index_of(&occluders, 64, refine));
+            [Refine::Queried, Refine::Lazy].map(|refine| index_of(&occluders, 64, refine));
         let nothing = ShadowIndex::builder(occluders.clone(), Vec::new())
             .method(Method::Bvh)
             .build()

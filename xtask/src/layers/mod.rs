@@ -212,9 +212,14 @@ const FORBIDDEN: &[(&str, &str, &str)] = &[
     ),
 ];
 
-/// Checks crates and modules: floors of crates, imports within a crate, and what a folder must not mention.
+/// Lines of a source file at most, its tests included.
+const LONGEST_FILE: usize = 600;
+
+/// Checks crates and modules: floors of crates, imports within a crate, how long files are, and what a folder must not
+/// mention.
 pub(crate) fn check() -> Result<()> {
     check_crates()?;
+    check_lengths(&run::root().join("crates"))?;
     rooms::check(ROOMS)?;
     for (folder, word, reason) in FORBIDDEN {
         check_folder(&run::root().join(folder), word, reason)?;
@@ -250,6 +255,24 @@ fn check_crates() -> Result<()> {
             if below >= own {
                 bail!(
                     "crate {name} (floor {own}) uses {dependency} (floor {below}): look downwards"
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_lengths(folder: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(folder).with_context(|| format!("{folder:?}"))? {
+        let path = entry?.path();
+        if path.is_dir() {
+            check_lengths(&path)?;
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            let count = std::fs::read_to_string(&path)?.lines().count();
+            if count > LONGEST_FILE {
+                bail!(
+                    "{}: {count} lines: part it (at most {LONGEST_FILE})",
+                    path.display()
                 );
             }
         }

@@ -125,7 +125,7 @@ impl IndexCost {
         refinement.refine = match self.refine {
             None => usual,
             Some(RefineWhen::Lazy) => Refine::Lazy,
-            Some(RefineWhen::Queried) => Refine::Asked,
+            Some(RefineWhen::Queried) => Refine::Queried,
             Some(RefineWhen::Eager) => Refine::Eager,
         };
         if let Some(memory) = self.occlusion_memory {

@@ -81,7 +81,7 @@ pub struct ShadowIndex {
     pub(super) saved_lights: Vec<SavedLight>,
     /// What answers all lights of a point at once, once it was asked.
     pub(super) all_lights: OnceLock<Box<AllLights>>,
-    /// What is known of lights with size, once one was asked about.
+    /// Values of lights with size, once one was asked about.
     pub(super) whole_lights: OnceLock<Box<WholeLights>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
     /// Whether there was a file of values.

@@ -1,5 +1,7 @@
 //! The exact shadow map, and rays until it pays and where it does not know.
 
+use std::array::from_fn;
+
 use antumbra_geometry::{DVec3, Start};
 
 use super::order::{self, Order, WINDOW};
@@ -60,7 +62,14 @@ impl<R: Rays> ByVoxel<'_, R> {
             let rays_before = counters.shadow.rays;
             let answered = match (map, &mut order) {
                 (Some(map), Some(order)) => {
-                    self.ask_map_in_order(map, order, starts, is_shadowed, counters, &check)
+                    let together = (self.values, TOGETHER);
+                    let mut beside = Beside::default();
+                    let ask = |starts: &[Start], found: &mut [bool]| {
+                        beside.add(&self.ask_map(map, starts, found, counters, &check)?);
+                        Ok(())
+                    };
+                    let answered = order.answer(together, starts, is_shadowed, &check, ask);
+                    answered.map(|()| beside)
                 }
                 (Some(map), None) => self.ask_map(map, starts, is_shadowed, counters, &check),
                 (None, _) => self
@@ -91,38 +100,6 @@ impl<R: Rays> ByVoxel<'_, R> {
         outcome
     }
 
-    /// Answers queries by the map, neighbours one after the other.
-    fn ask_map_in_order(
-        &self,
-        map: (&Lists, &Map),
-        order: &mut Order,
-        starts: &[Start],
-        is_shadowed: &mut [bool],
-        counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
-    ) -> Result<Beside, QueryError> {
-        let mut near = Vec::with_capacity(TOGETHER);
-        let mut found = vec![false; TOGETHER];
-        let mut beside = Beside::default();
-        for numbers in order.of(self.values, starts).chunks(TOGETHER) {
-            near.clear();
-            near.extend(numbers.iter().map(|&number| starts[number as usize]));
-            let found = &mut found[..near.len()];
-            match self.ask_map(map, &near, found, counters, &check) {
-                Ok(more) => beside.add(&more),
-                Err(error) => {
-                    // The first in the caller's order.
-                    starts.iter().try_for_each(&check)?;
-                    return Err(error);
-                }
-            }
-            for (&number, &found) in numbers.iter().zip(&*found) {
-                is_shadowed[number as usize] = found;
-            }
-        }
-        Ok(beside)
-    }
-
     /// Answers queries by the map, makes those of its cells that pay, and answers the rest by rays. Returns what took time
     /// beside the map.
     fn ask_map(
@@ -136,25 +113,25 @@ impl<R: Rays> ByVoxel<'_, R> {
         let (occluders, light) = (self.occluders, self.light_number);
         let mut unknown = Unknown::default();
         let (mut list_count, mut shadowed_count) = (0, 0);
-        let mut ask =
-            |starts: &[Start], number_of: &dyn Fn(usize) -> u32, is_shadowed: &mut [bool]| {
-                let told = self
-                    .values
-                    .find_many_in_map((lists, map), occluders, starts, light);
-                for place in 0..starts.len() {
-                    is_shadowed[number_of(place) as usize] = told.shadowed >> place & 1 != 0;
-                }
-                shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
-                list_count += u64::from((told.listed & !told.unknown).count_ones());
-                unknown.add(starts, number_of, told.unknown);
-            };
+        let mut ask = |starts: &[Start], numbers: &[u32], is_shadowed: &mut [bool]| {
+            let told = self
+                .values
+                .find_many_in_map((lists, map), occluders, starts, light);
+            for (place, &number) in numbers.iter().enumerate().take(starts.len()) {
+                is_shadowed[number as usize] = told.shadowed >> place & 1 != 0;
+            }
+            shadowed_count += u64::from((told.shadowed & !told.unknown).count_ones());
+            list_count += u64::from((told.listed & !told.unknown).count_ones());
+            unknown.add(starts, numbers, told.unknown);
+        };
         let mut rest = Rest::new();
         let mut shadowed_faces = 0;
         for (block, begin) in starts.chunks(MANY).zip((0..).step_by(MANY)) {
             antumbra_task::check();
             let (known, shadowed) = map.faces_of(block);
             if known == 0 {
-                ask(block, &|place| (begin + place) as u32, is_shadowed);
+                let numbers: [u32; MANY] = from_fn(|place| (begin + place) as u32);
+                ask(block, &numbers, is_shadowed);
                 continue;
             }
             shadowed_faces += u64::from(shadowed.count_ones());
@@ -162,14 +139,14 @@ impl<R: Rays> ByVoxel<'_, R> {
                 is_shadowed[begin + number] = shadowed >> number & 1 != 0;
                 rest.add_if(known >> number & 1 == 0, start, begin + number);
                 if rest.count == MANY {
-                    ask(&rest.starts, &|place| rest.numbers[place], is_shadowed);
+                    ask(&rest.starts, &rest.numbers, is_shadowed);
                     rest.count = 0;
                 }
             }
         }
         if rest.count > 0 {
             let left = &rest.starts[..rest.count];
-            ask(left, &|place| rest.numbers[place], is_shadowed);
+            ask(left, &rest.numbers, is_shadowed);
         }
         shadowed_count += shadowed_faces;
         let mut made = 0;
@@ -217,7 +194,8 @@ impl<R: Rays> ByVoxel<'_, R> {
     pub(super) fn answer_one_by_map(&self, start: &Start, counters: &mut Counters) -> Answer {
         let light = self.light_number;
         let is_refining = self.values.is_refining();
-        let is_sampled = is_refining && (self.values.is_asked() || draw().is_multiple_of(SAMPLED));
+        let is_sampled =
+            is_refining && (self.values.is_made_when_queried() || draw().is_multiple_of(SAMPLED));
         // What reading the clock takes comes beside.
         let begin = is_sampled.then(|| (Reading::now(), Reading::now()));
         let known = self.values.known(light);
@@ -289,13 +267,13 @@ struct Unknown {
 impl Unknown {
     /// Adds those of a block, a bit each.
     #[inline]
-    fn add(&mut self, block: &[Start], number_of: impl Fn(usize) -> u32, mut places: u64) {
+    fn add(&mut self, block: &[Start], numbers: &[u32], mut places: u64) {
         while places != 0 {
             let place = places.trailing_zeros() as usize;
             places &= places - 1;
             if let Some(start) = block.get(place) {
                 self.starts.push(*start);
-                self.numbers.push(number_of(place));
+                self.numbers.push(numbers[place]);
             }
         }
     }

@@ -31,7 +31,7 @@ pub(super) fn is_scattered(values: &AdaptiveValues, light: usize, starts: &[Star
     let is_large = || values.bytes_of(light) >= smallest;
     // Tests want it at once.
     starts.len() >= FEWEST
-        && (values.is_asked() || is_large())
+        && (values.is_made_when_queried() || is_large())
         && are_neighbours_apart(values, starts)
 }
 
@@ -60,6 +60,33 @@ impl Order {
             ends: Vec::new(),
             numbers: Vec::with_capacity(WINDOW),
         }
+    }
+
+    /// Answers starts in order, so many together, by `answer`. Where that fails, the error is the one of the first start
+    /// that fails `check` in the caller's order, if one does.
+    pub(super) fn answer<E>(
+        &mut self,
+        (values, together): (&AdaptiveValues, usize),
+        starts: &[Start],
+        is_shadowed: &mut [bool],
+        check: impl Fn(&Start) -> Result<(), E>,
+        mut answer: impl FnMut(&[Start], &mut [bool]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut near = Vec::with_capacity(together);
+        let mut found = vec![false; together];
+        for numbers in self.of(values, starts).chunks(together) {
+            near.clear();
+            near.extend(numbers.iter().map(|&number| starts[number as usize]));
+            let found = &mut found[..near.len()];
+            if let Err(error) = answer(&near, found) {
+                starts.iter().try_for_each(&check)?;
+                return Err(error);
+            }
+            for (&number, &found) in numbers.iter().zip(&*found) {
+                is_shadowed[number as usize] = found;
+            }
+        }
+        Ok(())
     }
 
     /// Returns the numbers of some starts in order.
@@ -114,7 +141,7 @@ mod tests {
                 space_list: 8,
                 long_list: 32,
             },
-            refine: Refine::Asked,
+            refine: Refine::Queried,
             knowledge: Knowledge::Values,
             most_bytes: 1 << 20,
         };

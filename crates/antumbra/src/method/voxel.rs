@@ -63,22 +63,11 @@ impl<R: Rays> ByVoxel<'_, R> {
             return self.answer_in_order(starts, is_shadowed, counters, check);
         }
         let mut order = Order::new();
-        let mut near = Vec::with_capacity(NOTED);
-        let mut found = [false; NOTED];
         for (starts, is_shadowed) in starts.chunks(WINDOW).zip(is_shadowed.chunks_mut(WINDOW)) {
-            for numbers in order.of(self.values, starts).chunks(NOTED) {
-                near.clear();
-                near.extend(numbers.iter().map(|&number| starts[number as usize]));
-                let found = &mut found[..near.len()];
-                if let Err(error) = self.answer_in_order(&near, found, counters, &check) {
-                    // The first in the caller's order.
-                    starts.iter().try_for_each(&check)?;
-                    return Err(error);
-                }
-                for (&number, &found) in numbers.iter().zip(&*found) {
-                    is_shadowed[number as usize] = found;
-                }
-            }
+            let together = (self.values, NOTED);
+            order.answer(together, starts, is_shadowed, &check, |starts, found| {
+                self.answer_in_order(starts, found, counters, &check)
+            })?;
         }
         Ok(())
     }

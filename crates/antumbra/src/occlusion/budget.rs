@@ -30,9 +30,9 @@ pub(crate) struct Budget {
     rays_ns: AtomicU64,
     /// Recent time of a ray, the bits of an `f32`; 0 if none was measured.
     recent_ray: AtomicU32,
-    /// What rays alone would have taken for all queries.
+    /// Nanoseconds that rays alone would have taken for all queries.
     alone_ns: AtomicU64,
-    /// What values saved of that, the time of lookups subtracted.
+    /// Nanoseconds that values saved of that, less the time of lookups.
     saved_ns: AtomicI64,
     made_ns: AtomicU64,
     brick_count: AtomicU64,
@@ -53,7 +53,7 @@ pub(crate) struct Account {
 /// A state of the account, in nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
-    /// What rays alone would have taken for all queries so far.
+    /// Nanoseconds that rays alone would have taken for all queries so far.
     pub(crate) alone: f64,
     /// By how much less all queries took; negative where they took longer.
     pub(crate) saved: f64,

@@ -192,6 +192,26 @@ fn second<S: Simd>(pair: u32x8<S>) -> f32x8<S> {
     (both >> 16).to_float()
 }
 
+/// Tells the same of up to 32 points, whose number is a multiple of eight, a bit each.
+#[inline(always)]
+pub(super) fn are_starts<S: Simd, const N: usize>(
+    simd: S,
+    planes: &[&StartPlane; N],
+    [x, y, z]: &[[f32; N]; 3],
+) -> u32 {
+    let mut are_starts = 0;
+    for first in (0..N).step_by(8) {
+        let eight = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane: usize| planes[first + lane]);
+        let at = [
+            f32x8::from_slice(simd, &x[first..first + 8]),
+            f32x8::from_slice(simd, &y[first..first + 8]),
+            f32x8::from_slice(simd, &z[first..first + 8]),
+        ];
+        are_starts |= (tell(simd, eight, at).0.to_bitmask() as u32 & 0xff) << first;
+    }
+    are_starts
+}
+
 /// Tells for eight points of the frame, given coordinate by coordinate, which are where the starts on their
 /// triangles are, and for which the light is behind.
 #[inline(always)]

@@ -10,5 +10,5 @@ pub enum Refine {
     /// Before the first query, all of them.
     Eager,
     /// At the first queries of each voxel, whether it saves time or not: for tests and studies.
-    Asked,
+    Queried,
 }

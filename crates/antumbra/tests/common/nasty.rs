@@ -9,6 +9,32 @@ use antumbra_testkit::oracle::{OracleLight, OracleShape, OracleSurface};
 
 use super::Random;
 
+/// The lights of a scene, and some starts.
+pub(crate) fn questions(
+    scene: &antumbra_testkit::nasty::NastyScene,
+) -> (Vec<LightShape>, Vec<Start>) {
+    let lights = scene.lights.iter().map(|&shape| light(shape));
+    let queries = scene.queries[..8].iter();
+    let starts = queries.map(|query| start(query.point, query.surface));
+    (lights.collect(), starts.collect())
+}
+
+/// A point on a triangle, perhaps at its border or near a point of it.
+pub(crate) fn point_near([a, b, c]: [DVec3; 3], given: DVec3, random: &mut Random) -> DVec3 {
+    let near = random.pick(&[0.0, 1e-9, 1e-6, 1e-3, 1.0]);
+    let [s, t] = [random.unit(), random.unit()];
+    let [s, t] = if s + t > 1.0 {
+        [1.0 - s, 1.0 - t]
+    } else {
+        [s, t]
+    };
+    match random.below(3) {
+        0 => a + (b - a) * s + (c - a) * (t * near),
+        1 => given + (a + (b - a) * s + (c - a) * t - given) * near,
+        _ => a + (b - a) * s + (c - a) * t,
+    }
+}
+
 /// Builds the library's surfaces with the same numbers as the oracle's.
 pub(crate) fn occluders(surfaces: &[OracleSurface]) -> Arc<Occluders> {
     let v = DVec3::from_array;

@@ -23,7 +23,7 @@ fn all_indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(String
             indices.push((format!("{method:?} {resolution}"), index.expect("an index")));
         }
     }
-    for refine in [Refine::Eager, Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Eager, Refine::Queried, Refine::Lazy] {
         for resolution in [16, 256] {
             let refinement = Refinement {
                 resolution,

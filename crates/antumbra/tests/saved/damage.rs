@@ -117,7 +117,7 @@ fn with_checksums(mut bytes: Vec<u8>) -> Vec<u8> {
 #[test]
 fn right_checksums_over_nonsense_do_no_harm() {
     // All values, and some of them.
-    let all = METHODS.map(|method| [Refine::Eager, Refine::Asked].map(|refine| (method, refine)));
+    let all = METHODS.map(|method| [Refine::Eager, Refine::Queried].map(|refine| (method, refine)));
     for (method, refine) in all.into_iter().flatten() {
         let one_light = |refine| World {
             lights: lamps()[..1].to_vec(),

@@ -38,7 +38,7 @@ fn check_eager_values_come_back_whole(method: Method) {
 
     let starts = world.starts(20_000, 7);
     let expected = world.expected(&starts);
-    for refine in [Refine::Eager, Refine::Lazy, Refine::Asked] {
+    for refine in [Refine::Eager, Refine::Lazy, Refine::Queried] {
         let world = World {
             refinement: refinement(64, refine),
             ..World::new(64, refine).by(method)
@@ -87,7 +87,7 @@ fn assert_holds_no_more(taken: u64, saved: u64, method: Method) {
 }
 
 fn check_growing_values_are_saved_half_way_and_go_on(method: Method) {
-    for refine in [Refine::Asked, Refine::Lazy] {
+    for refine in [Refine::Queried, Refine::Lazy] {
         let world = World::new(256, refine).by(method);
         let folder = Folder::new();
         let path = folder.file("half.antumbra");
@@ -115,7 +115,7 @@ fn check_growing_values_are_saved_half_way_and_go_on(method: Method) {
         for light in 0..2 {
             let (found, how) = ask(&second, half, light);
             assert_eq!(found, halves(light));
-            if refine == Refine::Asked {
+            if refine == Refine::Queried {
                 first.set_refining(false);
                 assert_eq!(how.shadow, ask(&first, half, light).1.shadow);
             }
@@ -125,7 +125,7 @@ fn check_growing_values_are_saved_half_way_and_go_on(method: Method) {
         for _ in 0..4 {
             world.assert_right(&second, &starts, &expected);
         }
-        if refine == Refine::Asked && method == Method::Voxel {
+        if refine == Refine::Queried && method == Method::Voxel {
             assert!(second.occlusion_bytes() > bytes, "nothing was made");
         }
         // The file was not changed by that; another one may be written, in its place, too.
@@ -155,7 +155,7 @@ fn check_growing_values_are_saved_half_way_and_go_on(method: Method) {
 
 #[test]
 fn maps_of_which_tiles_are_missing_go_on() {
-    let world = World::new(64, Refine::Asked).by(Method::Auto);
+    let world = World::new(64, Refine::Queried).by(Method::Auto);
     let folder = Folder::new();
     let path = folder.file("half.antumbra");
     let (left, right): (Vec<_>, Vec<_>) = world
@@ -186,7 +186,7 @@ fn values_are_saved_while_they_are_made() {
 }
 
 fn check_values_are_saved_while_they_are_made(method: Method) {
-    let world = World::new(256, Refine::Asked).by(method);
+    let world = World::new(256, Refine::Queried).by(method);
     let folder = Folder::new();
     let starts = world.starts(40_000, 5);
     let expected = world.expected(&starts);

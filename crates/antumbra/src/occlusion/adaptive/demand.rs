@@ -83,7 +83,8 @@ impl AdaptiveValues {
         }
         let curved_count = occluders.surface_count() - occluders.triangle_count();
         let price = TABLE_NS * occluders.triangle_count() as u64 + CURVED_NS * curved_count as u64;
-        let can_make = self.refine == Refine::Asked || values.budget.sums(ahead).pays(price as f64);
+        let can_make =
+            self.refine == Refine::Queried || values.budget.sums(ahead).pays(price as f64);
         if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             let begin = Reading::now();
             if self.make_known(occluders, light, false).is_none() {
@@ -105,7 +106,7 @@ impl AdaptiveValues {
         if values.known.load().as_deref().is_some_and(has_map) {
             return;
         }
-        let is_asked = self.refine == Refine::Asked;
+        let is_asked = self.refine == Refine::Queried;
         let is_joined = self
             .tables
             .get()
@@ -151,7 +152,7 @@ impl AdaptiveValues {
         let prices = &self.lights[light].prices;
         let (each, ray_ns) = match self.refine {
             // So that what is made does not depend on times.
-            Refine::Asked => (1e3, 1e3),
+            Refine::Queried => (1e3, 1e3),
             // One alone stands for those that were not sampled.
             Refine::Lazy | Refine::Eager => (
                 if starts.len() == 1 {
@@ -259,7 +260,7 @@ impl AdaptiveValues {
             return 0;
         }
         let budget = &self.lights[light].budget;
-        if self.refine != Refine::Asked && !budget.allows_brick() {
+        if self.refine != Refine::Queried && !budget.allows_brick() {
             return 0;
         }
         let took = self.refine(values, scene, light, start, place);
@@ -322,7 +323,7 @@ impl AdaptiveValues {
             return true;
         }
         let price = WHOLE_NS * occluders.triangle_count() as u64;
-        let can_make = self.refine == Refine::Asked || values.budget.sums(0).pays(price as f64);
+        let can_make = self.refine == Refine::Queried || values.budget.sums(0).pays(price as f64);
         if can_make && let Some(_busy) = Busy::begin(&values.is_busy) {
             let begin = Reading::now();
             let is_made = self.make_edges(occluders, light, lists);

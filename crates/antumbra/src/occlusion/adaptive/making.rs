@@ -44,7 +44,7 @@ impl AdaptiveValues {
             Refine::Eager if self.is_all_packed() => {}
             Refine::Eager => self.make_all(occluders, tree(), lights),
             Refine::Lazy => {}
-            Refine::Asked => lights.for_each(|light| {
+            Refine::Queried => lights.for_each(|light| {
                 let known = self.make_known(occluders, light, false);
                 if let (Some(known), Knowledge::Maps) = (known, self.knowledge) {
                     self.make_map(occluders, light, &known.lists, None);
@@ -320,7 +320,7 @@ impl AdaptiveValues {
     fn store_bytes(&self, lists: &Lists) -> u64 {
         match self.refine {
             Refine::Eager => (self.room.left() + lists.tables.edge_bytes()) / 5 * 2,
-            Refine::Lazy | Refine::Asked => self.room.most(),
+            Refine::Lazy | Refine::Queried => self.room.most(),
         }
     }
 

@@ -211,8 +211,8 @@ impl AdaptiveValues {
     }
 
     /// Returns whether nothing waits until it pays.
-    pub(crate) fn is_asked(&self) -> bool {
-        self.refine == Refine::Asked
+    pub(crate) fn is_made_when_queried(&self) -> bool {
+        self.refine == Refine::Queried
     }
 
     /// Drops all that queries have made.
@@ -231,7 +231,7 @@ impl AdaptiveValues {
     /// Returns how many rays a cell is asked before it is refined, as a power of two.
     fn price(&self) -> u32 {
         match self.refine {
-            Refine::Asked => 0,
+            Refine::Queried => 0,
             Refine::Lazy | Refine::Eager => ASKS,
         }
     }
@@ -264,7 +264,7 @@ impl AdaptiveValues {
     /// Returns whether to look up the values of a light: while more are made, as long as that pays.
     #[inline(always)]
     pub(crate) fn is_looked_up(&self, light: usize, is_refining: bool) -> bool {
-        let is_free = !is_refining || self.refine == Refine::Asked;
+        let is_free = !is_refining || self.refine == Refine::Queried;
         is_free || self.lights[light].budget.sums(0).is_worth_looking()
     }
 }

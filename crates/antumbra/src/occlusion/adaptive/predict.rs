@@ -24,14 +24,13 @@ const PACKED_SQUARE: u64 = 48;
 /// Bytes of the store for one of what is packed from it.
 const STORE_SHARE: u64 = 2;
 /// Bytes of the store that queries fill, for a surface.
-const FILLED_EACH: u64 = 40;
+const FILLED_EACH: u64 = 20;
 /// More for a vertex that is not shared: loose triangles have more borders.
 const FILLED_LOOSE: u64 = 260;
 /// Vertices of joined triangles, at most, in tenths of one a triangle.
 const JOINED_TENTHS: u64 = 7;
 /// Bytes of contour edges for a triangle.
 const EDGES_EACH: u64 = 120;
-const EDGES_WHEN_ASKED: u64 = 100;
 /// Nanoseconds that a ray takes, as queries account for it, on scenes of many kinds.
 const RAY_NS: f64 = 250.0;
 /// So many queries at most are known to come when tables are weighed: a batch is cut into parts.
@@ -81,7 +80,7 @@ impl AdaptiveValues {
                 let making = store + beside;
                 scene + light_count * stays + making.max(store)
             }
-            Refine::Asked | Refine::Lazy => {
+            Refine::Queried | Refine::Lazy => {
                 let price =
                     TABLE_NS * triangle_count + CURVED_NS * (surface_count - triangle_count);
                 let queries = query_count.unwrap_or(u64::MAX) as f64;
@@ -91,7 +90,7 @@ impl AdaptiveValues {
                 }
                 // Before the first brick.
                 let mesh = Mesh::height_bytes(occluders.triangle_count()) / 2;
-                let edges = EDGES_WHEN_ASKED * triangle_count;
+                let edges = EDGES_EACH * triangle_count;
                 let vertices = occluders.vertex_count() as u64;
                 let loose = vertices.saturating_sub(JOINED_TENTHS * triangle_count / 10);
                 let filled = FILLED_EACH * surface_count + FILLED_LOOSE * loose;

@@ -1,10 +1,10 @@
-//! What is worked with while values are computed.
+//! Surfaces, tables and the tree, as values are computed with them.
 
 use antumbra_geometry::Occluders;
 
 use crate::accel::bvh::Bvh;
 
-/// What is worked with while values are made.
+/// Surfaces, tables and the tree, as values are made with them.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
     pub(crate) occluders: &'a Occluders,

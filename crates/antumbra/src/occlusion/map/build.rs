@@ -12,7 +12,7 @@ use super::super::forms::BOUND;
 use super::super::tables::{NONE, Tables};
 use super::super::views::CELLS_ALONG_TILE;
 use super::super::views::View;
-pub(super) use super::codes::{LEVELS, digit, place_codes};
+pub(super) use super::codes::{LEVELS, digit};
 use super::faces::Part;
 use super::facet::{Cells, Depths, Facet, ROOM};
 pub(super) use super::made::{Made, Owned};

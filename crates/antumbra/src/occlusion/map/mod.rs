@@ -13,9 +13,11 @@ mod found;
 mod made;
 mod nodes;
 mod queries;
+mod reading;
 mod resolve;
 mod runs;
 mod sheet;
+mod sheets;
 
 mod prices;
 mod saved;
@@ -233,7 +235,7 @@ impl Map {
         }
         let weight = (queries / self.tiles.len() as f32).min(MOST_WEIGHT);
         let queries = Queries::of_tile(weight, WHOLE_RAY_NS);
-        const RUN: usize = 64;
+        const RUN: usize = 32;
         const TOGETHER: usize = 16 * RUN;
         for first in (0..self.tiles.len()).step_by(TOGETHER) {
             let end = self.tiles.len().min(first + TOGETHER);

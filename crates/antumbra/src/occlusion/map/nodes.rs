@@ -2,7 +2,11 @@
 //!
 //! In: what the cells of a node know. Out: its words.
 
-use super::words::{Arena, NODE_CELLS, NODE_WORDS, WIDE_WORDS, Word};
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, u32x8};
+
+use super::codes::{CELL_BITS, next_digit};
+use super::words::{Arena, NODE, NODE_CELLS, NODE_WORDS, PLACE, WIDE, WIDE_WORDS, Word};
 
 /// The word of a cell, and the one for free starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +39,19 @@ pub(super) fn cells(arena: &Arena, node: usize) -> impl Iterator<Item = Known> {
         word: Word(arena.read(place)),
         free: Word(arena.read(place + NODE_CELLS)),
     })
+}
+
+/// For eight words that lead to nodes, where in these the cells of their codes are, and what of the codes is left for
+/// the next step; 0 for all others.
+#[inline(always)]
+pub(super) fn step<S: Simd>(simd: S, word: u32x8<S>, code: u32x8<S>) -> (u32x8<S>, u32x8<S>) {
+    let is_node = (word >> 30).simd_eq(NODE >> 30);
+    let is_wide = (word >> 29).simd_eq(WIDE >> 29);
+    let (upper, lower) = (next_digit(code), next_digit(code << CELL_BITS));
+    let within = is_wide.select(upper * NODE_WORDS as u32 + lower, upper);
+    let left = is_wide.select(code << (2 * CELL_BITS), code << CELL_BITS);
+    let nowhere = u32x8::splat(simd, 0);
+    (is_node.select((word & PLACE) + within, nowhere), left)
 }
 
 /// Writes what the cells of a node say.

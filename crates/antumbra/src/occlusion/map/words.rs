@@ -7,20 +7,15 @@
 
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Simd, u32x8};
-
-use super::codes::{CELL_BITS, next_digit};
-
 /// What a cell knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct Word(pub(in super::super) u32);
 
-const NODE: u32 = 0b100 << 29;
-const WIDE: u32 = 0b101 << 29;
+pub(super) const NODE: u32 = 0b100 << 29;
+pub(super) const WIDE: u32 = 0b101 << 29;
 const LIST: u32 = 0b110 << 29;
 const SLANT: u32 = 0b111 << 29;
-const PLACE: u32 = (1 << 29) - 1;
+pub(super) const PLACE: u32 = (1 << 29) - 1;
 
 impl Word {
     /// Nobody has asked about the cell.
@@ -120,19 +115,6 @@ pub(in super::super) const NODE_CELLS: usize = 16;
 /// A wide node is the sixteen nodes below one in a row, so that one step leads two levels down. Where a cell of the
 /// upper level has no node, all cells of its node say what it says.
 pub(in super::super) const WIDE_WORDS: usize = NODE_CELLS * NODE_WORDS;
-
-/// For eight words that lead to nodes, where in these the cells of their codes are, and what of the codes is left for
-/// the next step; 0 for all others.
-#[inline(always)]
-pub(in super::super) fn step<S: Simd>(word: u32x8<S>, code: u32x8<S>) -> (u32x8<S>, u32x8<S>) {
-    let is_node = (word >> 30).simd_eq(NODE >> 30);
-    let is_wide = (word >> 29).simd_eq(WIDE >> 29);
-    let (upper, lower) = (next_digit(code), next_digit(code << CELL_BITS));
-    let within = is_wide.select(upper * NODE_WORDS as u32 + lower, upper);
-    let left = is_wide.select(code << (2 * CELL_BITS), code << CELL_BITS);
-    let nowhere = word & 0;
-    (is_node.select((word & PLACE) + within, nowhere), left)
-}
 
 /// A list begins with the depth behind which all is in shadow, and a word of how many entries it has for starts on
 /// listed surfaces (8 bits) and for others (8 bits), and how many more of them may be tested before it pays to cut its

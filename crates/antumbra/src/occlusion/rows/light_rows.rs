@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
 use arc_swap::ArcSwapOption;
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::adaptive::is_ordinary;
 use super::super::forms::START_ROOM;
@@ -127,17 +126,7 @@ impl LightRows {
             coordinates[2][number] = x.z as f32;
         }
         let codes = self.lattice.codes(simd, &coordinates);
-        for first in (0..ROW_BLOCK).step_by(8) {
-            let eight = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane: usize| of_starts[first + lane]);
-            let [x, y, z] = &coordinates;
-            let at = [
-                f32x8::from_slice(simd, &x[first..first + 8]),
-                f32x8::from_slice(simd, &y[first..first + 8]),
-                f32x8::from_slice(simd, &z[first..first + 8]),
-            ];
-            let (are_starts, _) = planes::tell(simd, eight, at);
-            are_told |= (are_starts.to_bitmask() as u32 & 0xff) << first;
-        }
+        are_told |= planes::are_starts(simd, &of_starts, &coordinates);
         let mut places = [Place::Nowhere; ROW_BLOCK];
         for (number, start) in starts.iter().enumerate().take(ROW_BLOCK) {
             let cell = codes.get(number).number(self.level);

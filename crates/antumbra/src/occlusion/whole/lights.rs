@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use antumbra_geometry::{AreaShape, LightShape, Mesh, Occluders, Start, SurfaceId};
 use arc_swap::{ArcSwap, ArcSwapOption};
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::adaptive::{AdaptiveValues, Scene, is_ordinary};
 use super::super::lattice::Lattice;
@@ -258,17 +257,7 @@ impl WholeView<'_> {
             coordinates[2][number] = x.z as f32;
         }
         let codes = self.all.lattice.codes(simd, &coordinates);
-        for first in (0..WHOLE_BLOCK).step_by(8) {
-            let eight = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane: usize| of_starts[first + lane]);
-            let [x, y, z] = &coordinates;
-            let at = [
-                f32x8::from_slice(simd, &x[first..first + 8]),
-                f32x8::from_slice(simd, &y[first..first + 8]),
-                f32x8::from_slice(simd, &z[first..first + 8]),
-            ];
-            let (are_starts, _) = planes::tell(simd, eight, at);
-            are_told |= (are_starts.to_bitmask() as u32 & 0xff) << first;
-        }
+        are_told |= planes::are_starts(simd, &of_starts, &coordinates);
         let mut told = [Told::Open; WHOLE_BLOCK];
         let level = self.all.level;
         for (number, start) in starts.iter().enumerate().take(WHOLE_BLOCK) {
@@ -349,7 +338,7 @@ impl WholeView<'_> {
 
     /// Returns whether values are made for whatever is asked.
     pub(crate) fn is_eager(&self) -> bool {
-        self.all.refine == Refine::Asked
+        self.all.refine == Refine::Queried
     }
 
     fn make_what_pays(&self, scene: &Scene<'_>) {

@@ -15,7 +15,7 @@ pub(super) struct Candidate {
     pub(super) leaf: Leaf,
 }
 
-/// What is worked with while values of a light are made.
+/// Makes values of a light.
 pub(super) struct Maker<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) frame: &'a Frame,

@@ -3,7 +3,7 @@
 //! In: keys. Out: what is known of them. Surfaces that may block are found in the tree for coarse cells and narrowed down;
 //! what decides a key is in `deciding`. A function of the scene, the light, the cell and the surface.
 
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 
 use antumbra_geometry::{Bounds, DVec3, Occluders, SurfaceId};
 use antumbra_task::check;
@@ -30,8 +30,8 @@ impl Maker<'_> {
     pub(super) fn make(&self, keys: &[Key]) -> (Entries, u64) {
         debug_assert!(keys.is_sorted(), "cells lie together");
         let first_level = FIRST_LEVEL.min(self.level);
-        let parts: Vec<Range<usize>> =
-            parts(0..keys.len(), keys, 3 * (self.level - first_level)).collect();
+        let shift = 3 * (self.level - first_level);
+        let parts: Vec<&[Key]> = keys.chunk_by(are_in_one_cell(shift)).collect();
         let task = antumbra_task::current();
         let made: Vec<(Entries, u64)> = parts
             .into_par_iter()
@@ -39,11 +39,11 @@ impl Maker<'_> {
                 task.enter(|| {
                     check();
                     let begin = Reading::now();
-                    let number = keys[part.start].cell_number() >> (3 * (self.level - first_level));
+                    let number = part[0].cell_number() >> shift;
                     let cell = Cell::of_number(number, first_level);
                     let mut entries = Entries::default();
                     let candidates = self.gather(&self.in_frame(cell));
-                    self.descend(cell, &keys[part], &candidates, &mut entries);
+                    self.descend(cell, part, &candidates, &mut entries);
                     (entries, begin.elapsed_ns())
                 })
             })
@@ -102,15 +102,15 @@ impl Maker<'_> {
         }
         let step = STEP.min(left.saturating_sub(1)).max(1).min(left);
         let shift = 3 * (left - step);
-        for part in parts(0..keys.len(), keys, shift) {
-            let number = keys[part.start].cell_number() >> shift;
+        for part in keys.chunk_by(are_in_one_cell(shift)) {
+            let number = part[0].cell_number() >> shift;
             let inner = Cell::of_number(number, cell.level + step);
             if inner.level < self.level {
-                self.descend(inner, &keys[part], &kept, entries);
+                self.descend(inner, part, &kept, entries);
                 continue;
             }
             let bounds = self.in_frame(inner);
-            for &key in &keys[part] {
+            for &key in part {
                 self.enter(key, inner, &bounds, &kept, entries);
             }
         }
@@ -167,17 +167,7 @@ pub(super) fn sides(occluders: &Occluders, frame: &Frame, hull: &LightHull) -> V
         .collect()
 }
 
-/// Returns the parts of a range of keys that lie in one cell each, whose numbers are those of the finest shifted.
-fn parts(range: Range<usize>, keys: &[Key], shift: u32) -> impl Iterator<Item = Range<usize>> {
-    let mut first = range.start;
-    std::iter::from_fn(move || {
-        let rest = keys[first..range.end].iter();
-        let number = keys[first..range.end].first()?.cell_number() >> shift;
-        let count = rest
-            .take_while(|key| key.cell_number() >> shift == number)
-            .count();
-        let part = first..first + count;
-        first += count;
-        Some(part)
-    })
+/// Returns whether two keys lie in one cell, whose number is theirs shifted.
+fn are_in_one_cell(shift: u32) -> impl Fn(&Key, &Key) -> bool {
+    move |a, b| a.cell_number() >> shift == b.cell_number() >> shift
 }

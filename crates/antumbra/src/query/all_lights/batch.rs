@@ -120,7 +120,7 @@ impl ShadowIndex {
         left: f64,
         visible: &mut [u64],
     ) -> BatchCounters {
-        if all.refine == Refine::Asked {
+        if all.refine == Refine::Queried {
             self.make_rows(all, starts);
         }
         let begin = Reading::now();

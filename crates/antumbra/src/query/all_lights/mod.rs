@@ -151,7 +151,7 @@ impl ShadowIndex {
         let stride = self.lights().len().div_ceil(WORD);
         assert_eq!(visible.len(), stride * starts.len(), "a bit a light");
         let all = self.all_lights();
-        if all.refine == Refine::Asked {
+        if all.refine == Refine::Queried {
             self.make_rows(all, starts);
         }
         let begin = Reading::now();
