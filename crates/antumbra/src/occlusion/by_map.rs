@@ -131,9 +131,14 @@ impl<S: Simd> Lookup<'_, S> {
 
     #[inline(never)]
     fn find_each_in_map(&self, map: &Map, starts: &[Start], asked: u64, told: &mut Told) {
-        for number in Numbers(asked) {
-            told.add(number, self.find_one_in_map(map, &starts[number]));
-        }
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                for number in Numbers(asked) {
+                    told.add(number, self.find_one_in_map(map, &starts[number]));
+                }
+            },
+        );
     }
 
     #[inline(always)]
@@ -386,7 +391,24 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     /// Asks about a start near `point`, which is `x` in the frame.
+    #[inline(never)]
     pub(super) fn find_at_in_map(
+        &self,
+        map: &Map,
+        start: &Start,
+        point: DVec3,
+        x: [f32; 3],
+        is_listed: bool,
+    ) -> Found {
+        // What is not inlined has no wide registers of its own.
+        self.simd.vectorize(
+            #[inline(always)]
+            || self.find_at_in_map_with(map, start, point, x, is_listed),
+        )
+    }
+
+    #[inline(always)]
+    fn find_at_in_map_with(
         &self,
         map: &Map,
         start: &Start,

@@ -265,6 +265,7 @@ impl<S: Simd> Lookup<'_, S> {
         }
     }
 
+    #[inline(always)]
     fn find_in_packed(
         &self,
         packed: &Packed,
@@ -335,7 +336,17 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     /// Finds what is known of a start that answers as one within the room of a point does.
+    #[inline(never)]
     fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
+        // What is not inlined has no wide registers of its own.
+        self.simd.vectorize(
+            #[inline(always)]
+            || self.find_at_with(start, point, audience),
+        )
+    }
+
+    #[inline(always)]
+    fn find_at_with(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
         let place = self.values.narrow(point);
         let code = self.values.lattices[audience as usize].code_of(self.simd, place);
         match self.source {
@@ -447,13 +458,21 @@ impl<S: Simd> Lookup<'_, S> {
         x: [f32; 3],
     ) -> bool {
         let segment = self.occluders.segment(start, self.light());
-        entries.iter().any(|entry| {
-            let surface = entry.surface();
-            let verdict = match self.tables.umbra_forms(surface.0 as usize) {
-                Some(forms) => forms.wide_verdict(self.simd, x),
-                None => self.curved_verdict(surface, start, point),
-            };
-            verdict != Verdict::Outside && self.occluders.blocks(surface, &segment)
-        })
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                for entry in entries {
+                    let surface = entry.surface();
+                    let verdict = match self.tables.umbra_forms(surface.0 as usize) {
+                        Some(forms) => forms.wide_verdict(self.simd, x),
+                        None => self.curved_verdict(surface, start, point),
+                    };
+                    if verdict != Verdict::Outside && self.occluders.blocks(surface, &segment) {
+                        return true;
+                    }
+                }
+                false
+            },
+        )
     }
 }

@@ -66,15 +66,24 @@ impl<S: Simd> Lookup<'_, S> {
         }
         let mut block = [starts[0]; MANY];
         block[..count].copy_from_slice(&starts[..count]);
-        self.find_block(packed, &block, first_bits(count), told);
+        // What is not inlined has no wide registers of its own.
+        self.simd.vectorize(
+            #[inline(always)]
+            || self.find_block(packed, &block, first_bits(count), told),
+        );
     }
 
     /// Answers starts one after the other.
     #[inline(never)]
     fn find_each(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
-        for (number, start) in starts.iter().enumerate() {
-            told.add(number, self.find_packed(packed, start));
-        }
+        self.simd.vectorize(
+            #[inline(always)]
+            || {
+                for (number, start) in starts.iter().enumerate() {
+                    told.add(number, self.find_packed(packed, start));
+                }
+            },
+        );
     }
 
     /// Answers those starts of a block that are asked.

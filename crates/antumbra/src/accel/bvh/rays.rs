@@ -157,20 +157,30 @@ impl Rays {
     /// Returns a bit for each segment that meets a child's box.
     #[inline(always)]
     pub(super) fn meet<S: Simd>(&self, simd: S, node: &Node, child: usize) -> u32 {
-        let crossings = |axis: usize| {
-            let inverse = f32x16::from_slice(simd, &self.inverse[axis]);
-            let offset = f32x16::from_slice(simd, &self.offset[axis]);
-            let plane = |row: usize| f32x16::splat(simd, node.planes[row][child]);
-            let low = plane(axis).mul_sub(inverse, offset);
-            let high = plane(axis + 3).mul_sub(inverse, offset);
-            (low.min(high), low.max(high))
-        };
-        let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) =
-            (crossings(0), crossings(1), crossings(2));
+        let (near_x, far_x) = self.crossings(simd, node, child, 0);
+        let (near_y, far_y) = self.crossings(simd, node, child, 1);
+        let (near_z, far_z) = self.crossings(simd, node, child, 2);
         let near = near_x.max(near_y).max(near_z.max(f32x16::splat(simd, 0.0)));
         let far = far_x
             .min(far_y)
             .min(far_z.min(f32x16::from_slice(simd, &self.end)));
         near.simd_le(far).to_bitmask() as u32
+    }
+
+    /// Returns where segments cross the nearer and the farther plane of a child's box. No closure: those are not always
+    /// inlined, and have no wide registers then.
+    #[inline(always)]
+    fn crossings<S: Simd>(
+        &self,
+        simd: S,
+        node: &Node,
+        child: usize,
+        axis: usize,
+    ) -> (f32x16<S>, f32x16<S>) {
+        let inverse = f32x16::from_slice(simd, &self.inverse[axis]);
+        let offset = f32x16::from_slice(simd, &self.offset[axis]);
+        let low = f32x16::splat(simd, node.planes[axis][child]).mul_sub(inverse, offset);
+        let high = f32x16::splat(simd, node.planes[axis + 3][child]).mul_sub(inverse, offset);
+        (low.min(high), low.max(high))
     }
 }
