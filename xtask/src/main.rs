@@ -1,5 +1,6 @@
 //! Every chore of the project: `cargo xtask CHORE`.
 
+mod inlined;
 mod layers;
 mod package;
 mod paths;
@@ -28,6 +29,7 @@ chores:
   paths    only the check that files named in our Markdown exist
   words    only the check of words that have a better one
   package  the packages of all published crates, built from nothing else, as a dry run of publishing them
+  inlined  whether the release build calls SIMD operations that it should inline (objdump)
   gallery  remakes the pictures of the README into docs/images
 ";
 
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         Some("paths") => paths::check(),
         Some("words") => words::check(),
         Some("package") => package::check(),
+        Some("inlined") => inlined::check(),
         Some("gallery") => gallery(),
         _ => {
             run::say(USAGE);

@@ -163,18 +163,23 @@ impl Bvh {
 /// Where the ray enters each child's box, and a bit for each child that it meets before `end`.
 #[inline(always)]
 pub(super) fn enters<S: Simd>(simd: S, node: &Node, ray: &FrameRay, end: f32) -> (f32x8<S>, u32) {
-    let crossings = |axis: usize| {
-        let inverse = f32x8::splat(simd, ray.inverse[axis]);
-        let offset = f32x8::splat(simd, ray.offset[axis]);
-        let low = f32x8::from_slice(simd, &node.planes[axis]).mul_sub(inverse, offset);
-        let high = f32x8::from_slice(simd, &node.planes[axis + 3]).mul_sub(inverse, offset);
-        (low.min(high), low.max(high))
-    };
-    let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) =
-        (crossings(0), crossings(1), crossings(2));
+    let (near_x, far_x) = crossings(simd, node, ray, 0);
+    let (near_y, far_y) = crossings(simd, node, ray, 1);
+    let (near_z, far_z) = crossings(simd, node, ray, 2);
     let near = near_x.max(near_y).max(near_z.max(f32x8::splat(simd, 0.0)));
     let far = far_x.min(far_y).min(far_z.min(f32x8::splat(simd, end)));
     (near, near.simd_le(far).to_bitmask() as u32)
+}
+
+/// Where the ray crosses the nearer and the farther plane of each child's box. No closure: those are not always inlined, and
+/// have no wide registers then.
+#[inline(always)]
+fn crossings<S: Simd>(simd: S, node: &Node, ray: &FrameRay, axis: usize) -> (f32x8<S>, f32x8<S>) {
+    let inverse = f32x8::splat(simd, ray.inverse[axis]);
+    let offset = f32x8::splat(simd, ray.offset[axis]);
+    let low = f32x8::from_slice(simd, &node.planes[axis]).mul_sub(inverse, offset);
+    let high = f32x8::from_slice(simd, &node.planes[axis + 3]).mul_sub(inverse, offset);
+    (low.min(high), low.max(high))
 }
 
 /// A shadow query, with its segment where the exact rule needs it.
