@@ -61,7 +61,6 @@ fn pages() -> Result<(String, String)> {
             .with_context(|| format!("table {name} has no end"))?;
         let rows = match name {
             "map" => map()?,
-            "frames" => frames()?,
             "soft" => soft()?,
             "lights" => lights()?,
             _ => bail!("{PAGE}: there is no table {name}"),
@@ -158,58 +157,12 @@ fn map() -> Result<String> {
     Ok(rows)
 }
 
-/// Series of frames from nothing.
-fn frames() -> Result<String> {
-    const SERIES: [&str; 4] = ["first_frame", "warm_after_three_views", "orbit", "samples"];
-    let mut rows = String::from(
-        "| scene | first frame: ours / `bvh` | Embree / ours | fourth: Embree / ours | orbit: ours / `bvh` | Embree / ours | 64 samples: ours / `bvh` | Embree / ours |\n\
-         |---|---|---|---|---|---|---|---|\n",
-    );
-    let mut means = [[Mean::default(); 3]; SERIES.len()];
-    for (file, name) in SCENES {
-        let Some(raw) = raw(&format!("map-frames-{file}"))? else {
-            continue;
-        };
-        let mut cells = Vec::new();
-        for (series, means) in SERIES.iter().zip(&mut means) {
-            let of = |path: &str| number(&raw, &format!("/scenes/0/{series}/{path}"));
-            let figures = [
-                of("auto_by_bvh")?,
-                of("embree_by/auto")?,
-                of("embree_best_by/auto")?,
-            ];
-            for (mean, figure) in means.iter_mut().zip(figures) {
-                mean.add(figure);
-            }
-            cells.extend(frame_cells(series, figures));
-        }
-        writeln!(rows, "| {name} | {} |", cells.join(" | "))?;
-    }
-    let means = SERIES.iter().zip(means);
-    let cells = means.flat_map(|(series, means)| frame_cells(series, means.map(Mean::get)));
-    let cells: Vec<String> = cells.collect();
-    writeln!(rows, "| geometric mean | {} |", cells.join(" | "))?;
-    rows.push_str("| wanted | worst 1.06 | 1.2 | 3 | | 2.5 | | 3 |\n");
-    Ok(rows)
-}
-
-/// The cells of one series: our time by that of `bvh` but for the fourth frame; that of Embree's single rays and of its
-/// fastest way by ours.
-fn frame_cells(series: &str, [by_bvh, single, best]: [f64; 3]) -> Vec<String> {
-    let by_embree = format!("{single:.2}; {best:.2}");
-    match series {
-        "warm_after_three_views" => vec![by_embree],
-        _ => vec![format!("{by_bvh:.2}"), by_embree],
-    }
-}
-
 /// Lights with a size.
 fn soft() -> Result<String> {
     let mut rows = String::from(
-        "| scene | by value, % | warm, ns a ray | Embree / warm | fastest / warm | first pass, ns | Embree / first | fastest / first |\n\
-         |---|---|---|---|---|---|---|---|\n",
+        "| scene | ours, ns a ray | our rays / ours | Embree / ours | fastest Embree / ours |\n|---|---|---|---|---|\n",
     );
-    let mut means = [Mean::default(); 4];
+    let mut means = [Mean::default(); 3];
     for (file, name) in SCENES {
         let Some(raw) = raw(&format!("soft-{file}"))? else {
             continue;
@@ -217,30 +170,26 @@ fn soft() -> Result<String> {
         let scenes = raw["scenes"]
             .as_array()
             .context("a raw run without scenes")?;
-        let mut columns: [Vec<String>; 7] = Default::default();
+        let mut columns: [Vec<String>; 4] = Default::default();
         for scene in scenes {
-            let of = |name: &str| number(scene, &format!("/{name}"));
-            let [warm, first] = [of("ours_ns")?, of("cold_ns")?];
-            let embree = [of("embree_ns")?, of("embree_best_ns")?];
-            columns[0].push(format!("{:.0}", 100.0 * of("by_value_share")?));
-            columns[1].push(format!("{warm:.0}"));
-            columns[4].push(format!("{first:.0}"));
-            let ratios = [warm, first].map(|ours| embree.map(|embree| embree / ours));
-            let ratios = [2, 3, 5, 6].into_iter().zip(ratios.as_flattened());
-            for ((column, &ratio), mean) in ratios.zip(&mut means) {
+            let ours = number(scene, "/ours_ns")?;
+            columns[0].push(format!("{ours:.0}"));
+            let others = ["/rays_ns", "/embree_ns", "/embree_best_ns"];
+            for ((other, column), mean) in others.iter().zip(&mut columns[1..]).zip(&mut means) {
+                let ratio = number(scene, other)? / ours;
                 mean.add(ratio);
-                columns[column].push(format!("{ratio:.2}"));
+                column.push(format!("{ratio:.2}"));
             }
         }
         let columns = columns.map(|column| column.join(", "));
         writeln!(rows, "| {name} | {} |", columns.join(" | "))?;
     }
-    let [warm, warm_best, first, first_best] = means.map(Mean::get);
+    let [rays, single, best] = means.map(Mean::get);
     writeln!(
         rows,
-        "| geometric mean | | | {warm:.2} | {warm_best:.2} | | {first:.2} | {first_best:.2} |"
+        "| geometric mean | | {rays:.2} | {single:.2} | {best:.2} |"
     )?;
-    rows.push_str("| wanted | | | 10 | 3 | | 4 | 1.2 |\n");
+    rows.push_str("| wanted, first frame | | | 4 | 1.2 |\n");
     Ok(rows)
 }
 
