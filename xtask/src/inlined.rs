@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::run;
 
-/// What is called where an operation was not inlined.
+/// Part of the names of the functions that operations are where they are not inlined.
 const OPERATION: &str = "__fearless_simd_kernel";
 
 /// Levels that nobody is measured on.

@@ -78,7 +78,7 @@ pub(super) struct Builder<'a, S> {
     /// For each facet its number in the list at hand.
     pub(super) in_list: Vec<u32>,
     pub(super) words: Vec<u32>,
-    /// What is before this is not used.
+    /// Place of the first word that is used.
     first: usize,
     order: Vec<(bool, f32, u16)>,
     /// Lists for free starts, by their facets; `None` if none are made.
