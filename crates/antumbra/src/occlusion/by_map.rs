@@ -403,64 +403,54 @@ impl<S: Simd> Lookup<'_, S> {
         // What is not inlined has no wide registers of its own.
         self.simd.vectorize(
             #[inline(always)]
-            || self.find_at_in_map_with(map, start, point, x, is_listed),
+            || {
+                if !x.iter().all(|x| x.abs() < NEAR) {
+                    return Found::NOTHING;
+                }
+                let located = map.locate(self.simd, &x.map(|x| [x; 8]));
+                if located.tiles[0] == NOWHERE {
+                    return Found::NOTHING;
+                }
+                let (words, cells) = map.words(self.simd, &located);
+                let depth = located.depths[0];
+                let word = match map.told((&located, 0), (words[0], cells[0]), is_listed) {
+                    ToldOfCell::Is(is_shadowed) => return Found::by_value(is_shadowed),
+                    ToldOfCell::Unknown => return Found::NOTHING,
+                    ToldOfCell::List(word) => word,
+                };
+                let list = map.list(located.tiles[0], word);
+                if depth > list.full {
+                    return Found::by_list(true);
+                }
+                let depth = rough_depth(depth);
+                let mut in_doubt = Vec::new();
+                for place in 0..list.counts[usize::from(!is_listed)] {
+                    let (surface, may_block) = list.entry(place, depth);
+                    if !may_block {
+                        continue;
+                    }
+                    let verdict = match self.tables.umbra_forms(surface.0 as usize) {
+                        Some(_) if start.surface == Some(surface) => continue,
+                        Some(forms) => forms.wide_verdict(self.simd, x),
+                        None => self.curved_verdict(surface, start, point),
+                    };
+                    if verdict == Verdict::Outside {
+                        continue;
+                    }
+                    let is_triangle = (surface.0 as usize) < self.tables.triangle_count();
+                    let is_own_plane = |own| self.tables.are_in_one_plane(own, surface);
+                    if is_triangle && start.surface.is_some_and(is_own_plane) {
+                        continue;
+                    }
+                    if verdict == Verdict::Inside && self.occluders.is_opaque_everywhere(surface) {
+                        return Found::by_list(true);
+                    }
+                    in_doubt.push(surface.0);
+                }
+                let is_blocked =
+                    !in_doubt.is_empty() && self.is_blocked_exactly(&in_doubt, start, point, x);
+                Found::by_list(is_blocked)
+            },
         )
-    }
-
-    #[inline(always)]
-    fn find_at_in_map_with(
-        &self,
-        map: &Map,
-        start: &Start,
-        point: DVec3,
-        x: [f32; 3],
-        is_listed: bool,
-    ) -> Found {
-        if !x.iter().all(|x| x.abs() < NEAR) {
-            return Found::NOTHING;
-        }
-        let located = map.locate(self.simd, &x.map(|x| [x; 8]));
-        if located.tiles[0] == NOWHERE {
-            return Found::NOTHING;
-        }
-        let (words, cells) = map.words(self.simd, &located);
-        let depth = located.depths[0];
-        let word = match map.told((&located, 0), (words[0], cells[0]), is_listed) {
-            ToldOfCell::Is(is_shadowed) => return Found::by_value(is_shadowed),
-            ToldOfCell::Unknown => return Found::NOTHING,
-            ToldOfCell::List(word) => word,
-        };
-        let list = map.list(located.tiles[0], word);
-        if depth > list.full {
-            return Found::by_list(true);
-        }
-        let depth = rough_depth(depth);
-        let mut in_doubt = Vec::new();
-        for place in 0..list.counts[usize::from(!is_listed)] {
-            let (surface, may_block) = list.entry(place, depth);
-            if !may_block {
-                continue;
-            }
-            let verdict = match self.tables.umbra_forms(surface.0 as usize) {
-                Some(_) if start.surface == Some(surface) => continue,
-                Some(forms) => forms.wide_verdict(self.simd, x),
-                None => self.curved_verdict(surface, start, point),
-            };
-            if verdict == Verdict::Outside {
-                continue;
-            }
-            let is_triangle = (surface.0 as usize) < self.tables.triangle_count();
-            let is_own_plane = |own| self.tables.are_in_one_plane(own, surface);
-            if is_triangle && start.surface.is_some_and(is_own_plane) {
-                continue;
-            }
-            if verdict == Verdict::Inside && self.occluders.is_opaque_everywhere(surface) {
-                return Found::by_list(true);
-            }
-            in_doubt.push(surface.0);
-        }
-        let is_blocked =
-            !in_doubt.is_empty() && self.is_blocked_exactly(&in_doubt, start, point, x);
-        Found::by_list(is_blocked)
     }
 }

@@ -341,28 +341,25 @@ impl<S: Simd> Lookup<'_, S> {
         // What is not inlined has no wide registers of its own.
         self.simd.vectorize(
             #[inline(always)]
-            || self.find_at_with(start, point, audience),
-        )
-    }
-
-    #[inline(always)]
-    fn find_at_with(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
-        let place = self.values.narrow(point);
-        let code = self.values.lattices[audience as usize].code_of(self.simd, place);
-        match self.source {
-            Source::Nothing => Found::NOTHING,
-            Source::Growing(store) => {
-                let link = self.finder(store, audience).find(code).link;
-                match link.answer() {
-                    Some(is_shadowed) => Found::by_value(is_shadowed),
-                    None => self.find_in_list(store, link, start, point, place),
+            || {
+                let place = self.values.narrow(point);
+                let code = self.values.lattices[audience as usize].code_of(self.simd, place);
+                match self.source {
+                    Source::Nothing => Found::NOTHING,
+                    Source::Growing(store) => {
+                        let link = self.finder(store, audience).find(code).link;
+                        match link.answer() {
+                            Some(is_shadowed) => Found::by_value(is_shadowed),
+                            None => self.find_in_list(store, link, start, point, place),
+                        }
+                    }
+                    Source::Packed(packed) => match packed.find(audience, code) {
+                        Ok(is_shadowed) => Found::by_value(is_shadowed),
+                        Err(leaf) => self.find_in_packed(packed, leaf, start, point, place),
+                    },
                 }
-            }
-            Source::Packed(packed) => match packed.find(audience, code) {
-                Ok(is_shadowed) => Found::by_value(is_shadowed),
-                Err(leaf) => self.find_in_packed(packed, leaf, start, point, place),
             },
-        }
+        )
     }
 
     /// Asks the blockers of a list about a start near `point`, which is `x` in the frame. Triangles of

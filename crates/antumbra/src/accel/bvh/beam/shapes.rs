@@ -267,6 +267,12 @@ fn dot<S: Simd>(a: [Wide<S>; 3], b: [Wide<S>; 3]) -> Wide<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
+/// The square of a length, not fused: the bounds of `filter::spheres` are those of this order.
+#[inline(always)]
+fn squared<S: Simd>(a: [Wide<S>; 3]) -> Wide<S> {
+    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+}
+
 /// One sphere of a group against some targets, by the signs and bounds of `filter::spheres`.
 #[inline(always)]
 pub(super) fn sphere<S: Simd>(
@@ -283,7 +289,12 @@ pub(super) fn sphere<S: Simd>(
     let start = seen[0] * seen[0] + seen[1] * seen[1] + seen[2] * seen[2];
     let outside = (radius + bounds.line) * (radius + bounds.line) + bounds.line;
     let is_started_outside = start > outside;
-    let seen = seen.map(|x| Wide::splat(simd, x));
+    // Closures are not always inlined, and have no wide registers then.
+    let seen = [
+        Wide::splat(simd, seen[0]),
+        Wide::splat(simd, seen[1]),
+        Wide::splat(simd, seen[2]),
+    ];
     let radius = Wide::splat(simd, radius);
     let line = Wide::splat(simd, bounds.line);
     let room = Wide::splat(simd, 5.0 * bounds.line);
@@ -299,7 +310,6 @@ pub(super) fn sphere<S: Simd>(
             direction[2] * seen[0] - direction[0] * seen[2],
             direction[0] * seen[1] - direction[1] * seen[0],
         ];
-        let squared = |a: [Wide<S>; 3]| a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
         let length_squared = squared(direction);
         let length = length_squared.sqrt();
         let distance_squared = squared(turned);
