@@ -37,6 +37,8 @@
 //! `33 e + 6 p + 320 u`: five times the bound. Then the segment has a point inside; it blocks if also
 //! the start is surely outside, which an excess of the bound over `r` says for `|C|`.
 
+use std::ops::{Add, Mul};
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x16};
 
@@ -74,7 +76,7 @@ fn cross<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
 }
 
 #[inline(always)]
-fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
+pub(super) fn dot<V: Copy + Add<Output = V> + Mul<Output = V>>(a: [V; 3], b: [V; 3]) -> V {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -165,7 +167,6 @@ pub(super) fn triangle_by_rays<S: Simd>(
             Wide::from_slice(simd, &rows[2]),
         ]
     };
-    let dot = |a: [Wide<S>; 3], b: [Wide<S>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let (direction, origin) = (of_rays(&rays.direction), of_rays(&rays.origin));
     let (corner, normal) = (of_lane(&group.corner), of_lane(normals));
     let (ab, ac) = (of_lane(&group.edge_ab), of_lane(&group.edge_ac));

@@ -126,6 +126,24 @@ fn greatest<S: Simd>(numbers: f32x16<S>) -> f32 {
 /// make room; two are spare.
 const SLOPE_ROOM: f32 = 8.0 / (1 << 24) as f32;
 
+/// Returns the slopes of a pyramid's bounds on both sides of slopes that are between these.
+#[inline(always)]
+fn slopes<S: Simd>(least: f32x16<S>, most: f32x16<S>) -> [f32; 2] {
+    let (least, most) = (-greatest(-least), greatest(most));
+    // What small components were moved by, over half of 1.
+    let smallest = SMALLEST_COMPONENT as f32;
+    let low = least - least.abs() * SLOPE_ROOM - 4.0 * smallest;
+    let high = most + most.abs() * SLOPE_ROOM + 4.0 * smallest;
+    [
+        if low.abs() < smallest { -smallest } else { low },
+        if high.abs() < smallest {
+            smallest
+        } else {
+            high
+        },
+    ]
+}
+
 impl Pyramid {
     /// Makes the pyramid of some targets, which all go along a face.
     #[inline(always)]
@@ -151,22 +169,7 @@ impl Pyramid {
                 most[place] = most[place].max(is_there.select(slope, -infinite));
             }
         }
-        let slopes = [0, 1].map(|place: usize| {
-            let least = -greatest(-least[place]);
-            let most = greatest(most[place]);
-            // What small components were moved by, over half of 1.
-            let smallest = SMALLEST_COMPONENT as f32;
-            let low = least - least.abs() * SLOPE_ROOM - 4.0 * smallest;
-            let high = most + most.abs() * SLOPE_ROOM + 4.0 * smallest;
-            [
-                if low.abs() < smallest { -smallest } else { low },
-                if high.abs() < smallest {
-                    smallest
-                } else {
-                    high
-                },
-            ]
-        });
+        let slopes = [slopes(least[0], most[0]), slopes(least[1], most[1])];
         let end = greatest(end) * (1.0 + 8.0 * U as f32) + 4.0 * U as f32;
         let mut pyramid = Self {
             face,

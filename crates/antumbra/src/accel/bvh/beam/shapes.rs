@@ -7,6 +7,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x16};
 
 use super::super::data::{LANES, SphereGroup, TriangleGroup};
+use super::super::filter;
 use super::super::ray::FilterBounds;
 use super::pyramid::Pyramid;
 use super::targets::{CHUNK, Segments, TARGETS, bits_of, lanes};
@@ -267,12 +268,6 @@ fn dot<S: Simd>(a: [Wide<S>; 3], b: [Wide<S>; 3]) -> Wide<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// The square of a length, not fused: the bounds of `filter::spheres` are those of this order.
-#[inline(always)]
-fn squared<S: Simd>(a: [Wide<S>; 3]) -> Wide<S> {
-    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-}
-
 /// One sphere of a group against some targets, by the signs and bounds of `filter::spheres`.
 #[inline(always)]
 pub(super) fn sphere<S: Simd>(
@@ -310,9 +305,9 @@ pub(super) fn sphere<S: Simd>(
             direction[2] * seen[0] - direction[0] * seen[2],
             direction[0] * seen[1] - direction[1] * seen[0],
         ];
-        let length_squared = squared(direction);
+        let length_squared = filter::dot(direction, direction);
         let length = length_squared.sqrt();
-        let distance_squared = squared(turned);
+        let distance_squared = filter::dot(turned, turned);
         let reach = radius * length;
         let (wide, narrow) = (reach + line, reach - line);
         let is_missed = distance_squared.simd_gt(wide * wide);
