@@ -16,8 +16,8 @@ const FEW: u64 = 4_096;
 
 /// Prices of a map for each surface, in nanoseconds: of its tables, and about as much again for tiles; of the scene's
 /// mesh.
-const SURFACE_NS: u64 = 700;
-const JOINED_NS: u64 = 330;
+const SURFACE_NS: u64 = 900;
+const JOINED_NS: u64 = 430;
 
 /// Returns about what making one costs, without its tiles, in nanoseconds.
 pub(crate) fn price(occluders: &Occluders, is_joined: bool) -> u64 {
