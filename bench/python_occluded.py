@@ -15,9 +15,9 @@ Every difference from Embree among a million points is judged by the exact rule 
 ours was asked; on faces that is another one than Embree's.
 
 *Kept* is with all values (refine="eager"), which are made before and kept in a file: it is what a process gets that
-does so once. Making the file is told apart. The others are lazy: values are made while queries are answered.
+does so once. The time to make the file is reported apart. The others are lazy: values are made while queries are answered.
 
-Times are of the process's CPU, which a loaded machine changes less than the wall's; both are told. Cold is the first
+Times are of the process's CPU, which a loaded machine changes less than the wall's; both are reported. Cold is the first
 call and all that comes before it: taking the mesh, building, and what is built while queries are
 answered. Warm is the median of later calls. trimesh's intersects_any (with embreex behind it) converts to float64,
 scales and unitizes; that is its time, and it is asked fewer points.

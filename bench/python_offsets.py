@@ -7,7 +7,7 @@ A gabled house with a chimney and a dormer stands beside a taller neighbor, 175 
 suns are those of a year, hour by hour, at latitude 48. antumbra is asked about the points as they are. Embree needs
 origins that are lifted off the roof, or it finds the roof itself, and is asked again for each distance.
 
-Told for each distance, in meters: of the answers that antumbra calls lit, the share that Embree calls shadowed; of those
+Reported for each distance, in meters: of the answers that antumbra calls lit, the share that Embree calls shadowed; of those
 that antumbra calls shadowed, the share that Embree calls lit; and the sensor whose hours differ most. As the distance
 shrinks, Embree comes near antumbra's answers, until rounding takes over. Differences at the smallest distance that are
 judged by the exact rule (method="naive") are all Embree's.

@@ -1,4 +1,4 @@
-"""What the package tells of what may not be what the caller meant."""
+"""What the package reports of what may not be what the caller meant."""
 
 from __future__ import annotations
 
