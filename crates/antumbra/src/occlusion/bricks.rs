@@ -14,7 +14,7 @@ use super::room::Room;
 use super::sync::{AtomicU32, Ordering};
 use super::value::{Audience, Occlusion, Values64};
 
-/// What was decided for a cell and an audience.
+/// What was decided for a cell and a receiver class.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Decision {
     Known(bool),
@@ -42,7 +42,7 @@ const LIST_HEAD: usize = 1;
 #[derive(Debug)]
 pub(crate) struct Store {
     arena: Arena,
-    /// Where the root tables lie, for each audience.
+    /// Where the root tables lie, for each receiver class.
     roots: [u32; 3],
     list_bytes: AtomicU64,
     brick_count: AtomicU64,
@@ -295,7 +295,7 @@ fn agreed(cells: &Decisions) -> Option<Link> {
     Some(agreed.unwrap_or(Link::LIT))
 }
 
-/// A store's bricks for one light and audience, at hand.
+/// A store's bricks for one light and receiver class, at hand.
 #[derive(Clone, Copy)]
 pub(crate) struct Finder<'a> {
     arena: &'a Arena,

@@ -116,7 +116,7 @@ impl<'a> Casters<'a> {
         all
     }
 
-    /// Leaves in `kept` those of the surfaces that may meet a cell. Returns whether an audience may start there.
+    /// Leaves in `kept` those of the surfaces that may meet a cell. Returns whether a receiver class may start there.
     pub(crate) fn narrow_holders(
         &self,
         all: &Candidates,

@@ -17,7 +17,7 @@ const MOST_CONTOURS: usize = 512;
 /// More triangles are not searched for a component that covers.
 const MOST_COVERS: usize = 512;
 
-/// A cell's parts that an audience starts from.
+/// A cell's parts that a receiver class starts from.
 pub(crate) struct Receivers<'a> {
     pub(crate) patches: Vec<Patch<'a>>,
     /// Surfaces that are no triangles.
@@ -51,7 +51,7 @@ impl<'a> Receivers<'a> {
 }
 
 impl<'a> Casters<'a> {
-    /// Returns the surfaces in a cell from which an audience asks.
+    /// Returns the surfaces in a cell from which a receiver class asks.
     pub(crate) fn receivers(
         &self,
         audience: Audience,
@@ -298,7 +298,7 @@ impl<'a> Casters<'a> {
         }
     }
 
-    /// Returns the surfaces that may block a start of an audience in a cell; `None` if they are more than `most`, where
+    /// Returns the surfaces that may block a start of a receiver class in a cell; `None` if they are more than `most`, where
     /// one that is no triangle counts as `curved_cost` triangles.
     pub(crate) fn blockers(
         &self,
@@ -463,7 +463,7 @@ mod tests {
     #[test]
     fn what_is_said_of_a_cell_holds_for_its_starts() {
         let random = &mut Random(1);
-        // By audience, lit and shadowed.
+        // By receiver class, lit and shadowed.
         let mut decided = [[0; 2]; 3];
         let mut listed = [0; 3];
         for round in 0..1_500 {

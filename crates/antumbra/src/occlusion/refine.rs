@@ -2,7 +2,7 @@
 //!
 //! A brick's cell keeps what may matter to it, is halved twice along each axis, and each part is decided, or keeps
 //! the few possible blockers, or waits for a finer brick, or gets it at once: then what may matter is handed down. In:
-//! the casters, the lattices. Out: bricks for one audience. Invariant: they are a function of the scene, the light, the
+//! the casters, the lattices. Out: bricks for one receiver class. Invariant: they are a function of the scene, the light, the
 //! settings and the cell.
 
 use antumbra_geometry::Bounds;

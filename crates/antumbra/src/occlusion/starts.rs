@@ -1,6 +1,6 @@
 //! Where the starts of points are, and whose values speak of them.
 //!
-//! In: a start. Out: an audience, if the start is within the room of its point; or where else one is that answers the
+//! In: a start. Out: a receiver class, if the start is within the room of its point; or where else one is that answers the
 //! same. What is not surely told is left to rays.
 
 use antumbra_geometry::{DVec3, LightShape, Start, SurfaceId};
@@ -13,7 +13,7 @@ use super::value::Audience;
 /// Where the answer to a start is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asks {
-    /// In the values of an audience, at the start's point.
+    /// In the values of a receiver class, at the start's point.
     In(Audience),
     /// Its own rule shadows it.
     OwnShadow,

@@ -33,7 +33,7 @@ pub(super) struct Section {
 
 /// What is known of one light, cell by cell.
 pub(super) trait Known {
-    /// Returns what is known of an audience's coarsest bricks that hold a part of the scene's box, in order.
+    /// Returns what is known of a receiver class's coarsest bricks that hold a part of the scene's box, in order.
     fn roots(&self, audience: Audience) -> Vec<Link>;
 
     /// Returns the planes of the brick that a link leads to, and what its links say.

@@ -269,7 +269,7 @@ impl AdaptiveValues {
     }
 }
 
-/// Returns the cells of each audience.
+/// Returns the cells of each receiver class.
 fn lattices(bounds: &Bounds, frame: &Frame, depth: Depth) -> [Lattice; 3] {
     Audience::ALL.map(|audience| {
         let finest = match audience {

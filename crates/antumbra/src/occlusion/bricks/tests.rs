@@ -132,7 +132,7 @@ fn what_is_written_is_found() {
         let room = Room::new(u64::MAX);
         let stores =
             [(); 2].map(|()| Store::new(&room, ROOM, &lattices, ROOT_PRICE).expect("room"));
-        // Light and audience by light and audience.
+        // Light and receiver class by light and receiver class.
         let mut all = Vec::new();
         for store in &stores {
             for audience in Audience::ALL {

@@ -21,8 +21,8 @@ use super::value::Audience;
 /// What is known of one light.
 #[derive(Debug)]
 pub(crate) struct Packed {
-    /// For each place of each audience's root table a brick, then one for all points outside; after those of
-    /// all audiences those of `BEYOND`.
+    /// For each place of each receiver class's root table a brick, then one for all points outside; after those of
+    /// all receiver classes those of `BEYOND`.
     roots: Box<[u32]>,
     areas: [Area; 3],
     bricks: Box<[Brick]>,
@@ -31,7 +31,7 @@ pub(crate) struct Packed {
     entries: Box<[u32]>,
 }
 
-/// Where an audience's bricks are found.
+/// Where a receiver class's bricks are found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Area {
     /// The first place of its root table.
