@@ -13,7 +13,7 @@ Answers are exact: `EXACTNESS.md` in the repository defines each of them for the
 numbers. They depend neither on the method nor on the number of threads.
 
 What may not be what you meant is reported as `AntumbraWarning`. `antumbra.ray` has an intersector for `trimesh`; it is
-imported when it is asked for, and needs that package.
+imported at its first use, and needs that package.
 """
 
 from types import ModuleType

@@ -32,7 +32,7 @@ def _reach(tolerance: float | None, face_ids: npt.NDArray[np.uint32] | None) -> 
 
 
 class Questions:
-    """What can be asked of a `ShadowIndex`."""
+    """Queries of a `ShadowIndex`."""
 
     _native: _antumbra.ShadowIndex
     _scene: Scene

@@ -22,7 +22,7 @@ SAMPLES_BESIDE_EXACT = 64
 
 
 class FractionSettings(TypedDict):
-    """How shares are asked for, as the extension module takes it."""
+    """How shares are computed, as the extension module takes it."""
 
     side: str
     samples: int
@@ -32,7 +32,7 @@ class FractionSettings(TypedDict):
 
 
 class Shares:
-    """What can be asked of a `ShadowIndex` that is answered by shares."""
+    """Queries of a `ShadowIndex` that are answered by shares."""
 
     _native: _antumbra.ShadowIndex
     _scene: Scene

@@ -143,7 +143,7 @@ class ShadowIndex(Questions, Shares):
         progress: `True` for a line on the standard error stream, or a callable that is called with a stage's name, its
             steps that are done and all of them. It may raise to end the work.
 
-    | to ask about | call |
+    | to query | call |
     |---|---|
     | points on faces whose numbers you know | `occluded_on_faces` |
     | points on surfaces that are not named | `occluded_near` |
@@ -155,10 +155,10 @@ class ShadowIndex(Questions, Shares):
         OSError: The file cannot be read.
         ValueError: A setting is out of range, or the file is refused: it is damaged, or of other surfaces.
 
-    An index may be asked by several Python threads at once. Its answers never change, so its copies are the index
+    An index may be queried by several Python threads at once. Its answers never change, so its copies are the index
     itself; a pickle holds the scene, the lights, the settings and the values that are known.
 
-    Ctrl-C ends building and every long call; an index can be asked again after that.
+    Ctrl-C ends building and every long call; an index can be queried again after that.
     """
 
     _settings: Settings
