@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use antumbra::{Answer, Counters, QueryError, Shadow, ShadowCounters, ShadowIndex};
+use antumbra::{Answer, Counters, LightId, QueryError, Shadow, ShadowCounters, ShadowIndex};
 use antumbra_geometry::Start;
 
 use crate::{Batch, LoadedBatch, Rival, ShadowMethod, Work};
@@ -92,7 +92,9 @@ impl IndexMethod {
             let (light, work) = (batch.light, &mut work);
             match &self.rival {
                 Some(rival) => rival.shadow(&self.index, start, light, work),
-                None => self.index.shadow(start, light, &mut work.counters),
+                None => self
+                    .index
+                    .shadow(start, LightId::from_index(light), &mut work.counters),
             }
             .expect(VALID);
         }
@@ -110,7 +112,9 @@ impl IndexMethod {
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         let Some(rival) = &self.rival else {
-            return self.index.shadow(start, light, counters);
+            return self
+                .index
+                .shadow(start, LightId::from_index(light), counters);
         };
         let mut work = Work::default();
         let answer = rival.shadow(&self.index, start, light, &mut work);
@@ -152,7 +156,12 @@ impl Loaded<'_> {
         }
         let mut counters = Counters::default();
         index
-            .shadows(starts, self.batch.light, is_shadowed, &mut counters)
+            .shadows(
+                starts,
+                LightId::from_index(self.batch.light),
+                is_shadowed,
+                &mut counters,
+            )
             .expect(VALID);
         counters.shadow
     }

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use antumbra::{GridResolution, Method, ShadowIndex};
+use antumbra::{GridResolution, LightId, Method, ShadowIndex};
 use antumbra_baselines::rival::ShadowVolumes;
 use antumbra_baselines::{RivalError, RivalKind, RivalOptions, Work};
 use antumbra_geometry::{
@@ -140,7 +140,7 @@ impl Questions {
         let rival = kind.build(&index, options).expect("enough memory");
         let (mut wrong, mut work) = (Vec::new(), Work::default());
         for &(start, light) in &self.queries {
-            let truth = index.shadow_by_reference(&start, light);
+            let truth = index.shadow_by_reference(&start, LightId::from_index(light));
             let answer = rival.shadow(&index, &start, light, &mut work);
             let found = answer.map(|answer| answer.shadow);
             if found != truth {

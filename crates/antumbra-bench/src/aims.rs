@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use antumbra::ShadowIndex;
+use antumbra::{LightId, ShadowIndex};
 use antumbra_geometry::{DVec3, Start, SurfaceId};
 
 /// Starts by what they aim at.
@@ -67,7 +67,7 @@ pub(super) fn aims(index: &ShadowIndex, light: DVec3, reach: f64) -> Aims {
             surface: Some(surface),
         };
         let side = if occluders.is_opaque(surface) {
-            index.light_side(&start, 0).expect(FINE)
+            index.light_side(&start, LightId(0)).expect(FINE)
         } else {
             0
         };

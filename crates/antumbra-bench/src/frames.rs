@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
-use antumbra::{Refine, ShadowCounters};
+use antumbra::{LightId, Refine, ShadowCounters};
 use antumbra_baselines::embree::{Embree, EmbreeScene};
 use antumbra_baselines::{LoadedBatch, ShadowMethod};
 use antumbra_render::camera::View;
@@ -203,7 +203,10 @@ impl Bench<'_> {
                 }
                 // Whoever draws frames knows how many.
                 let queries = recorded.is_shadowed.len() * (frames.len() - number);
-                ours[AUTO].method.index().expect_queries(0, queries as u64);
+                ours[AUTO]
+                    .method
+                    .index()
+                    .expect_queries(LightId(0), queries as u64);
                 let voxel = ours[AUTO].method.load_counted(&recorded.batch);
                 let bvh = ours[BVH].method.load(&recorded.batch);
                 let all = [&voxel as &dyn LoadedBatch, &*bvh];

@@ -1,6 +1,6 @@
 //! Who is right where answers differ: the exact rule, by testing every surface.
 
-use antumbra::{Shadow, ShadowIndex};
+use antumbra::{LightId, Shadow, ShadowIndex};
 use antumbra_baselines::Batch;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -49,7 +49,8 @@ pub(super) fn judge(
         .into_par_iter()
         .filter(|number| {
             let query = different[number * different.len() / judged];
-            let truth = index.shadow_by_reference(&batch.starts[query], batch.light);
+            let light = LightId::from_index(batch.light);
+            let truth = index.shadow_by_reference(&batch.starts[query], light);
             ours[query] != (truth.expect("the query was answered before") == Shadow::Shadowed)
         })
         .count();

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use antumbra::{Counters, IndexOptions, Refine, ShadowCounters, ShadowIndex};
+use antumbra::{Counters, IndexOptions, LightId, Refine, ShadowCounters, ShadowIndex};
 use antumbra_geometry::{DVec3, Start, SurfaceId};
 use antumbra_scene::gather::{Gathered, light_shapes};
 use serde::{Deserialize, Serialize};
@@ -311,7 +311,7 @@ fn options(typed: &Kept) -> IndexOptions {
 fn ask(index: &ShadowIndex, starts: &[Start], found: &mut [bool], counters: &mut Counters) {
     for (starts, found) in starts.chunks(SLICE).zip(found.chunks_mut(SLICE)) {
         index
-            .shadows(starts, 0, found, counters)
+            .shadows(starts, LightId(0), found, counters)
             .expect("starts are hits, and the scene has the light");
     }
 }

@@ -370,6 +370,7 @@ impl SceneReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use antumbra::LightId;
     use antumbra_geometry::LightShape;
 
     #[test]
@@ -386,7 +387,9 @@ mod tests {
             assert!(index.occluders().light_side(start, target) > 0);
             let is_target = |light: &LightShape| light == target;
             let light = index.lights().iter().position(is_target).expect("a light");
-            let answer = index.shadow_by_reference(start, light).expect("an answer");
+            let answer = index
+                .shadow_by_reference(start, LightId::from_index(light))
+                .expect("an answer");
             assert_eq!(answer == antumbra::Shadow::Shadowed, is_occluded);
         }
         assert!(questions.is_occluded.contains(&true) && questions.is_occluded.contains(&false));

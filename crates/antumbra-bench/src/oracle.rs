@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
 
-use antumbra::{Counters, IndexOptions, Method, Refine, Refinement, Shadow, ShadowIndex};
+use antumbra::{Counters, IndexOptions, LightId, Method, Refine, Refinement, Shadow, ShadowIndex};
 use antumbra_baselines::IndexMethod;
 use antumbra_geometry::{Bounds, DVec3, Ray, Start};
 use antumbra_render::prepare::Prepared;
@@ -160,14 +160,18 @@ fn is_of_one_answer(
             point: hit.point,
             surface: Some(hit.surface),
         };
-        let side = index.light_side(&start, light).expect(FINE);
+        let side = index
+            .light_side(&start, LightId::from_index(light))
+            .expect(FINE);
         let is_facing = match facing {
             Facing::Winding => side > 0,
             Facing::Viewer => side != 0,
         };
         if is_facing && voxel.contains(hit.point) {
             samples += 1;
-            let answer = index.shadow(&start, light, &mut counters).expect(FINE);
+            let answer = index
+                .shadow(&start, LightId::from_index(light), &mut counters)
+                .expect(FINE);
             seen[usize::from(answer.shadow == Shadow::Shadowed)] = true;
         }
     }

@@ -4,7 +4,7 @@
 //! recorded where the integrator asks one about what a pixel shows first: the surface faces the
 //! light and the light shines there.
 
-use antumbra::Shadow;
+use antumbra::{LightId, Shadow};
 use antumbra_baselines::Batch;
 use antumbra_geometry::{DVec3, LightShape, Start};
 use antumbra_render::camera::View;
@@ -69,7 +69,12 @@ pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) ->
                     point: point.hit.point,
                     surface: Some(point.hit.surface),
                 };
-                let side = f64::from(prepared.index().light_side(&start, light).expect(FINE));
+                let side = f64::from(
+                    prepared
+                        .index()
+                        .light_side(&start, LightId::from_index(light))
+                        .expect(FINE),
+                );
                 let normal = point.geometric_normal * side;
                 Some((start, normal, answer.shadow == Shadow::Shadowed))
             });
@@ -173,7 +178,10 @@ pub(super) fn free(prepared: &Prepared, recorded: &Recorded, seed: u64) -> Recor
 fn answers(prepared: &Prepared, batch: &Batch) -> Vec<bool> {
     let ask = |start| {
         let mut counters = antumbra::Counters::default();
-        let answer = prepared.index().shadow(start, batch.light, &mut counters);
+        let answer =
+            prepared
+                .index()
+                .shadow(start, LightId::from_index(batch.light), &mut counters);
         answer.expect(FINE).shadow == Shadow::Shadowed
     };
     batch.starts.par_iter().map(ask).collect()

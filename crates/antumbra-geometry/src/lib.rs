@@ -30,6 +30,7 @@ pub use area::{
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
 pub use glam::{DVec2, DVec3};
+pub use ids::LightId;
 pub use light::LightShape;
 pub use lit::{Horizon, LightView, MOST_BLOCKERS, MOST_SPANS, Meeting, Shares};
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};

@@ -9,8 +9,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use antumbra::{
-    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, IndexOptions, Method,
-    Nearness, Refine, Refinement, SavedLight, Towards,
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, GridResolution, IndexOptions,
+    LightId, Method, Nearness, Refine, Refinement, SavedLight, Towards,
 };
 use antumbra_geometry::Precision;
 use antumbra_scene::gather::light_shapes;
@@ -207,7 +207,7 @@ impl ShadowIndex {
         &self,
         py: Python<'py>,
         points: Rows<'py>,
-        lights: Vec<usize>,
+        lights: Vec<u32>,
         normals: Option<Rows<'py>>,
         face_ids: Option<PyReadonlyArray1<'py, u32>>,
         on_surface: bool,
@@ -223,7 +223,7 @@ impl ShadowIndex {
         };
         let ask = Ask {
             index: self,
-            lights: &lights,
+            lights: LightId::from_numbers(&lights),
             surfaces: face_ids.as_ref().map(|ids| ids.as_slice()).transpose()?,
             on_surface,
             nearness: Nearness {
@@ -465,7 +465,7 @@ impl ShadowIndex {
 /// A question about points and lights of the index.
 struct Ask<'a> {
     index: &'a ShadowIndex,
-    lights: &'a [usize],
+    lights: &'a [LightId],
     surfaces: Option<&'a [u32]>,
     on_surface: bool,
     nearness: Nearness,

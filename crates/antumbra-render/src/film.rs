@@ -6,6 +6,7 @@
 //! in order, and counts are integers. A cancelled picture holds every finished tile and black
 //! elsewhere.
 
+use antumbra::LightId;
 use antumbra_scene::model::Color;
 use antumbra_task::{Task, check};
 use rayon::prelude::*;
@@ -132,7 +133,9 @@ pub fn expect(prepared: &Prepared, size: [u32; 2], sampling: Sampling, frames: u
     // About as many samples see something that faces a light.
     let queries = frames * work(size, sampling) * samples / 2;
     for light in 0..prepared.scene().lights.len() {
-        prepared.index().expect_queries(light, queries);
+        prepared
+            .index()
+            .expect_queries(LightId::from_index(light), queries);
     }
 }
 

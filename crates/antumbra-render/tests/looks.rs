@@ -2,7 +2,7 @@
 
 mod support;
 
-use antumbra::Method;
+use antumbra::{LightId, Method};
 use antumbra_geometry::DVec3;
 use antumbra_render::aov::Aovs;
 use antumbra_render::film::{RenderSettings, Sampling, Show};
@@ -162,7 +162,7 @@ fn an_obj_with_a_cut_out_casts_its_hole() {
                 surface: None,
             };
             let mut counters = Default::default();
-            let answer = prepared.index().shadow(&start, 0, &mut counters);
+            let answer = prepared.index().shadow(&start, LightId(0), &mut counters);
             answer.unwrap().shadow == antumbra::Shadow::Shadowed
         };
         assert!(is_shadowed(-0.7), "{method:?}");

@@ -3,7 +3,8 @@
 use std::{error::Error, sync::Arc};
 
 use antumbra::{
-    AnyHit, Batch, DVec3, LightShape, Method, Occluders, Opacity, Refinement, ShadowIndex, Start,
+    AnyHit, Batch, DVec3, LightId, LightShape, Method, Occluders, Opacity, Refinement, ShadowIndex,
+    Start,
 };
 
 /// What the renderer has: triangles, and a ray that tests them all (Möller and Trumbore 1997).
@@ -52,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let batch = Batch::on_surfaces(&points, &floor);
     let mut is_shadowed = vec![0; points.len()];
     let index = index.with_rays(&renderer);
-    let counted = index.occluded(&batch, &[0], &mut is_shadowed)?;
+    let counted = index.occluded(&batch, &[LightId(0)], &mut is_shadowed)?;
     println!("{:?}", counted.counters.shadow);
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! What a query comes to.
 
-use antumbra_geometry::{DVec3, Short};
+use antumbra_geometry::{DVec3, LightId, Short};
 
 /// Whether a light reaches a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ pub enum QueryError {
     UnknownSurface(u32),
     /// The query names a light that is not there.
     #[error("light {0} does not exist")]
-    UnknownLight(usize),
+    UnknownLight(LightId),
     /// The point is not on the surface that it names, by more than rounding to `f32` explains.
     #[error(
         "{} is {distance} away from surface {surface}, more than the {allowed} that rounding explains",

@@ -23,7 +23,7 @@
 //! let lamp = LightShape::Point([0.0, 0.0, 9.0].into());
 //! let index = ShadowIndex::builder(Arc::new(surfaces.build()), vec![lamp]).build()?;
 //!
-//! // A point on triangle 0 of the floor, and one in the air. Lights are named by their place.
+//! // A point on triangle 0 of the floor, and one in the air. A light's number is its place in the list.
 //! assert!(index.is_occluded([0.5, 0.0, 0.0], floor.start, 0)?);
 //! assert!(!index.is_occluded([3.0, 0.0, 0.0], floor.start, 0)?);
 //! assert!(index.is_occluded_at([0.0, 0.0, 1.0], 0)?);
@@ -39,7 +39,7 @@
 //! ```
 //! # use std::sync::Arc;
 //! # use antumbra::{LightShape, Occluders, Opacity};
-//! use antumbra::{Batch, ShadowIndex};
+//! use antumbra::{Batch, LightId, ShadowIndex};
 //! # let mut surfaces = Occluders::builder();
 //! # let square = |half: f32, z: f32| [[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]];
 //! # let triangles = [[0, 1, 2], [0, 2, 3]];
@@ -51,7 +51,7 @@
 //! // The same scene. A light may come, move and go at any time; what is known of others stays.
 //! let sun = index.add_light(LightShape::Direction([1.0, 0.0, 1.0].into()))?;
 //! let points = [[0.5_f32, 0.0, 0.0], [3.0, 0.0, 0.0], [-2.0, 0.0, 0.0]];
-//! let lights = [0, sun];
+//! let lights = [LightId(0), sun];
 //! let mut out = [0; 6];
 //! index.occluded(&Batch::on_nearest(&points, None), &lights, &mut out)?;
 //! // Point after point, the lights of each side by side.
@@ -67,7 +67,7 @@
 //! ```
 //! # use std::sync::Arc;
 //! # use antumbra::{Occluders, Opacity};
-//! use antumbra::{AnyHit, Batch, LightShape, Method, ShadowIndex, Start};
+//! use antumbra::{AnyHit, Batch, LightId, LightShape, Method, ShadowIndex, Start};
 //!
 //! struct Renderer { /* its own tree */ }
 //!
@@ -96,7 +96,7 @@
 //! let mut out = [0; 2];
 //! let counted = index
 //!     .with_rays(&Renderer {})
-//!     .occluded(&Batch::on_surfaces(&points, &[0_u32, 0]), &[0], &mut out)?;
+//!     .occluded(&Batch::on_surfaces(&points, &[0_u32, 0]), &[LightId(0)], &mut out)?;
 //! assert_eq!(out, [1, 0]);
 //! assert_eq!(counted.counters.shadow.rays, 0, "values knew");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -169,8 +169,8 @@ pub use antumbra_geometry::{
 };
 pub use antumbra_geometry::{
     Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind, Hit,
-    LightShape, Occluders, OccludersBuilder, OccludersError, Opacity, Precision, Ray, Sphere,
-    Start, SurfaceId, UnidentifiedCoverage,
+    LightId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity, Precision, Ray,
+    Sphere, Start, SurfaceId, UnidentifiedCoverage,
 };
 pub use antumbra_task::{Stopped, Task};
 pub use file::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};

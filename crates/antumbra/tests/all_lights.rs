@@ -5,7 +5,8 @@ mod common;
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, Counters, Method, QueryError, ReceiverSide, Refine, Refinement, Shadow, ShadowIndex,
+    Batch, Counters, LightId, Method, QueryError, ReceiverSide, Refine, Refinement, Shadow,
+    ShadowIndex,
 };
 use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
 use antumbra_testkit::fixtures;
@@ -40,7 +41,7 @@ fn index_of(
 /// Returns whether the reference says that a light reaches a start.
 fn is_lit(index: &ShadowIndex, start: &Start, light: usize) -> bool {
     index
-        .shadow_by_reference(start, light)
+        .shadow_by_reference(start, LightId::from_index(light))
         .expect("a fine query")
         == Shadow::Lit
 }
@@ -420,17 +421,17 @@ fn lights_that_come_move_and_go_have_no_old_rows() {
     let mut index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Queried));
     check("at first", &index, &starts, ReceiverSide::Both);
     index
-        .move_light(3, LightShape::Point(v(-1.0, 0.2, 2.0)))
+        .move_light(LightId(3), LightShape::Point(v(-1.0, 0.2, 2.0)))
         .expect("a light");
     check("moved", &index, &starts, ReceiverSide::Both);
     index
         .add_light(LightShape::Direction(v(0.1, 0.2, 1.0)))
         .expect("a light");
     check("added", &index, &starts, ReceiverSide::Both);
-    index.remove_light(0).expect("a light");
+    index.remove_light(LightId(0)).expect("a light");
     check("removed", &index, &starts, ReceiverSide::Both);
     while !index.lights().is_empty() {
-        index.remove_light(0).expect("a light");
+        index.remove_light(LightId(0)).expect("a light");
     }
     check("none left", &index, &starts, ReceiverSide::Both);
     assert_eq!(index.lights_visible_at([0.0; 3]), Ok(Vec::new()));

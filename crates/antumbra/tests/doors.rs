@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use antumbra::{
-    AnyHit, Batch, Counters, DVec3, LightShape, Method, Occluders, Opacity, QueryError, Refine,
-    Refinement, ShadowIndex, Start, SurfaceId,
+    AnyHit, Batch, Counters, DVec3, LightId, LightShape, Method, Occluders, Opacity, QueryError,
+    Refine, Refinement, ShadowIndex, Start, SurfaceId,
 };
 use antumbra_geometry::Precision;
 
@@ -61,8 +61,8 @@ fn one_bit_is_the_answer_of_a_query() {
             .build()
             .expect("an index");
         for start in starts(&occluders, 500) {
-            for light in 0..lamps().len() {
-                let expected = is_shadowed(&index, &start, light);
+            for light in index.light_ids() {
+                let expected = is_shadowed(&index, &start, light.index());
                 let Some(surface) = start.surface else {
                     let found = index.is_occluded_at(start.point.to_array(), light);
                     assert_eq!(found, Ok(expected), "{method:?} {start:?}");
@@ -98,7 +98,7 @@ fn one_bit_is_the_answer_of_a_query() {
     );
     assert_eq!(
         index.is_occluded_at(at, 3),
-        Err(QueryError::UnknownLight(3))
+        Err(QueryError::UnknownLight(LightId(3)))
     );
     let surface_count = occluders.surface_count() as u32;
     assert_eq!(
@@ -129,12 +129,16 @@ fn surfaces_are_named_by_id_or_number() {
     let numbers = vec![0_u32; points.len()];
     let [mut by_id, mut by_number] = [(); 2].map(|()| vec![9; 2 * points.len()]);
     index
-        .occluded(&Batch::on_surfaces(&points, &ids), &[0, 1], &mut by_id)
+        .occluded(
+            &Batch::on_surfaces(&points, &ids),
+            &[LightId(0), LightId(1)],
+            &mut by_id,
+        )
         .expect("a fine batch");
     index
         .occluded(
             &Batch::on_surfaces(&points, &numbers),
-            &[0, 1],
+            &[LightId(0), LightId(1)],
             &mut by_number,
         )
         .expect("a fine batch");
@@ -215,7 +219,12 @@ fn rays_of_a_renderer_are_asked_together_and_answer_alike() {
                 let mut counters = Counters::default();
                 index
                     .with_rays(rays)
-                    .shadows(&starts, light, &mut found, &mut counters)
+                    .shadows(
+                        &starts,
+                        LightId::from_index(light),
+                        &mut found,
+                        &mut counters,
+                    )
                     .expect("fine queries");
                 (found, counters)
             };

@@ -6,8 +6,8 @@
 mod common;
 
 use antumbra::{
-    Batch, BatchKind, Counters, GridResolution, Method, RayBatch, Refine, Refinement, Shadow,
-    ShadowIndex, Towards,
+    Batch, BatchKind, Counters, GridResolution, LightId, Method, RayBatch, Refine, Refinement,
+    Shadow, ShadowIndex, Towards,
 };
 use antumbra_geometry::{LightShape, Start, SurfaceId};
 use antumbra_testkit::fixtures::{self, Fixture};
@@ -89,7 +89,7 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
 }
 
 fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
-    let answer = index.shadow(start, light, &mut Counters::default());
+    let answer = index.shadow(start, LightId::from_index(light), &mut Counters::default());
     answer.expect("a fine query").shadow == Shadow::Shadowed
 }
 
@@ -102,7 +102,7 @@ fn are_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> [bool; TOGE
     index
         .shadows(
             &[*start; TOGETHER],
-            light,
+            LightId::from_index(light),
             &mut found,
             &mut Counters::default(),
         )
@@ -129,7 +129,10 @@ fn differences(
             lights[light],
         ));
     };
-    let reference = indices[0].1.shadow_by_reference(&start, light) == Ok(Shadow::Shadowed);
+    let reference = indices[0]
+        .1
+        .shadow_by_reference(&start, LightId::from_index(light))
+        == Ok(Shadow::Shadowed);
     if reference != truth {
         note("reference", reference.to_string());
     }
@@ -137,7 +140,7 @@ fn differences(
         let side = oracle.light_side(point, surface, lights[light]);
         let ours = indices[0]
             .1
-            .light_side(&start, light)
+            .light_side(&start, LightId::from_index(light))
             .expect("a fine query");
         if ours != side {
             note("light side", format!("{ours}, not {side}"));

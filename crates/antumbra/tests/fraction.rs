@@ -5,8 +5,8 @@ mod common;
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, BatchError, BatchKind, Counters, LightSamples, LightSampling, Method, QueryError,
-    ReceiverSide, Shadow, ShadowIndex,
+    Batch, BatchError, BatchKind, Counters, LightId, LightSamples, LightSampling, Method,
+    QueryError, ReceiverSide, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
     AreaSample, AreaShape, DVec3, DiskLight, MeshLight, Occluders, Opacity, RectangleLight,
@@ -421,6 +421,8 @@ fn by_reference(occluders: &Arc<Occluders>, start: &Start, samples: &[AreaSample
         .build()
         .unwrap();
     (0..samples.len())
-        .map(|light| index.shadow_by_reference(start, light) == Ok(Shadow::Lit))
+        .map(|light| {
+            index.shadow_by_reference(start, LightId::from_index(light)) == Ok(Shadow::Lit)
+        })
         .collect()
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Counters, Decided, Method, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
+    Counters, Decided, LightId, Method, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
 };
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
 use rayon::prelude::*;
@@ -174,7 +174,12 @@ impl Questions {
             .map(|light| {
                 let mut found = vec![false; starts.len()];
                 by_rays
-                    .shadows(&starts, light, &mut found, &mut Counters::default())
+                    .shadows(
+                        &starts,
+                        LightId::from_index(light),
+                        &mut found,
+                        &mut Counters::default(),
+                    )
                     .expect("fine queries");
                 found
             })
@@ -208,7 +213,7 @@ impl Questions {
         index
             .shadows(
                 &self.starts[range.clone()],
-                light,
+                LightId::from_index(light),
                 &mut found,
                 &mut Counters::default(),
             )
@@ -227,7 +232,7 @@ impl Questions {
     fn ask_one(&self, index: &ShadowIndex, light: usize, number: usize) -> Decided {
         let start = &self.starts[number];
         let answer = index
-            .shadow(start, light, &mut Counters::default())
+            .shadow(start, LightId::from_index(light), &mut Counters::default())
             .expect("a fine query");
         let expected = self.expected[light][number];
         assert_eq!(
@@ -450,7 +455,12 @@ fn the_order_of_questions_does_not_matter_in_the_end() {
                 let mut counters = Counters::default();
                 let mut found = vec![false; questions.starts.len()];
                 index
-                    .shadows(&questions.starts, light, &mut found, &mut counters)
+                    .shadows(
+                        &questions.starts,
+                        LightId::from_index(light),
+                        &mut found,
+                        &mut counters,
+                    )
                     .expect("fine queries");
                 counters.shadow
             })
@@ -513,7 +523,7 @@ fn share_known_on_a_plane(axis: usize, height: f64, place: impl Fn(usize) -> [f6
             surface: None,
         };
         index
-            .shadow(&start, 0, &mut counters)
+            .shadow(&start, LightId(0), &mut counters)
             .expect("a fine query");
     }
     1.0 - counters.shadow.rays as f64 / COUNT as f64

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use antumbra::{
-    BuildError, Counters, DVec3, LightError, LightShape, Method, Occluders, Opacity, Refine,
-    Refinement, SavedLight, ShadowIndex, Sphere, Start, SurfaceId,
+    BuildError, Counters, DVec3, LightError, LightId, LightShape, Method, Occluders, Opacity,
+    Refine, Refinement, SavedLight, ShadowIndex, Sphere, Start, SurfaceId,
 };
 
 use common::{METHODS, Random, add_cone_and_disk, add_pane, builder_of, is_shadowed, lamps};
@@ -86,7 +86,12 @@ fn answers(index: &ShadowIndex, starts: &[Start], light: usize) -> (Vec<bool>, C
     let mut found = vec![false; starts.len()];
     let mut counters = Counters::default();
     index
-        .shadows(starts, light, &mut found, &mut counters)
+        .shadows(
+            starts,
+            LightId::from_index(light),
+            &mut found,
+            &mut counters,
+        )
         .expect("fine queries");
     (found, counters)
 }
@@ -94,7 +99,7 @@ fn answers(index: &ShadowIndex, starts: &[Start], light: usize) -> (Vec<bool>, C
 fn reference(index: &ShadowIndex, starts: &[Start], light: usize) -> Vec<bool> {
     let answer = |start| {
         index
-            .shadow_by_reference(start, light)
+            .shadow_by_reference(start, LightId::from_index(light))
             .expect("fine queries")
     };
     let all = starts.iter().map(answer);
@@ -143,19 +148,19 @@ fn changed_lights_are_answered_as_in_a_fresh_index_by_every_method() {
                 }
             };
             same(&index, &lights);
-            assert_eq!(index.add_light(NEW), Ok(3));
+            assert_eq!(index.add_light(NEW), Ok(LightId(3)));
             lights.push(NEW);
             same(&index, &lights);
-            index.move_light(1, MOVED).expect("a fine light");
+            index.move_light(LightId(1), MOVED).expect("a fine light");
             lights[1] = MOVED;
             same(&index, &lights);
-            assert_eq!(index.remove_light(0), Ok(lights.remove(0)));
+            assert_eq!(index.remove_light(LightId(0)), Ok(lights.remove(0)));
             same(&index, &lights);
             while !lights.is_empty() {
-                assert_eq!(index.remove_light(0), Ok(lights.remove(0)));
+                assert_eq!(index.remove_light(LightId(0)), Ok(lights.remove(0)));
             }
             same(&index, &lights);
-            assert_eq!(index.add_light(NEW), Ok(0));
+            assert_eq!(index.add_light(NEW), Ok(LightId(0)));
             same(&index, &[NEW]);
         }
     }
@@ -201,7 +206,7 @@ fn what_is_known_of_other_lights_stays() {
         assert!(is_known(known), "{case}: {known:?}");
         let bytes = index.occlusion_bytes();
 
-        assert_eq!(index.add_light(NEW), Ok(3), "{case}");
+        assert_eq!(index.add_light(NEW), Ok(LightId(3)), "{case}");
         for light in 0..3 {
             assert_eq!(
                 answers(&index, &starts, light),
@@ -214,8 +219,8 @@ fn what_is_known_of_other_lights_stays() {
             let (_, counted) = answers(&index, &starts, 3);
             assert!(is_known(counted.shadow), "{case}: {counted:?}");
         }
-        index.move_light(3, MOVED).expect("a fine light");
-        index.move_light(3, MOVED).expect("where it is");
+        index.move_light(LightId(3), MOVED).expect("a fine light");
+        index.move_light(LightId(3), MOVED).expect("where it is");
         for light in 0..3 {
             assert_eq!(
                 answers(&index, &starts, light),
@@ -223,10 +228,10 @@ fn what_is_known_of_other_lights_stays() {
                 "{case} {light}"
             );
         }
-        index.remove_light(3).expect("a light");
+        index.remove_light(LightId(3)).expect("a light");
         assert_eq!(index.occlusion_bytes(), bytes, "{case}");
         // Those behind move up with what they know.
-        index.remove_light(0).expect("a light");
+        index.remove_light(LightId(0)).expect("a light");
         assert!(index.occlusion_bytes() < bytes, "{case}");
         for light in 0..2 {
             assert_eq!(
@@ -255,7 +260,7 @@ fn files_know_lights_by_where_they_are() {
     };
     let mut index = build(&lamps(), None);
     index.add_light(NEW).expect("a fine light");
-    index.remove_light(1).expect("a light");
+    index.remove_light(LightId(1)).expect("a light");
     index.save(&path).expect("a file");
     // As if it had been built so.
     let [a, _, c] = lamps()[..] else {
@@ -270,8 +275,8 @@ fn files_know_lights_by_where_they_are() {
     assert_eq!(index.saved_lights(), [SavedLight::Loaded; 2]);
     let starts = starts(&occluders, 2_000);
     let before = answers(&index, &starts, 0);
-    assert_eq!(index.add_light(MOVED), Ok(2));
-    index.move_light(1, c).expect("a fine light");
+    assert_eq!(index.add_light(MOVED), Ok(LightId(2)));
+    index.move_light(LightId(1), c).expect("a fine light");
     assert_eq!(
         index.saved_lights(),
         [SavedLight::Loaded, SavedLight::Absent, SavedLight::Absent]
@@ -310,7 +315,7 @@ fn a_light_that_finds_no_room_is_answered_by_rays() {
         let mut index = build(memory);
         for _ in 0..3 {
             index.add_light(NEW).expect("a fine light");
-            index.move_light(0, MOVED).expect("a fine light");
+            index.move_light(LightId(0), MOVED).expect("a fine light");
         }
         assert!(index.knowledge_bytes() <= memory);
         are_refused += index.lights_without_room();
@@ -334,7 +339,7 @@ fn an_index_without_a_tree_takes_lights() {
             .without_tree()
             .build()
             .expect("an index");
-        assert_eq!(index.add_light(NEW), Ok(1));
+        assert_eq!(index.add_light(NEW), Ok(LightId(1)));
         let (found, counted) = answers(&index, &starts, 1);
         assert!(found == reference(&index, &starts, 1), "{method:?}");
         assert!(counted.shadow.first_pass > 0, "{method:?}");
@@ -355,15 +360,18 @@ fn bad_lights_are_refused_and_change_nothing() {
         ];
         for light in bad {
             let refused = |light| LightError::Refused(BuildError::BadLight { light });
-            assert_eq!(index.add_light(light), Err(refused(3)));
-            assert_eq!(index.move_light(1, light), Err(refused(1)));
+            assert_eq!(index.add_light(light), Err(refused(LightId(3))));
+            assert_eq!(
+                index.move_light(LightId(1), light),
+                Err(refused(LightId(1)))
+            );
         }
         let unknown = LightError::Unknown {
-            light: 3,
+            light: LightId(3),
             light_count: 3,
         };
-        assert_eq!(index.move_light(3, NEW), Err(unknown.clone()));
-        assert_eq!(index.remove_light(3), Err(unknown));
+        assert_eq!(index.move_light(LightId(3), NEW), Err(unknown.clone()));
+        assert_eq!(index.remove_light(LightId(3)), Err(unknown));
         assert_eq!(index.lights(), lamps());
     }
 }
@@ -381,7 +389,7 @@ fn values_of_the_uniform_grid_keep_to_the_limit() {
         panic!("a byte is too little");
     };
     let mut index = build(2, predicted.needed()).expect("enough for three");
-    assert_eq!(index.add_light(NEW), Ok(2));
+    assert_eq!(index.add_light(NEW), Ok(LightId(2)));
     let refused = index.add_light(NEW).expect_err("too much");
     assert!(
         matches!(refused, LightError::Refused(BuildError::Memory { .. })),

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use antumbra::{
-    Batch, BatchKind, Counters, GridResolution, Method, RayMethod, Refine, Refinement, ShadowIndex,
+    Batch, BatchKind, Counters, GridResolution, LightId, Method, RayMethod, Refine, Refinement,
+    ShadowIndex,
 };
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
 use peak_alloc::PeakAlloc;
@@ -172,7 +173,7 @@ fn taken(
     };
     // As many points at a time as need not much for their answers.
     let mut answers = vec![0; points.len()];
-    for light in 0..index.lights().len() {
+    for light in index.light_ids() {
         index
             .occluded(&batch, &[light], &mut answers)
             .expect("fine points");
@@ -320,7 +321,7 @@ fn a_thousand_lights_made_eagerly_keep_to_the_memory_of_lights() {
             tolerance: Some(f64::INFINITY),
         },
     };
-    for light in [0, 1, 2, 500, 999] {
+    for light in [0, 1, 2, 500, 999].map(LightId) {
         let answers = [&index, &by_rays].map(|index| {
             let mut answers = vec![0; asked.0.len()];
             index
@@ -376,7 +377,7 @@ fn a_thousand_lights_made_eagerly_in_64_mib_take_no_more() {
             .collect();
         let mut answers = vec![false; starts.len()];
         index
-            .shadows(&starts, 0, &mut answers, &mut counters)
+            .shadows(&starts, LightId(0), &mut answers, &mut counters)
             .expect("fine points");
         let known = counters.shadow.first_pass + counters.shadow.blocker_list;
         assert!(known > counters.shadow.rays, "{method:?}: {known}");
@@ -416,7 +417,7 @@ fn a_hundred_thousand_lights_cost_nothing_until_they_are_asked() {
     let mut answers = vec![0; asked.0.len()];
     for _ in 0..200 {
         index
-            .occluded(&batch, &[77_777], &mut answers)
+            .occluded(&batch, &[LightId(77_777)], &mut answers)
             .expect("fine points");
         if index.knowledge_bytes() > 0 {
             break;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Answer, BuildError, Counters, Decided, GridResolution, Method, Prediction, QuickCheck,
+    Answer, BuildError, Counters, Decided, GridResolution, LightId, Method, Prediction, QuickCheck,
     RayMethod, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
@@ -58,7 +58,7 @@ fn on(surface: u32, x: f64, y: f64, z: f64) -> Start {
 
 fn ask(index: &ShadowIndex, start: &Start, light: usize) -> Answer {
     index
-        .shadow(start, light, &mut Counters::default())
+        .shadow(start, LightId::from_index(light), &mut Counters::default())
         .expect("a fine query")
 }
 
@@ -192,7 +192,10 @@ fn an_open_tube_is_never_null_one() {
             let start = on(0, cosine, sine, f64::from(step % 37) * 0.08);
             for light in 0..2 {
                 let answer = ask(&index, &start, light);
-                assert_eq!(Ok(answer.shadow), index.shadow_by_reference(&start, light));
+                assert_eq!(
+                    Ok(answer.shadow),
+                    index.shadow_by_reference(&start, LightId::from_index(light))
+                );
                 if answer.shadow == Shadow::Lit && answer.decided == Decided::FirstPass {
                     lit[usize::from(is_closed)] += 1;
                 }
@@ -374,7 +377,11 @@ fn lights_without_a_place_or_direction_are_refused() {
                 .method(method)
                 .build()
                 .err();
-            assert_eq!(refused, Some(BuildError::BadLight { light: 1 }), "{bad:?}");
+            assert_eq!(
+                refused,
+                Some(BuildError::BadLight { light: LightId(1) }),
+                "{bad:?}"
+            );
         }
     }
     // A point may stand at the origin, and a direction be of any length.

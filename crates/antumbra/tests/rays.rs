@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use antumbra::{Counters, GridResolution, Method, RayBatch, RayMethod, Shadow, ShadowIndex};
+use antumbra::{
+    Counters, GridResolution, LightId, Method, RayBatch, RayMethod, Shadow, ShadowIndex,
+};
 use antumbra_geometry::{
     Cone, DVec3, Disk, Hit, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
 };
@@ -158,11 +160,11 @@ fn check_shadows(name: &str, occluders: &Arc<Occluders>, lights: &[LightShape], 
                 let point = hit.point;
                 let start = Start { point, surface };
                 let answer = by_tree
-                    .shadow(&start, light, &mut Counters::default())
+                    .shadow(&start, LightId::from_index(light), &mut Counters::default())
                     .expect("a fine query")
                     .shadow;
                 let truth = by_tree
-                    .shadow_by_reference(&start, light)
+                    .shadow_by_reference(&start, LightId::from_index(light))
                     .expect("a fine query");
                 assert_eq!(answer, truth, "{name}: {start:?} {shape:?}");
                 shadowed += usize::from(answer == Shadow::Shadowed);
@@ -292,7 +294,7 @@ fn nothing_leaks_through_vertices() {
             point,
             surface: None,
         };
-        let answer = by_tree.shadow(&start, 0, &mut Counters::default());
+        let answer = by_tree.shadow(&start, LightId(0), &mut Counters::default());
         assert_eq!(
             answer.expect("a fine query").shadow,
             Shadow::Shadowed,

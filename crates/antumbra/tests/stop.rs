@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use antumbra::{Batch, Method, RayBatch, Refine, Refinement, ShadowIndex, Stopped, Task};
+use antumbra::{Batch, LightId, Method, RayBatch, Refine, Refinement, ShadowIndex, Stopped, Task};
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity};
 
 /// A second is promised. As much again is for machines that do much else.
@@ -68,7 +68,7 @@ fn stopped_after<T>(wait: Duration, work: impl FnOnce() -> T) -> (Result<T, Stop
 fn an_index_that_was_stopped_anywhere_answers_right_and_goes_on_learning() {
     let occluders = waves(30);
     let lights = lights(3);
-    let all = [0, 1, 2];
+    let all = [0, 1, 2].map(LightId);
     let (points, surfaces) = points(&occluders, 3_000);
     let batch = Batch::on_surfaces(&points, &surfaces);
     let answers = |index: &ShadowIndex| {
@@ -139,7 +139,7 @@ fn building_and_asking_end_soon_after_they_are_stopped() {
     let (points, surfaces) = points(&occluders, 300_000);
     let batch = Batch::on_surfaces(&points, &surfaces);
     let mut answers = vec![0; points.len()];
-    let took = stopped_late(|| naive.occluded(&batch, &[0], &mut answers));
+    let took = stopped_late(|| naive.occluded(&batch, &[LightId(0)], &mut answers));
     assert!(took.is_some_and(|took| took < PROMISED), "{took:?}");
     let directions = vec![[1.0, 0.5, 0.01]; points.len()];
     let rays = RayBatch {

@@ -8,7 +8,8 @@ mod common;
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, BatchError, BatchKind, Counters, Method, QueryError, Shadow, ShadowIndex, Targets,
+    Batch, BatchError, BatchKind, Counters, LightId, Method, QueryError, Shadow, ShadowIndex,
+    Targets,
 };
 use antumbra_geometry::{Coverage, DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
 use antumbra_testkit::fixtures;
@@ -42,7 +43,7 @@ fn expected(occluders: &Arc<Occluders>, start: &Start, targets: &[LightShape]) -
         .expect("settings are in range");
     let mut words = vec![0; targets.len().div_ceil(64)];
     for target in 0..targets.len() {
-        let answer = index.shadow_by_reference(start, target);
+        let answer = index.shadow_by_reference(start, LightId::from_index(target));
         if answer.expect("a fine query") == Shadow::Shadowed && !is_nowhere(&targets[target]) {
             words[target / 64] |= 1 << (target % 64);
         }

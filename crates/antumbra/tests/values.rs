@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use antumbra::{
-    Counters, Method, QueryError, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
+    Counters, LightId, Method, QueryError, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
 };
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
 
@@ -122,7 +122,7 @@ fn slices_are_answered_as_one_by_one() {
             let expected: Vec<bool> = starts
                 .iter()
                 .map(|start| {
-                    let answer = index.shadow(start, light, &mut one_by_one);
+                    let answer = index.shadow(start, LightId::from_index(light), &mut one_by_one);
                     answer.expect("a fine query").shadow == Shadow::Shadowed
                 })
                 .collect();
@@ -137,7 +137,12 @@ fn slices_are_answered_as_one_by_one() {
                 let mut found = vec![true; length];
                 let mut counters = Counters::default();
                 index
-                    .shadows(&starts[..length], light, &mut found, &mut counters)
+                    .shadows(
+                        &starts[..length],
+                        LightId::from_index(light),
+                        &mut found,
+                        &mut counters,
+                    )
                     .expect("fine queries");
                 assert_eq!(found, expected[..length], "{method:?}, {length} starts");
                 let counted = found.iter().filter(|&&is_shadowed| is_shadowed).count();
@@ -169,7 +174,7 @@ fn slices_of_one_kind_are_answered_as_one_by_one() {
             let expected: Vec<bool> = starts
                 .iter()
                 .map(|start| {
-                    let answer = index.shadow(start, light, &mut one_by_one);
+                    let answer = index.shadow(start, LightId::from_index(light), &mut one_by_one);
                     answer.expect("a fine query").shadow == Shadow::Shadowed
                 })
                 .collect();
@@ -177,7 +182,12 @@ fn slices_of_one_kind_are_answered_as_one_by_one() {
                 let mut found = vec![true; length];
                 let mut counters = Counters::default();
                 index
-                    .shadows(&starts[..length], light, &mut found, &mut counters)
+                    .shadows(
+                        &starts[..length],
+                        LightId::from_index(light),
+                        &mut found,
+                        &mut counters,
+                    )
                     .expect("fine queries");
                 assert_eq!(found, expected[..length], "{length} starts");
                 if length == starts.len() {
@@ -198,7 +208,7 @@ fn slices_do_not_care_for_the_order_of_starts() {
         let mut found = vec![false; starts.len()];
         let mut counters = Counters::default();
         index
-            .shadows(starts, 0, &mut found, &mut counters)
+            .shadows(starts, LightId(0), &mut found, &mut counters)
             .expect("fine queries");
         (found, counters)
     };
@@ -241,12 +251,12 @@ fn scattered_batches_are_answered_in_the_callers_order() {
         let mut found = expected.clone();
         let counters = &mut Counters::default();
         reference
-            .shadows(&starts, 0, &mut expected, counters)
+            .shadows(&starts, LightId(0), &mut expected, counters)
             .expect("fine queries");
         for _ in 0..3 {
             found.fill(false);
             index
-                .shadows(&starts, 0, &mut found, counters)
+                .shadows(&starts, LightId(0), &mut found, counters)
                 .expect("fine queries");
             assert!(found == expected, "{refine:?}");
         }
@@ -255,7 +265,7 @@ fn scattered_batches_are_answered_in_the_callers_order() {
         let bad = [DVec3::NAN, DVec3::splat(f64::INFINITY)];
         starts[40_000].point = bad[1];
         starts[60_000].point = bad[0];
-        let error = index.shadows(&starts, 0, &mut found, counters);
+        let error = index.shadows(&starts, LightId(0), &mut found, counters);
         assert_eq!(error, Err(QueryError::BadPoint(bad[1])));
         [starts[40_000], starts[60_000]] = good;
     }
@@ -283,9 +293,9 @@ fn errors_name_the_start_that_is_none() {
             starts[place] = start;
             let (mut found, mut counters) = (vec![false; starts.len()], Counters::default());
             let error = index
-                .shadow(&start, 0, &mut counters)
+                .shadow(&start, LightId(0), &mut counters)
                 .expect_err("no start");
-            let same = index.shadows(&starts, 0, &mut found, &mut counters);
+            let same = index.shadows(&starts, LightId(0), &mut found, &mut counters);
             assert_eq!(
                 format!("{:?}", same.expect_err("no start")),
                 format!("{error:?}")
@@ -315,13 +325,13 @@ fn errors_name_the_start_that_is_none() {
         starts[40].surface = Some(SurfaceId(count + 40));
         starts[41].surface = Some(SurfaceId(count + 41));
         let (mut found, mut counters) = (vec![false; starts.len()], Counters::default());
-        let error = index.shadows(&starts, 0, &mut found, &mut counters);
+        let error = index.shadows(&starts, LightId(0), &mut found, &mut counters);
         assert_eq!(error, Err(QueryError::UnknownSurface(count + 40)));
         // No light, not even for no starts.
         for starts in [&good[..], &[]] {
             let (mut found, mut counters) = (vec![false; starts.len()], Counters::default());
-            let error = index.shadows(starts, 3, &mut found, &mut counters);
-            assert_eq!(error, Err(QueryError::UnknownLight(3)));
+            let error = index.shadows(starts, LightId(3), &mut found, &mut counters);
+            assert_eq!(error, Err(QueryError::UnknownLight(LightId(3))));
         }
     }
 }
@@ -342,7 +352,12 @@ fn threads_change_neither_values_nor_how_queries_are_decided() {
             .map(|light| {
                 let mut counters = Counters::default();
                 index
-                    .shadows(&starts, light, &mut found, &mut counters)
+                    .shadows(
+                        &starts,
+                        LightId::from_index(light),
+                        &mut found,
+                        &mut counters,
+                    )
                     .expect("fine queries");
                 (found.clone(), counters.shadow)
             })
@@ -382,7 +397,12 @@ fn values_do_not_depend_on_the_order_of_lights() {
         let mut ask = |index: &ShadowIndex, light: usize| {
             let mut counters = Counters::default();
             index
-                .shadows(&starts, light, &mut found, &mut counters)
+                .shadows(
+                    &starts,
+                    LightId::from_index(light),
+                    &mut found,
+                    &mut counters,
+                )
                 .expect("fine queries");
             (found.clone(), counters)
         };
@@ -436,10 +456,10 @@ fn free_starts_outside_the_scene_are_answered_as_the_reference_does() {
             };
             let mut counters = Counters::default();
             let answer = index
-                .shadow(&start, light, &mut counters)
+                .shadow(&start, LightId::from_index(light), &mut counters)
                 .expect("a fine query");
             let expected = index
-                .shadow_by_reference(&start, light)
+                .shadow_by_reference(&start, LightId::from_index(light))
                 .expect("a fine query");
             assert_eq!(answer.shadow, expected, "{answer:?} {start:?} {lamp:?}");
             if !bounds.contains(point) {
@@ -491,11 +511,13 @@ fn short_directions_are_those_of_any_length() {
     let lights = powers.map(|power| LightShape::Direction(direction * 2f64.powi(power)));
     let index = index_of(&occluders, &lights, Method::Voxel);
     for start in &starts {
-        let expected = index.shadow_by_reference(start, 0).expect("a fine query");
+        let expected = index
+            .shadow_by_reference(start, LightId(0))
+            .expect("a fine query");
         let (mut first, mut counters) = (None, Counters::default());
         for (light, power) in powers.iter().enumerate() {
             let answer = index
-                .shadow(start, light, &mut counters)
+                .shadow(start, LightId::from_index(light), &mut counters)
                 .expect("a fine query");
             assert_eq!(answer.shadow, expected, "{start:?}, 2^{power}");
             // Nor are they left to rays.

@@ -13,7 +13,7 @@
 //! hidden behind full occlusion is not listed. Left out: the cache of the last occluder. Triangles are candidates
 //! one by one, so of a polygon of several no cell across a seam is fully occluded.
 
-use antumbra::{Answer, Decided, QueryError, ShadowIndex};
+use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
 use antumbra_geometry::{LightShape, Occluders, Start, SurfaceId};
 
 use super::formulas::{self, PaperMemory};
@@ -215,7 +215,7 @@ impl Rival for LightBuffer {
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {
-        index.check_query(start, light)?;
+        index.check_query(start, LightId::from_index(light))?;
         let answer = self.buffers[light].answer(index, start, &index.lights()[light], work);
         work.counters.shadow.count(answer);
         Ok(answer)

@@ -9,7 +9,7 @@
 //! shade themselves, too much and shadows come off what casts them. The bias here is one texel's width where the
 //! start is. Planes are fitted to the scene, as those of the light buffer; there is no filter.
 
-use antumbra::{Answer, Decided, QueryError, ShadowIndex};
+use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
 use antumbra_geometry::{LightShape, Occluders, Ray, Start};
 
 use super::formulas::PaperMemory;
@@ -109,7 +109,7 @@ impl Rival for ShadowMap {
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {
-        index.check_query(start, light)?;
+        index.check_query(start, LightId::from_index(light))?;
         let map = &self.maps[light];
         work.counters.steps += 1;
         // The point as it is given: nothing here is exact.

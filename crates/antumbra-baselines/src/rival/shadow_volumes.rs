@@ -11,7 +11,7 @@
 //! Kinder than the paper: blocks of neighbouring surfaces are passed by when the start is outside the shadow of
 //! the ball around them.
 
-use antumbra::{Answer, Decided, QueryError, ShadowIndex};
+use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
 use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Segment, Start, SurfaceId};
 
 use super::forms::{Frame, Polygon};
@@ -182,7 +182,7 @@ impl Rival for ShadowVolumes {
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {
-        index.check_query(start, light)?;
+        index.check_query(start, LightId::from_index(light))?;
         let occluders = index.occluders();
         let segment = occluders.segment(start, &index.lights()[light]);
         // The far side of a closed solid is dark without any volume.
@@ -218,7 +218,7 @@ impl ShadowVolumes {
         start: &Start,
         light: usize,
     ) -> Result<u64, QueryError> {
-        index.check_query(start, light)?;
+        index.check_query(start, LightId::from_index(light))?;
         let occluders = index.occluders();
         let segment = occluders.segment(start, &index.lights()[light]);
         Ok(self.count(light, occluders, &segment, u64::MAX, &mut Work::default()))

@@ -18,7 +18,7 @@ mod tally;
 
 use std::ops::Range;
 
-use antumbra::{Counters, IndexOptions, Method, Refine, Shadow, ShadowIndex};
+use antumbra::{Counters, IndexOptions, LightId, Method, Refine, Shadow, ShadowIndex};
 use antumbra_geometry::Start;
 use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::model::Scene;
@@ -306,7 +306,7 @@ impl Comparison<'_> {
             index
                 .shadows(
                     &asked.starts,
-                    light,
+                    LightId::from_index(light),
                     &mut is_shadowed,
                     &mut Counters::default(),
                 )
@@ -321,8 +321,9 @@ impl Comparison<'_> {
                 if found == expected {
                     continue;
                 }
-                let alone = index.shadow(&start, light, &mut Counters::default());
-                // Else it was told already.
+                let alone =
+                    index.shadow(&start, LightId::from_index(light), &mut Counters::default());
+                // Else it was reported already.
                 if alone.expect(VALID).shadow == expected {
                     let (query, kind) = asked.queries[place];
                     let difference = Difference {
@@ -342,7 +343,7 @@ impl Comparison<'_> {
 
     /// Returns what the judge says.
     fn expected(&self, start: &Start, light: usize) -> Shadow {
-        let judge = self.surfaces.index;
+        let (judge, light) = (self.surfaces.index, LightId::from_index(light));
         let expected = match self.typed.against {
             Against::Reference => judge.shadow_by_reference(start, light),
             Against::Bvh => judge

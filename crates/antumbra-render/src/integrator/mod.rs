@@ -18,7 +18,7 @@ mod area_query;
 mod surface_point;
 mod terms;
 
-use antumbra::{Answer, Counters, LightSamples, Shadow, ShadowIndex};
+use antumbra::{Answer, Counters, LightId, LightSamples, Shadow, ShadowIndex};
 use antumbra_geometry::{DVec3, Ray, Start};
 use antumbra_scene::model::{Color, Facing, Scene};
 
@@ -291,7 +291,10 @@ impl<'a> Integrator<'a> {
         };
 
         // In front of which side is the light, exactly?
-        let side = self.index().light_side(&start, light).expect(FINE);
+        let side = self
+            .index()
+            .light_side(&start, LightId::from_index(light))
+            .expect(FINE);
         let is_facing = match self.prepared.scene().facing {
             Facing::Winding => side > 0,
             Facing::Viewer => side != 0 && side.signum() == point.viewer_side,

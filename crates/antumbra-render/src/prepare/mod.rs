@@ -13,7 +13,7 @@ mod surface;
 
 use std::path::Path;
 
-use antumbra::{Answer, BuildError, Counters, IndexOptions, QueryError, ShadowIndex};
+use antumbra::{Answer, BuildError, Counters, IndexOptions, LightId, QueryError, ShadowIndex};
 use antumbra_geometry::Start;
 use antumbra_scene::gather::{GatherError, Gathered, light_shapes};
 use antumbra_scene::model::Scene;
@@ -123,7 +123,9 @@ impl Prepared {
     ) -> Result<Answer, QueryError> {
         match &self.stand_in {
             Some(other) => other.shadow(&self.index, start, light, counters, candidates),
-            None => self.index.shadow(start, light, counters),
+            None => self
+                .index
+                .shadow(start, LightId::from_index(light), counters),
         }
     }
 

@@ -35,7 +35,7 @@ use std::io;
 use std::path::Path;
 
 #[cfg(feature = "file")]
-use antumbra_geometry::{LightShape, Occluders};
+use antumbra_geometry::{LightId, LightShape, Occluders};
 
 #[cfg(feature = "file")]
 use crate::Method;
@@ -134,7 +134,7 @@ impl<'a> SavedFile<'a> {
             let Some((entry, at)) = self.head.find(&identity::of_light(light)) else {
                 return Ok(SavedLight::Absent);
             };
-            let part = Part::Light(number);
+            let part = Part::Light(LightId::from_index(number));
             let runs: [_; RUNS] = self.runs(part, at, entry.word_counts, &entry.checksum)?;
             match values.take(occluders, number, runs.map(Cow::Owned)) {
                 Ok(()) => Ok(SavedLight::Loaded),

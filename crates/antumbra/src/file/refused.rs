@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 use std::path::PathBuf;
 
-use antumbra_geometry::UnidentifiedCoverage;
+use antumbra_geometry::{LightId, UnidentifiedCoverage};
 
 /// Outcome for the values of a light in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ pub enum Part {
     /// The tree over the surfaces.
     Tree,
     /// The values of the light of this index.
-    Light(usize),
+    Light(LightId),
 }
 
 impl std::fmt::Display for Part {

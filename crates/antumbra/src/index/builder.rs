@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use antumbra_geometry::{LightShape, Occluders};
+use antumbra_geometry::{LightId, LightShape, Occluders};
 
 use super::ShadowIndex;
 use super::needs::{check_light, knowledge, layout, needs_bvh, needs_grid};
@@ -141,7 +141,7 @@ impl Builder {
         }
         // What was asked for must be possible before anything is taken.
         for (index, light) in self.lights.iter().enumerate() {
-            check_light(index, light)?;
+            check_light(LightId::from_index(index), light)?;
         }
         let mut refinement = self.refinement;
         if let Some(limit) = self.memory_limit {

@@ -6,7 +6,7 @@
 use std::cell::OnceCell;
 use std::sync::OnceLock;
 
-use antumbra_geometry::LightShape;
+use antumbra_geometry::{LightId, LightShape};
 
 use super::ShadowIndex;
 use super::needs::{check_light, needs_bvh, needs_grid};
@@ -26,7 +26,7 @@ pub enum LightError {
     #[error("light {light} does not exist: there are {light_count}")]
     Unknown {
         /// The light that was named.
-        light: usize,
+        light: LightId,
         /// Number of lights.
         light_count: usize,
     },
@@ -68,9 +68,10 @@ impl ShadowIndex {
     /// # Errors
     /// The light is not finite, too large or a zero direction, or its values would need more memory than
     /// [`Builder::memory_limit`](crate::Builder::memory_limit) allows.
-    pub fn add_light(&mut self, light: LightShape) -> Result<usize, LightError> {
+    pub fn add_light(&mut self, light: LightShape) -> Result<LightId, LightError> {
         let number = self.lights.len();
-        check_light(number, &light)?;
+        let id = LightId::from_index(number);
+        check_light(id, &light)?;
         self.check_memory(number + 1)?;
         self.all_lights = OnceLock::new();
         let dense = self.dense_values(&light);
@@ -83,7 +84,7 @@ impl ShadowIndex {
             self.saved_lights.push(SavedLight::Absent);
         }
         self.make_first(number);
-        Ok(number)
+        Ok(id)
     }
 
     /// Moves a light, or replaces it by one of another kind. It keeps its number.
@@ -93,9 +94,10 @@ impl ShadowIndex {
     ///
     /// # Errors
     /// There is no such light, or the new one is not finite, too large or a zero direction.
-    pub fn move_light(&mut self, light: usize, to: LightShape) -> Result<(), LightError> {
-        self.check_number(light)?;
+    pub fn move_light(&mut self, light: LightId, to: LightShape) -> Result<(), LightError> {
+        let number = self.check_number(light)?;
         check_light(light, &to)?;
+        let light = number;
         if self.lights[light] == to {
             return Ok(());
         }
@@ -121,8 +123,8 @@ impl ShadowIndex {
     ///
     /// # Errors
     /// There is no such light.
-    pub fn remove_light(&mut self, light: usize) -> Result<LightShape, LightError> {
-        self.check_number(light)?;
+    pub fn remove_light(&mut self, light: LightId) -> Result<LightShape, LightError> {
+        let light = self.check_number(light)?;
         self.all_lights = OnceLock::new();
         if light < self.values.len() {
             self.values.remove(light);
@@ -136,10 +138,11 @@ impl ShadowIndex {
         Ok(self.lights.remove(light))
     }
 
-    fn check_number(&self, light: usize) -> Result<(), LightError> {
+    /// Returns the light's place among the lights.
+    fn check_number(&self, light: LightId) -> Result<usize, LightError> {
         let light_count = self.lights.len();
-        match light < light_count {
-            true => Ok(()),
+        match light.index() < light_count {
+            true => Ok(light.index()),
             false => Err(LightError::Unknown { light, light_count }),
         }
     }

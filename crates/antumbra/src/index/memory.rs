@@ -1,5 +1,7 @@
 //! What lights know, and the bytes that it takes.
 
+use antumbra_geometry::LightId;
+
 use super::ShadowIndex;
 use crate::occlusion::{AdaptiveValues, DenseValues};
 
@@ -54,7 +56,8 @@ impl ShadowIndex {
 
     /// Says that about so many queries of a light will come soon, batch by batch or one by one: what pays for many is
     /// made at the first then. Answers do not depend on it. Batches say it themselves. No light, no effect.
-    pub fn expect_queries(&self, light: usize, queries: u64) {
+    pub fn expect_queries(&self, light: LightId, queries: u64) {
+        let light = light.index();
         if let Some(adaptive) = &self.adaptive
             && light < self.lights.len()
         {

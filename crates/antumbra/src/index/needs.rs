@@ -1,6 +1,6 @@
 //! What settings ask for.
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders};
+use antumbra_geometry::{Bounds, DVec3, LightId, LightShape, Occluders};
 
 use super::refused::BuildError;
 use crate::accel::grid::{Layout, affordable_resolution};
@@ -15,14 +15,14 @@ pub(super) fn needs_grid(method: Method, rays: RayMethod) -> bool {
         || !needs_bvh(method, rays)
 }
 
-pub(super) fn check_light(index: usize, light: &LightShape) -> Result<(), BuildError> {
+pub(super) fn check_light(id: LightId, light: &LightShape) -> Result<(), BuildError> {
     let (x, weight) = light.homogeneous();
     let is_fine =
         x.is_finite() && x.abs().max_element() <= LARGEST && (weight != 0.0 || x != DVec3::ZERO);
     if is_fine {
         Ok(())
     } else {
-        Err(BuildError::BadLight { light: index })
+        Err(BuildError::BadLight { light: id })
     }
 }
 

@@ -1,5 +1,7 @@
 //! Why there is no index.
 
+use antumbra_geometry::LightId;
+
 use super::prediction::Prediction;
 use crate::file::LoadError;
 
@@ -12,8 +14,8 @@ pub enum BuildError {
         "light {light}: position or direction must be finite, at most 2^100 and not a zero direction"
     )]
     BadLight {
-        /// Index of the light.
-        light: usize,
+        /// Number of the light.
+        light: LightId,
     },
     /// A grid resolution is out of range.
     #[error(

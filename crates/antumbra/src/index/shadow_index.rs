@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use antumbra_geometry::{DVec3, Hit, LightShape, Occluders, Ray, Segment, Start, SurfaceId};
+use antumbra_geometry::{
+    DVec3, Hit, LightId, LightShape, Occluders, Ray, Segment, Start, SurfaceId,
+};
 
 use crate::accel::bvh::{Bvh, Tree};
 use crate::accel::grid::nearest_of;
@@ -39,7 +41,9 @@ impl Rays for OwnRays<'_> {
 ///
 /// ```
 /// use std::sync::Arc;
-/// use antumbra::{Counters, DVec3, LightShape, Occluders, Opacity, Shadow, ShadowIndex, Sphere, Start, SurfaceId};
+/// use antumbra::{
+///     Counters, DVec3, LightId, LightShape, Occluders, Opacity, Shadow, ShadowIndex, Sphere, Start, SurfaceId,
+/// };
 ///
 /// // A ball over a square floor, lit from above.
 /// let mut builder = Occluders::builder();
@@ -53,7 +57,7 @@ impl Rays for OwnRays<'_> {
 /// let mut counters = Counters::default();
 /// let mut shadow_at = |x: f64| {
 ///     let start = Start { point: DVec3::new(x, 0.1, 0.0), surface: Some(SurfaceId(0)) };
-///     index.shadow(&start, 0, &mut counters).map(|answer| answer.shadow)
+///     index.shadow(&start, LightId(0), &mut counters).map(|answer| answer.shadow)
 /// };
 /// assert_eq!(shadow_at(0.0)?, Shadow::Shadowed);
 /// assert_eq!(shadow_at(3.0)?, Shadow::Lit);
@@ -145,9 +149,15 @@ impl ShadowIndex {
         self.grid.is_some()
     }
 
-    /// Returns the lights.
+    /// Returns the lights. The place of each is its [`LightId`].
     pub fn lights(&self) -> &[LightShape] {
         &self.lights
+    }
+
+    /// Returns the names of all lights, in their order.
+    pub fn light_ids(&self) -> impl ExactSizeIterator<Item = LightId> + use<> {
+        // Whoever adds a light sees to it that its number fits.
+        (0..self.lights.len() as u32).map(LightId)
     }
 
     /// Returns how shadow queries are answered; not the method asked for where the quick check
@@ -190,9 +200,11 @@ impl ShadowIndex {
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
-    pub fn light_side(&self, start: &Start, light: usize) -> Result<i8, QueryError> {
+    pub fn light_side(&self, start: &Start, light: LightId) -> Result<i8, QueryError> {
         self.check_query(start, light)?;
-        Ok(self.occluders.light_side(start, &self.lights[light]))
+        Ok(self
+            .occluders
+            .light_side(start, &self.lights[light.index()]))
     }
 
     /// Answers a shadow query exactly. Counts under `counters.shadow`.
@@ -205,10 +217,11 @@ impl ShadowIndex {
     pub fn shadow(
         &self,
         start: &Start,
-        light: usize,
+        light: LightId,
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.check_query(start, light)?;
+        let light = light.index();
         let answer = self.near_answer(start, light, counters);
         let answer = self.with_far(answer, start, &self.lights[light], counters);
         counters.shadow.count(answer);
@@ -276,12 +289,13 @@ impl ShadowIndex {
     pub fn shadows(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) -> Result<(), QueryError> {
         assert_eq!(starts.len(), is_shadowed.len(), "one answer a start");
-        if light >= self.lights.len() {
+        let number = light.index();
+        if number >= self.lights.len() {
             return Err(QueryError::UnknownLight(light));
         }
         if starts.iter().any(|start| self.parts.is_far(start)) {
@@ -291,7 +305,7 @@ impl ShadowIndex {
             }
             return Ok(());
         }
-        match self.by_voxel(light) {
+        match self.by_voxel(number) {
             Some(by_voxel) => by_voxel.answer(starts, is_shadowed, counters, |start| {
                 self.check_query(start, light)
             })?,
@@ -299,7 +313,7 @@ impl ShadowIndex {
                 starts
                     .iter()
                     .try_for_each(|start| self.check_query(start, light))?;
-                self.by_rays(starts, light, is_shadowed, counters);
+                self.by_rays(starts, number, is_shadowed, counters);
                 let shadowed = is_shadowed.iter().filter(|&&is_shadowed| is_shadowed);
                 counters.shadow.shadowed += shadowed.count() as u64;
                 counters.shadow.rays += starts.len() as u64;
@@ -316,7 +330,7 @@ impl ShadowIndex {
                 return Ok(());
             }
         }
-        let (all, light) = (&*self.occluders, &self.lights[light]);
+        let (all, light) = (&*self.occluders, &self.lights[number]);
         let blocked = self
             .parts
             .mark_blocked(all, starts, light, is_shadowed, counters);
@@ -441,9 +455,9 @@ impl ShadowIndex {
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
-    pub fn shadow_by_reference(&self, start: &Start, light: usize) -> Result<Shadow, QueryError> {
+    pub fn shadow_by_reference(&self, start: &Start, light: LightId) -> Result<Shadow, QueryError> {
         self.check_query(start, light)?;
-        let segment = self.occluders.segment(start, &self.lights[light]);
+        let segment = self.occluders.segment(start, &self.lights[light.index()]);
         Ok(method::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow)
     }
 
@@ -452,12 +466,12 @@ impl ShadowIndex {
     /// # Errors
     /// As [`ShadowIndex::shadow`].
     #[inline]
-    pub fn check_query(&self, start: &Start, light: usize) -> Result<(), QueryError> {
+    pub fn check_query(&self, start: &Start, light: LightId) -> Result<(), QueryError> {
         let Start { point, surface } = *start;
         // Not for NaN.
         let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()
             && surface.is_none_or(|surface| (surface.0 as usize) < self.surface_count)
-            && light < self.lights.len();
+            && light.index() < self.lights.len();
         if is_fine {
             Ok(())
         } else {
@@ -474,12 +488,12 @@ impl ShadowIndex {
         if is_fine {
             Ok(())
         } else {
-            Err(self.refusal(start, 0))
+            Err(self.refusal(start, LightId(0)))
         }
     }
 
     #[cold]
-    fn refusal(&self, start: &Start, light: usize) -> QueryError {
+    fn refusal(&self, start: &Start, light: LightId) -> QueryError {
         let Start { point, surface } = *start;
         if !point.is_finite() || point.abs().max_element() > LARGEST {
             return QueryError::BadPoint(point);

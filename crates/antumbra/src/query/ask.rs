@@ -1,6 +1,6 @@
 //! One question, one bit: for who wants neither counters nor how an answer was found.
 
-use antumbra_geometry::{Occluders, Start, SurfaceId};
+use antumbra_geometry::{LightId, Occluders, Start, SurfaceId};
 
 use super::off_surface::check_surface;
 use super::own_rays::{AnyHit, WithRays};
@@ -39,9 +39,9 @@ impl ShadowIndex {
         &self,
         point: impl Coordinates,
         surface: impl Into<SurfaceId>,
-        light: usize,
+        light: impl Into<LightId>,
     ) -> Result<bool, QueryError> {
-        self.is_shadowed(&on_surface(point, surface), light)
+        self.is_shadowed(&on_surface(point, surface), light.into())
     }
 
     /// Returns whether something opaque is between a point of space and a light. A surface that holds the point exactly
@@ -53,13 +53,13 @@ impl ShadowIndex {
     pub fn is_occluded_at(
         &self,
         point: impl Coordinates,
-        light: usize,
+        light: impl Into<LightId>,
     ) -> Result<bool, QueryError> {
-        self.is_shadowed(&in_space(point), light)
+        self.is_shadowed(&in_space(point), light.into())
     }
 
     #[inline]
-    fn is_shadowed(&self, start: &Start, light: usize) -> Result<bool, QueryError> {
+    fn is_shadowed(&self, start: &Start, light: LightId) -> Result<bool, QueryError> {
         let answer = self.shadow(start, light, &mut Counters::default());
         bit(answer, self.occluders(), start)
     }
@@ -74,9 +74,9 @@ impl<R: AnyHit> WithRays<'_, R> {
         &self,
         point: impl Coordinates,
         surface: impl Into<SurfaceId>,
-        light: usize,
+        light: impl Into<LightId>,
     ) -> Result<bool, QueryError> {
-        self.is_shadowed(&on_surface(point, surface), light)
+        self.is_shadowed(&on_surface(point, surface), light.into())
     }
 
     /// Answers as [`ShadowIndex::is_occluded_at`], by what is known, else by the rays.
@@ -86,13 +86,13 @@ impl<R: AnyHit> WithRays<'_, R> {
     pub fn is_occluded_at(
         &self,
         point: impl Coordinates,
-        light: usize,
+        light: impl Into<LightId>,
     ) -> Result<bool, QueryError> {
-        self.is_shadowed(&in_space(point), light)
+        self.is_shadowed(&in_space(point), light.into())
     }
 
     #[inline]
-    fn is_shadowed(&self, start: &Start, light: usize) -> Result<bool, QueryError> {
+    fn is_shadowed(&self, start: &Start, light: LightId) -> Result<bool, QueryError> {
         let answer = self.shadow(start, light, &mut Counters::default());
         bit(answer, self.index.occluders(), start)
     }

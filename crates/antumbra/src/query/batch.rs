@@ -5,14 +5,16 @@
 //! [`ShadowIndex::shadow`] for the start that the point means (EXACTNESS.md, "Points of a batch"). Absent
 //! here: how a query is answered; files.
 
+use antumbra_geometry::LightId;
+
 use super::points::{Batch, Coordinates};
 use super::refused::BatchError;
 use super::run::{into_bits, into_bytes};
 use crate::{BatchCounters, ShadowIndex};
 
 impl ShadowIndex {
-    /// Answers every point of a batch for every light of `lights` (places in [`ShadowIndex::lights`], any
-    /// order), and writes a byte each: 1 where the light is blocked, 0 where not. The lights of a point lie
+    /// Answers every point of a batch for every light of `lights` (any of
+    /// [`ShadowIndex::light_ids`], in any order), and writes a byte each: 1 where the light is blocked, 0 where not. The lights of a point lie
     /// together, point after point: NumPy's shape `(points, lights)` in C order.
     ///
     /// Runs on all threads of the current rayon pool; answers, errors and how queries were decided do not depend
@@ -21,7 +23,7 @@ impl ShadowIndex {
     ///
     /// ```
     /// # use std::sync::Arc;
-    /// # use antumbra::{Batch, ShadowIndex};
+    /// # use antumbra::{Batch, LightId, ShadowIndex};
     /// # use antumbra::{DVec3, LightShape, Occluders, Opacity, Sphere};
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
@@ -33,7 +35,7 @@ impl ShadowIndex {
     /// // A ball over a floor, lit from above.
     /// let points = [[0.0_f32, 0.1, 0.0], [3.0, 0.1, 0.0], [0.0, 0.0, 3.0]];
     /// let mut is_shadowed = [0; 3];
-    /// index.occluded(&Batch::on_nearest(&points, None), &[0], &mut is_shadowed)?;
+    /// index.occluded(&Batch::on_nearest(&points, None), &[LightId(0)], &mut is_shadowed)?;
     /// assert_eq!(is_shadowed, [1, 0, 0]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -44,7 +46,7 @@ impl ShadowIndex {
     pub fn occluded<P: Coordinates>(
         &self,
         batch: &Batch<P>,
-        lights: &[usize],
+        lights: &[LightId],
         out: &mut [u8],
     ) -> Result<BatchCounters, BatchError> {
         into_bytes(self, batch, lights, out)
@@ -59,7 +61,7 @@ impl ShadowIndex {
     pub fn occluded_bits<P: Coordinates>(
         &self,
         batch: &Batch<P>,
-        lights: &[usize],
+        lights: &[LightId],
         out: &mut [u8],
     ) -> Result<BatchCounters, BatchError> {
         into_bits(self, batch, lights, out)

@@ -3,7 +3,7 @@
 //! In: queries, and whatever intersector a renderer has. Out: answers: exact where values, lists or an own
 //! rule know, the renderer's where they do not. Absent here: a tree of ours.
 
-use antumbra_geometry::{LightShape, Start};
+use antumbra_geometry::{LightId, LightShape, Start};
 
 use super::run::{self, Answers};
 use crate::method::{self, Rays as _};
@@ -47,7 +47,7 @@ pub trait AnyHit: Sync {
 /// ```
 /// # use std::sync::Arc;
 /// use antumbra::{AnyHit, Counters, Decided, Method, ShadowIndex};
-/// # use antumbra::{DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
+/// # use antumbra::{DVec3, LightId, LightShape, Occluders, Opacity, Start, SurfaceId};
 /// struct Scene {/* a renderer's own */}
 ///
 /// impl AnyHit for Scene {
@@ -69,7 +69,7 @@ pub trait AnyHit: Sync {
 ///     .without_tree()
 ///     .build()?;
 /// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
-/// let answer = index.with_rays(&Scene {}).shadow(&start, 0, &mut Counters::default())?;
+/// let answer = index.with_rays(&Scene {}).shadow(&start, LightId(0), &mut Counters::default())?;
 /// // The value of the start's voxel knew; no ray was asked.
 /// assert_eq!(answer.decided, Decided::FirstPass);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -95,13 +95,13 @@ impl<R: AnyHit> WithRays<'_, R> {
     pub fn shadow(
         &self,
         start: &Start,
-        light: usize,
+        light: LightId,
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
         self.index.check_query(start, light)?;
         let rays = self.rays_to(light);
         let by_ray = || Answer::new(rays.is_occluded(start), Decided::Ray);
-        let answer = match self.index.by_voxel_or(light, rays) {
+        let answer = match self.index.by_voxel_or(light.index(), rays) {
             _ if self.index.parts.is_far(start) => by_ray(),
             Some(by_voxel) => by_voxel.answer_one(start, counters),
             None => match self.first_pass(start, light) {
@@ -113,7 +113,7 @@ impl<R: AnyHit> WithRays<'_, R> {
         let answer = match answer.decided {
             Decided::Ray => answer,
             _ => {
-                let light = &self.index.lights()[light];
+                let light = &self.index.lights()[light.index()];
                 self.index.with_far(answer, start, light, counters)
             }
         };
@@ -131,15 +131,15 @@ impl<R: AnyHit> WithRays<'_, R> {
     pub fn shadows(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) -> Result<(), QueryError> {
         assert_eq!(starts.len(), is_shadowed.len(), "one answer a start");
-        if light >= self.index.lights().len() {
+        if light.index() >= self.index.lights().len() {
             return Err(QueryError::UnknownLight(light));
         }
-        match self.index.by_voxel_or(light, self.rays_to(light)) {
+        match self.index.by_voxel_or(light.index(), self.rays_to(light)) {
             Some(by_voxel) if self.index.parts.is_whole() => {
                 by_voxel.answer(starts, is_shadowed, counters, |start| {
                     self.index.check_query(start, light)
@@ -166,12 +166,12 @@ impl<R: AnyHit> WithRays<'_, R> {
     fn answer_chunk(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
         unknown: &mut Unknown,
     ) -> Result<(), QueryError> {
-        let shape = &self.index.lights()[light];
+        let shape = &self.index.lights()[light.index()];
         unknown.clear();
         for (number, start) in starts.iter().enumerate() {
             self.index.check_query(start, light)?;
@@ -209,7 +209,7 @@ impl<R: AnyHit> WithRays<'_, R> {
     pub fn occluded<P: Coordinates>(
         &self,
         batch: &Batch<P>,
-        lights: &[usize],
+        lights: &[LightId],
         out: &mut [u8],
     ) -> Result<BatchCounters, BatchError> {
         run::into_bytes(self, batch, lights, out)
@@ -222,26 +222,28 @@ impl<R: AnyHit> WithRays<'_, R> {
     pub fn occluded_bits<P: Coordinates>(
         &self,
         batch: &Batch<P>,
-        lights: &[usize],
+        lights: &[LightId],
         out: &mut [u8],
     ) -> Result<BatchCounters, BatchError> {
         run::into_bits(self, batch, lights, out)
     }
 
-    fn rays_to(&self, light: usize) -> RaysTo<'_, R> {
+    fn rays_to(&self, light: LightId) -> RaysTo<'_, R> {
         RaysTo {
             index: self.index,
             rays: self.rays,
-            light: &self.index.lights()[light],
+            light: &self.index.lights()[light.index()],
         }
     }
 
     /// What is known without blocker lists.
-    fn first_pass(&self, start: &Start, light: usize) -> Option<bool> {
+    fn first_pass(&self, start: &Start, light: LightId) -> Option<bool> {
         let index = self.index;
         if index.method() == Method::Voxel1990 {
-            let segment = index.occluders().segment(start, &index.lights()[light]);
-            let values = &index.values[light];
+            let segment = index
+                .occluders()
+                .segment(start, &index.lights()[light.index()]);
+            let values = &index.values[light.index()];
             return method::first_pass(index.occluders(), index.grid(), values, &segment);
         }
         self.rays_to(light).is_self_shadowed(start).then_some(true)
@@ -340,7 +342,7 @@ impl<R: AnyHit> Answers for WithRays<'_, R> {
     fn shadows(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) -> Result<(), QueryError> {

@@ -1,6 +1,6 @@
 //! Why a batch has no answers.
 
-use antumbra_geometry::{DVec3, Short, SurfaceId};
+use antumbra_geometry::{DVec3, LightId, Short, SurfaceId};
 
 use super::off_surface::OffSurface;
 
@@ -20,7 +20,7 @@ pub enum BatchError {
     },
     /// A light does not exist.
     #[error("light {0} does not exist")]
-    UnknownLight(usize),
+    UnknownLight(LightId),
     /// A tolerance is NaN or negative.
     #[error("tolerance {}: expected zero or more, or infinity for any distance", Short(*.0))]
     BadTolerance(f64),

@@ -5,7 +5,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use antumbra_geometry::{DVec3, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightId, Start, SurfaceId};
 use antumbra_task::checked;
 
 use super::off_surface::off_surface;
@@ -27,7 +27,7 @@ pub(crate) trait Answers: Sync {
     fn index(&self) -> &ShadowIndex;
 
     /// Returns whether these lights are asked all at once.
-    fn asks_at_once(&self, _lights: &[usize]) -> bool {
+    fn asks_at_once(&self, _lights: &[LightId]) -> bool {
         false
     }
 
@@ -35,7 +35,7 @@ pub(crate) trait Answers: Sync {
     fn shadows(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) -> Result<(), QueryError>;
@@ -46,14 +46,14 @@ impl Answers for ShadowIndex {
         self
     }
 
-    fn asks_at_once(&self, lights: &[usize]) -> bool {
+    fn asks_at_once(&self, lights: &[LightId]) -> bool {
         self.asks_lights_at_once(lights)
     }
 
     fn shadows(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) -> Result<(), QueryError> {
@@ -64,7 +64,7 @@ impl Answers for ShadowIndex {
 pub(crate) fn into_bytes<P: Coordinates>(
     answers: &impl Answers,
     batch: &Batch<P>,
-    lights: &[usize],
+    lights: &[LightId],
     out: &mut [u8],
 ) -> Result<BatchCounters, BatchError> {
     let run = Run::new(answers, batch, lights)?;
@@ -89,7 +89,7 @@ pub(crate) fn into_bytes<P: Coordinates>(
 pub(crate) fn into_bits<P: Coordinates>(
     answers: &impl Answers,
     batch: &Batch<P>,
-    lights: &[usize],
+    lights: &[LightId],
     out: &mut [u8],
 ) -> Result<BatchCounters, BatchError> {
     let run = Run::new(answers, batch, lights)?;
@@ -143,7 +143,7 @@ pub(crate) fn check_length(
 pub(crate) struct Run<'a, A, P> {
     answers: &'a A,
     batch: &'a Batch<'a, P>,
-    lights: &'a [usize],
+    lights: &'a [LightId],
     /// A multiple of 8, so that no two chunks share a byte of bits.
     chunk_length: usize,
 }
@@ -170,7 +170,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     pub(crate) fn new(
         answers: &'a A,
         batch: &'a Batch<'a, P>,
-        lights: &'a [usize],
+        lights: &'a [LightId],
     ) -> Result<Self, BatchError> {
         let index = answers.index();
         let count = batch.points.len();
@@ -199,7 +199,10 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
         {
             return Err(BatchError::BadTolerance(tolerance));
         }
-        if let Some(&light) = lights.iter().find(|&&light| light >= index.lights().len()) {
+        if let Some(&light) = lights
+            .iter()
+            .find(|&&light| light.index() >= index.lights().len())
+        {
             return Err(BatchError::UnknownLight(light));
         }
         Ok(Self {
@@ -292,7 +295,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
             );
             let stride = index.lights().len().div_ceil(WORD);
             for (number, &light) in self.lights.iter().enumerate() {
-                let (word, bit) = (light / WORD, light % WORD);
+                let (word, bit) = (light.index() / WORD, light.index() % WORD);
                 let words = buffers.visible.iter().skip(word).step_by(stride);
                 buffers.is_shadowed.clear();
                 let is_shadowed = words.map(|word| word >> bit & 1 == 0);
@@ -328,7 +331,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     fn ask_facing(
         &self,
         normals: &[P],
-        light: usize,
+        light: LightId,
         buffers: &mut Buffers,
         counters: &mut Counters,
     ) -> u64 {
@@ -341,7 +344,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
         } = buffers;
         facing.clear();
         places.clear();
-        let shape = &self.answers.index().lights()[light];
+        let shape = &self.answers.index().lights()[light.index()];
         for (place, (start, normal)) in (0..).zip(starts.iter().zip(normals)) {
             if shape.side_of(start.point, normal.as_f64()) > 0 {
                 facing.push(*start);
@@ -364,7 +367,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
     fn ask(
         &self,
         starts: &[Start],
-        light: usize,
+        light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) {

@@ -8,7 +8,9 @@ mod refused;
 
 use std::sync::Arc;
 
-use antumbra::{Batch, BatchCounters, BatchKind, Coordinates, Method, Shadow, ShadowIndex};
+use antumbra::{
+    Batch, BatchCounters, BatchKind, Coordinates, LightId, Method, Shadow, ShadowIndex,
+};
 use antumbra_geometry::{DVec3, Occluders, Opacity, Sphere, Start, SurfaceId};
 
 use common::{METHODS, Random, add_cone_and_disk, add_face, add_pane, builder_of, lamps};
@@ -114,16 +116,17 @@ fn answers<P: Coordinates>(
     batch: &Batch<P>,
     lights: &[usize],
 ) -> (Vec<u8>, BatchCounters) {
+    let ids: Vec<LightId> = lights.iter().copied().map(LightId::from_index).collect();
     let count = batch.points.len();
     let ask = || {
         // Full of something else.
         let mut bytes = vec![7; count * lights.len()];
         let counters = index
-            .occluded(batch, lights, &mut bytes)
+            .occluded(batch, &ids, &mut bytes)
             .expect("fine points");
         let mut bits = vec![255; count.div_ceil(8) * lights.len()];
         let again = index
-            .occluded_bits(batch, lights, &mut bits)
+            .occluded_bits(batch, &ids, &mut bits)
             .expect("fine points");
         assert_eq!(counters, again);
         let mut expected = vec![0; bits.len()];
@@ -158,7 +161,8 @@ fn one_by_one(
     for (number, start) in starts.iter().enumerate() {
         for &light in lights {
             if is_asked(number, light) {
-                let answer = index.shadow(start, light, &mut counters.counters);
+                let answer =
+                    index.shadow(start, LightId::from_index(light), &mut counters.counters);
                 bytes.push(u8::from(
                     answer.expect("a fine query").shadow == Shadow::Shadowed,
                 ));

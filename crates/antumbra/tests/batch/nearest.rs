@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use antumbra::{
-    Batch, BatchKind, Coordinates, GridResolution, Method, Nearness, RayMethod, Shadow, ShadowIndex,
+    Batch, BatchKind, Coordinates, GridResolution, LightId, Method, Nearness, RayMethod, Shadow,
+    ShadowIndex,
 };
 use antumbra_geometry::{DVec3, Occluders, Opacity, Precision, Start, SurfaceId};
 
@@ -169,7 +170,9 @@ fn points_find_their_surfaces_in_batches() {
             "{method:?}"
         );
         for (number, start) in starts.iter().enumerate().step_by(7) {
-            let reference = index.shadow_by_reference(start, 1).expect("a fine query");
+            let reference = index
+                .shadow_by_reference(start, LightId(1))
+                .expect("a fine query");
             assert_eq!(
                 expected.0[2 * number + 1] == 1,
                 reference == Shadow::Shadowed
@@ -196,7 +199,9 @@ fn points_in_f32_walk_the_tree() {
             point: point.as_f64(),
             surface: Some(SurfaceId(surface)),
         };
-        let expected = index.shadow_by_reference(&start, 0).expect("a fine query");
+        let expected = index
+            .shadow_by_reference(&start, LightId(0))
+            .expect("a fine query");
         assert_eq!(is_shadowed(&index, &start, 0), expected == Shadow::Shadowed);
     }
 }

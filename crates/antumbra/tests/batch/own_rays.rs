@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra::{
-    AnyHit, Batch, BatchKind, Counters, Decided, GridResolution, Method, RayBatch, RayMethod,
-    Refine, Refinement, ShadowIndex, Towards,
+    AnyHit, Batch, BatchKind, Counters, Decided, GridResolution, LightId, Method, RayBatch,
+    RayMethod, Refine, Refinement, ShadowIndex, Towards,
 };
 use antumbra_geometry::{DVec3, LightShape, Occluders, Ray, Start, SurfaceId};
 
@@ -69,7 +69,11 @@ fn own_rays_answer_what_values_do_not_know() {
                     lie,
                 };
                 let mut out = vec![7; expected.len()];
-                let counters = bare.with_rays(&rays).occluded(&batch, &lights, &mut out);
+                let counters = bare.with_rays(&rays).occluded(
+                    &batch,
+                    &lights.map(LightId::from_index),
+                    &mut out,
+                );
                 let counters = counters.expect("fine points").counters.shadow;
                 (out, counters, rays.asked.into_inner())
             };
@@ -168,13 +172,16 @@ fn single_queries_with_own_rays_say_how_they_were_decided() {
                 surface: Some(SurfaceId(surface)),
             };
             let before = rays.asked.load(Ordering::Relaxed);
-            let answer = index
-                .with_rays(&rays)
-                .shadow(&start, 1, &mut Counters::default());
+            let answer =
+                index
+                    .with_rays(&rays)
+                    .shadow(&start, LightId(1), &mut Counters::default());
             let answer = answer.expect("a fine query");
-            let expected = index.shadow_by_reference(&start, 1).expect("a fine query");
+            let expected = index
+                .shadow_by_reference(&start, LightId(1))
+                .expect("a fine query");
             let plain = index
-                .shadow(&start, 1, &mut Counters::default())
+                .shadow(&start, LightId(1), &mut Counters::default())
                 .expect("a fine query");
             assert_eq!(
                 plain.shadow, expected,
@@ -192,7 +199,7 @@ fn single_queries_with_own_rays_say_how_they_were_decided() {
     let index = index_of(&occluders, Method::Voxel);
     let answer = index
         .with_rays(&rays)
-        .shadow(&bad, 0, &mut Counters::default());
+        .shadow(&bad, LightId(0), &mut Counters::default());
     assert!(answer.is_err());
 }
 

@@ -1,6 +1,6 @@
 //! What a batch refuses, with the first bad point by its number.
 
-use antumbra::{Batch, BatchError, BatchKind, Method, Nearness};
+use antumbra::{Batch, BatchError, BatchKind, LightId, Method, Nearness};
 use antumbra_geometry::DVec3;
 
 use crate::nearest::{SINGLE, within};
@@ -16,7 +16,7 @@ fn the_first_bad_point_is_named() {
         let errors = [1, 2, 5].map(|threads| {
             on_threads(threads, || {
                 let mut out = vec![0; 2 * batch.points.len()];
-                index.occluded(batch, &[0, 1], &mut out)
+                index.occluded(batch, &[LightId(0), LightId(1)], &mut out)
             })
         });
         assert_eq!(errors[0], errors[1]);
@@ -58,7 +58,7 @@ fn the_first_bad_point_is_named() {
             let error = format!("{:?}", {
                 let mut out = vec![0; points.len()];
                 index
-                    .occluded(&batch, &[0], &mut out)
+                    .occluded(&batch, &[LightId(0)], &mut out)
                     .expect_err("a bad point")
             });
             assert!(error.starts_with("BadPoint { index: 2499"), "{error}");
@@ -69,7 +69,7 @@ fn the_first_bad_point_is_named() {
         };
         let mut out = vec![0; points.len()];
         let error = index
-            .occluded(&batch, &[0], &mut out)
+            .occluded(&batch, &[LightId(0)], &mut out)
             .expect_err("a bad normal");
         assert!(error.to_string().starts_with("normal 2499 is"), "{error}");
     }
@@ -134,16 +134,16 @@ fn what_does_not_fit_is_refused() {
         kind: BatchKind::Free,
     };
     assert_eq!(
-        index.occluded(&free, &[0, 1], &mut out[..17]),
+        index.occluded(&free, &[LightId(0), LightId(1)], &mut out[..17]),
         Err(length("bytes of output", 18, 17))
     );
     assert_eq!(
-        index.occluded_bits(&free, &[0, 1], &mut out),
+        index.occluded_bits(&free, &[LightId(0), LightId(1)], &mut out),
         Err(length("bytes of output", 4, 18))
     );
     assert_eq!(
-        index.occluded(&free, &[0, 3], &mut out),
-        Err(BatchError::UnknownLight(3))
+        index.occluded(&free, &[LightId(0), LightId(3)], &mut out),
+        Err(BatchError::UnknownLight(LightId(3)))
     );
     let mut ask = |kind| {
         let batch = Batch {
@@ -151,7 +151,7 @@ fn what_does_not_fit_is_refused() {
             kind,
         };
         index
-            .occluded(&batch, &[0, 1], &mut out)
+            .occluded(&batch, &[LightId(0), LightId(1)], &mut out)
             .expect_err("no fit")
     };
     let (normals, surfaces) = (&points[..8], &[0; 10][..]);

@@ -6,7 +6,7 @@ pub(crate) mod nasty;
 
 use std::sync::Arc;
 
-use antumbra::{Builder, Counters, Method, Refine, Refinement, Shadow, ShadowIndex};
+use antumbra::{Builder, Counters, LightId, Method, Refine, Refinement, Shadow, ShadowIndex};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, OccludersBuilder, Opacity, Start,
 };
@@ -121,6 +121,6 @@ pub(crate) fn builder_of(
 }
 
 pub(crate) fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
-    let answer = index.shadow(start, light, &mut Counters::default());
+    let answer = index.shadow(start, LightId::from_index(light), &mut Counters::default());
     answer.expect("a fine query").shadow == Shadow::Shadowed
 }

@@ -1,6 +1,6 @@
 //! What an answer does not depend on: grid, method, order, threads, surfaces that block nothing.
 
-use antumbra::{Counters, Method};
+use antumbra::{Counters, LightId, Method};
 use antumbra_geometry::Opacity;
 
 use crate::common::Random;
@@ -67,7 +67,11 @@ fn the_number_of_threads_does_not_matter() {
                     .flat_map_iter(|start| {
                         let index = &index;
                         (0..world.lights.len()).map(move |light| {
-                            let answer = index.shadow(start, light, &mut Counters::default());
+                            let answer = index.shadow(
+                                start,
+                                LightId::from_index(light),
+                                &mut Counters::default(),
+                            );
                             answer.expect("a fine query")
                         })
                     })

@@ -14,7 +14,7 @@ mod values;
 
 use std::sync::Arc;
 
-use antumbra::{Counters, GridResolution, Method, Shadow, ShadowIndex};
+use antumbra::{Counters, GridResolution, LightId, Method, Shadow, ShadowIndex};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
 };
@@ -155,11 +155,13 @@ impl World {
             let start = *start;
             (0..self.lights.len()).map(move |light| {
                 let answer = index
-                    .shadow(&start, light, &mut Counters::default())
+                    .shadow(&start, LightId::from_index(light), &mut Counters::default())
                     .expect("a fine query");
                 (
                     answer.shadow == Shadow::Shadowed,
-                    index.light_side(&start, light).expect("a fine query"),
+                    index
+                        .light_side(&start, LightId::from_index(light))
+                        .expect("a fine query"),
                 )
             })
         };

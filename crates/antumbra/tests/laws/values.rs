@@ -1,6 +1,6 @@
 //! Occlusion values at delicate places of their voxels, and starts far outside of all voxels.
 
-use antumbra::{Counters, Decided, Method, Shadow};
+use antumbra::{Counters, Decided, LightId, Method, Shadow};
 use antumbra_geometry::{DVec3, Disk, LightShape, Occluders, Sphere, Start, SurfaceId};
 
 use crate::common::Random;
@@ -270,7 +270,7 @@ fn occlusion_values_speak_the_truth() {
                     continue;
                 }
                 let answer = index
-                    .shadow(&start, light, &mut Counters::default())
+                    .shadow(&start, LightId::from_index(light), &mut Counters::default())
                     .expect("a fine query");
                 asked += 1;
                 let kind = (
@@ -282,7 +282,7 @@ fn occlusion_values_speak_the_truth() {
                     *decided.entry(key).or_insert(0u64) += 1;
                 }
                 let expected = index
-                    .shadow_by_reference(&start, light)
+                    .shadow_by_reference(&start, LightId::from_index(light))
                     .expect("a fine query");
                 if answer.shadow != expected {
                     found.push(format!(
@@ -343,13 +343,13 @@ fn starts_very_far_away_are_walked_rightly_or_not_at_all() {
                     surface: None,
                 };
                 let expected = indices[0][0]
-                    .shadow_by_reference(&start, light)
+                    .shadow_by_reference(&start, LightId::from_index(light))
                     .expect("a fine query");
                 asked += 1;
                 blocked += usize::from(expected == Shadow::Shadowed);
                 for index in indices.iter().flatten() {
                     let answer = index
-                        .shadow(&start, light, &mut Counters::default())
+                        .shadow(&start, LightId::from_index(light), &mut Counters::default())
                         .expect("a fine query");
                     assert_eq!(
                         answer.shadow,

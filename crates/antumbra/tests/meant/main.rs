@@ -8,7 +8,7 @@ mod off_surfaces;
 
 use std::sync::Arc;
 
-use antumbra::{Batch, BatchError, Coordinates, GridResolution, Method, ShadowIndex};
+use antumbra::{Batch, BatchError, Coordinates, GridResolution, LightId, Method, ShadowIndex};
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity};
 
 const UP: LightShape = LightShape::Direction(DVec3::Z);
@@ -43,7 +43,7 @@ fn narrow(point: [f64; 3]) -> [f32; 3] {
 
 fn ask<P: Coordinates>(index: &ShadowIndex, batch: &Batch<P>) -> Result<Vec<bool>, BatchError> {
     let mut out = vec![7; batch.points.len()];
-    index.occluded(batch, &[0], &mut out)?;
+    index.occluded(batch, &[LightId(0)], &mut out)?;
     Ok(out.iter().map(|&byte| byte == 1).collect())
 }
 

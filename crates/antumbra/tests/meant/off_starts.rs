@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use antumbra::{Counters, GridResolution, Method, Refine, Refinement, Shadow, ShadowIndex};
+use antumbra::{
+    Counters, GridResolution, LightId, Method, Refine, Refinement, Shadow, ShadowIndex,
+};
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
 };
@@ -48,17 +50,25 @@ fn agree(occluders: &Arc<Occluders>, lights: &[LightShape], starts: &[Start], la
         let expected: Vec<bool> = starts
             .iter()
             .map(|start| {
-                let answer = indices[0].1.shadow_by_reference(start, light);
+                let answer = indices[0]
+                    .1
+                    .shadow_by_reference(start, LightId::from_index(light));
                 answer.expect("a fine query") == Shadow::Shadowed
             })
             .collect();
         for (name, index) in &indices {
             let mut together = vec![false; starts.len()];
             index
-                .shadows(starts, light, &mut together, &mut Counters::default())
+                .shadows(
+                    starts,
+                    LightId::from_index(light),
+                    &mut together,
+                    &mut Counters::default(),
+                )
                 .expect("fine queries");
             for (number, start) in starts.iter().enumerate() {
-                let answer = index.shadow(start, light, &mut Counters::default());
+                let answer =
+                    index.shadow(start, LightId::from_index(light), &mut Counters::default());
                 let alone = answer.expect("a fine query").shadow == Shadow::Shadowed;
                 assert_eq!(
                     [alone, together[number]],
@@ -183,7 +193,7 @@ fn a_start_inside_its_own_sphere_is_not_shadowed_by_what_covers_the_voxel() {
     for method in METHODS {
         let index = index_of(&occluders, &lights, method);
         for light in 0..2 {
-            let answer = index.shadow(&start, light, &mut Counters::default());
+            let answer = index.shadow(&start, LightId::from_index(light), &mut Counters::default());
             assert_eq!(
                 answer.map(|answer| answer.shadow),
                 Ok(Shadow::Lit),

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use antumbra::{BuildError, Part, Refine, Refusal, SaveError};
+use antumbra::{BuildError, LightId, Part, Refine, Refusal, SaveError};
 use antumbra_geometry::Start;
 use twox_hash::XxHash3_128;
 
@@ -63,7 +63,7 @@ fn check_every_byte(world: &World) {
         *refusals.entry(format!("{refusal:?}")).or_insert(0) += 1;
         let is_head = at < HEAD;
         match refusal {
-            Refusal::Damaged(Part::Light(0) | Part::Tree) => assert!(!is_head, "{at}"),
+            Refusal::Damaged(Part::Light(LightId(0)) | Part::Tree) => assert!(!is_head, "{at}"),
             Refusal::Foreign => assert!(at < 8, "{at}"),
             Refusal::Version { .. } => assert!((8..12).contains(&at), "{at}"),
             Refusal::Length { .. } => assert!((12..16).contains(&at), "{at}"),

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use antumbra::{BuildError, Counters, Method, Refine, Refinement, Refusal, ShadowIndex};
+use antumbra::{BuildError, Counters, LightId, Method, Refine, Refinement, Refusal, ShadowIndex};
 use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
 
 use crate::common::Random;
@@ -189,7 +189,12 @@ pub(crate) fn ask(index: &ShadowIndex, starts: &[Start], light: usize) -> (Vec<b
     let mut found = vec![false; starts.len()];
     let mut counters = Counters::default();
     index
-        .shadows(starts, light, &mut found, &mut counters)
+        .shadows(
+            starts,
+            LightId::from_index(light),
+            &mut found,
+            &mut counters,
+        )
         .expect("fine queries");
     (found, counters)
 }

@@ -30,7 +30,7 @@ mod voxels;
 
 use std::cell::RefCell;
 
-use antumbra::{Answer, Decided, QueryError, ShadowIndex};
+use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
 use antumbra_geometry::{
     DVec3, ElementKind, LightShape, Occluders, Opacity, Segment, Start, SurfaceId,
 };
@@ -195,7 +195,7 @@ impl Rival for Hybrid {
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {
-        index.check_query(start, light)?;
+        index.check_query(start, LightId::from_index(light))?;
         let occluders = index.occluders();
         let segment = occluders.segment(start, &index.lights()[light]);
         let count = if occluders.own_rule_blocks(&segment) {
@@ -210,7 +210,7 @@ impl Rival for Hybrid {
                 Ok(answer)
             }
             // Counts for itself.
-            Count::Unknown => index.shadow(start, light, &mut work.counters),
+            Count::Unknown => index.shadow(start, LightId::from_index(light), &mut work.counters),
         }
     }
 

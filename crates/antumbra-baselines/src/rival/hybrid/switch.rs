@@ -4,7 +4,7 @@
 //! middles of some surfaces, on the light's side, each weighted by how large its surface is. Work counts as cost: a
 //! voxel of a shadow ray and a shadow polygon as one, a surface tested as two. Answers do not depend on it.
 
-use antumbra::{Counters, ShadowIndex};
+use antumbra::{Counters, LightId, ShadowIndex};
 use antumbra_geometry::{DVec3, LightShape, Occluders, Segment, Start, SurfaceId};
 
 use crate::Work;
@@ -47,13 +47,15 @@ pub(super) fn most_tests(
     let starts = occluders.surfaces().step_by(step).filter_map(|surface| {
         let start = start_on(occluders, surface, &index.lights()[light]);
         // Others are not asked about.
-        (index.light_side(&start, light) != Ok(-1)).then_some((surface, start))
+        (index.light_side(&start, LightId::from_index(light)) != Ok(-1)).then_some((surface, start))
     });
     let trials: Vec<Trial> = starts
         .filter_map(|(surface, start)| {
             let mut rays = Counters::default();
             // Middles are finite where their surfaces are; nothing depends on it.
-            index.shadow(&start, light, &mut rays).ok()?;
+            index
+                .shadow(&start, LightId::from_index(light), &mut rays)
+                .ok()?;
             let segment = occluders.segment(&start, &index.lights()[light]);
             let mut work = Work::default();
             let is_known = is_counted(&segment, &mut work);

@@ -1,6 +1,8 @@
 //! What queries of points share: the arrays to read, the lights that are asked about, the index.
 
-use antumbra::{Batch, BatchError, BatchKind, IndexOptions, Nearness, Refine, ShadowIndex};
+use antumbra::{
+    Batch, BatchError, BatchKind, IndexOptions, LightId, Nearness, Refine, ShadowIndex,
+};
 use antumbra_render::aov::light_names;
 use antumbra_scene::gather::{Gathered, light_shapes, scene_bytes, surface_bytes};
 use antumbra_scene::model::Scene;
@@ -79,8 +81,8 @@ impl Files {
 pub(super) struct Chosen {
     /// Places in the scene, each once: those that an index is made for.
     pub(super) lights: Vec<usize>,
-    /// For each column of the answers a place in `lights`.
-    pub(super) columns: Vec<usize>,
+    /// For each column of the answers a light of that index.
+    pub(super) columns: Vec<LightId>,
 }
 
 impl Chosen {
@@ -89,7 +91,7 @@ impl Chosen {
         if names.is_empty() {
             return Ok(Self {
                 lights: all.clone().collect(),
-                columns: all.collect(),
+                columns: all.map(LightId::from_index).collect(),
             });
         }
         let layers = light_names(&scene.lights);
@@ -114,7 +116,8 @@ impl Chosen {
                 ));
             };
             let place = chosen.lights.iter().position(|&known| known == light);
-            chosen.columns.push(place.unwrap_or(chosen.lights.len()));
+            let number = place.unwrap_or(chosen.lights.len());
+            chosen.columns.push(LightId::from_index(number));
             if place.is_none() {
                 chosen.lights.push(light);
             }

@@ -3,7 +3,8 @@
 //! In: a scene, points, what is asked. Out: an array of float32, and a line that sums them up.
 
 use antumbra::{
-    Batch, BatchCounters, BatchError, FractionBy, ReceiverSide, ShadowIndex, VisibleFraction,
+    Batch, BatchCounters, BatchError, FractionBy, LightId, ReceiverSide, ShadowIndex,
+    VisibleFraction,
 };
 use antumbra_geometry::{DVec3, Sky};
 use antumbra_render::aov::all_light_names;
@@ -21,7 +22,7 @@ use crate::typed::Query;
 #[derive(Clone, Copy, Debug)]
 enum Column {
     /// A light without size, by its place in the index.
-    Light(usize),
+    Light(LightId),
     /// A light with size, by its place in the scene.
     AreaLight(usize),
     AmbientOcclusion,
@@ -137,7 +138,7 @@ fn columns(typed: &Query, scene: &Scene, names: &[&str]) -> Result<(Chosen, Vec<
         columns.push(match number.checked_sub(plain) {
             None => {
                 chosen.lights.push(number);
-                Column::Light(chosen.lights.len() - 1)
+                Column::Light(LightId::from_index(chosen.lights.len() - 1))
             }
             Some(area) => Column::AreaLight(area),
         });

@@ -1,6 +1,6 @@
 //! Methods that are compared.
 
-use antumbra::{Answer, Counters, Method, QueryError, ShadowIndex};
+use antumbra::{Answer, Counters, LightId, Method, QueryError, ShadowIndex};
 use antumbra_geometry::Start;
 use antumbra_render::prepare::StandIn;
 
@@ -39,7 +39,9 @@ impl Candidate {
     ) -> Result<Answer, QueryError> {
         match &self.stand_in {
             Some(other) => other.shadow(&self.index, start, light, counters, &mut 0),
-            None => self.index.shadow(start, light, counters),
+            None => self
+                .index
+                .shadow(start, LightId::from_index(light), counters),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Invariant: sums and the first differences do not depend on the order of work.
 
-use antumbra::{Counters, Shadow, ShadowIndex};
+use antumbra::{Counters, LightId, Shadow, ShadowIndex};
 use antumbra_geometry::{LightShape, Start};
 
 use super::Candidate;
@@ -141,7 +141,7 @@ impl Tally {
             let reference = match judge {
                 "reference" => String::new(),
                 _ => index
-                    .shadow_by_reference(start, *light)
+                    .shadow_by_reference(start, LightId::from_index(*light))
                     .map_or_else(|error| error.to_string(), |shadow| format!("{shadow:?}")),
             };
             let reference = if reference.is_empty() {

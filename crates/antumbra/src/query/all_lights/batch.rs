@@ -1,6 +1,6 @@
 //! All lights of the points of a batch, on all threads.
 
-use antumbra_geometry::Start;
+use antumbra_geometry::{LightId, Start};
 
 use super::Work;
 use crate::clock::Reading;
@@ -88,11 +88,11 @@ impl ShadowIndex {
 
     /// Returns whether a question about these lights is asked about all at once: where they are all that there are, and
     /// many. What many lights know one by one would not have room beside each other.
-    pub(crate) fn asks_lights_at_once(&self, lights: &[usize]) -> bool {
+    pub(crate) fn asks_lights_at_once(&self, lights: &[LightId]) -> bool {
         const MANY: usize = 16;
         let count = self.lights().len();
         count >= MANY
-            && lights.iter().copied().eq(0..count)
+            && lights.iter().copied().map(LightId::index).eq(0..count)
             && self
                 .knowledge()
                 .is_some_and(|values| values.means().2 == Refine::Lazy)
