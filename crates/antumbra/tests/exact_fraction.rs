@@ -170,10 +170,10 @@ fn fractions_are_the_same_bits_for_every_method() {
                     );
                 }
                 let Some(found) = expected else { continue };
-                assert!((0.0..=1.0).contains(&found.fraction) && found.fraction <= found.asked);
-                kinds[0] += usize::from(found.asked > 0.0 && found.fraction == 0.0);
-                kinds[1] += usize::from(found.fraction > 0.0 && found.fraction < found.asked);
-                kinds[2] += usize::from(found.fraction > 0.0 && found.fraction == found.asked);
+                assert!((0.0..=1.0).contains(&found.fraction) && found.fraction <= found.queried);
+                kinds[0] += usize::from(found.queried > 0.0 && found.fraction == 0.0);
+                kinds[1] += usize::from(found.fraction > 0.0 && found.fraction < found.queried);
+                kinds[2] += usize::from(found.fraction > 0.0 && found.fraction == found.queried);
             }
         }
     }
@@ -213,7 +213,7 @@ fn samples_converge_to_the_exact_fraction() {
             let Some(found) = exact(&index, &start, side, &light) else {
                 continue;
             };
-            let is_penumbra = found.fraction > 0.0 && found.fraction < found.asked;
+            let is_penumbra = found.fraction > 0.0 && found.fraction < found.queried;
             // Of the others fewer will do.
             if !is_penumbra && all % 16 != 0 {
                 continue;
@@ -237,10 +237,10 @@ fn samples_converge_to_the_exact_fraction() {
                 .unwrap();
             let label = || format!("{seed} {start:?} {side:?} {light:?}");
             // The same of flat lights that are seen from their own plane, up to rounding.
-            if samples.asked().iter().any(|sample| sample.emitted < 1e-6) {
+            if samples.queried().iter().any(|sample| sample.emitted < 1e-6) {
                 continue;
             }
-            let asked = samples.asked().len() as f64 / count;
+            let asked = samples.queried().len() as f64 / count;
             if is_penumbra {
                 penumbra += 1;
                 let p = found.fraction;
@@ -251,17 +251,17 @@ fn samples_converge_to_the_exact_fraction() {
                 largest = largest.max(off);
                 largest_share = largest_share.max(off / sigma);
                 squares += off * off;
-            } else if found.fraction == 0.0 && found.asked > 0.0 {
+            } else if found.fraction == 0.0 && found.queried > 0.0 {
                 assert_eq!(samples.lit_count(), 0, "{}", label());
             } else {
                 assert_eq!(
                     samples.lit_count() as usize,
-                    samples.asked().len(),
+                    samples.queried().len(),
                     "{}",
                     label()
                 );
             }
-            let p = found.asked;
+            let p = found.queried;
             let sigma = (p * (1.0 - p) / count).sqrt() + 1.0 / count;
             assert!(
                 (asked - p).abs() <= 6.0 * sigma,

@@ -153,8 +153,8 @@ fn every_sample_is_the_references_for_every_method_and_light() {
                     let lit: Vec<_> = samples.lit().copied().collect();
                     assert_eq!(samples.lit_count() as usize, lit.len());
                     let expected = expected.get_or_insert_with(|| {
-                        let bits = by_reference(&occluders, start, samples.asked());
-                        let both = samples.asked().iter().zip(bits);
+                        let bits = by_reference(&occluders, start, samples.queried());
+                        let both = samples.queried().iter().zip(bits);
                         both.filter(|&(_, is_lit)| is_lit)
                             .map(|(s, _)| *s)
                             .collect()
@@ -166,7 +166,7 @@ fn every_sample_is_the_references_for_every_method_and_light() {
                         index.method(),
                         light.kind()
                     );
-                    asked_count += samples.asked().len();
+                    asked_count += samples.queried().len();
                     lit_count += lit.len();
                 }
             }
@@ -273,7 +273,7 @@ fn samples_behind_the_receivers_plane_are_dark_and_not_asked() {
                 &mut counters,
             )
             .unwrap();
-        (samples.asked().len(), samples.visible_fraction())
+        (samples.queried().len(), samples.visible_fraction())
     };
     assert_eq!(ask(ReceiverSide::Front), (32, 0.5));
     assert_eq!(ask(ReceiverSide::Back), (32, 0.5));
@@ -326,7 +326,7 @@ fn a_mesh_never_blocks_its_own_light_but_blocks_what_is_behind_it() {
             .unwrap();
         assert_eq!(
             samples.lit_count(),
-            samples.asked().len() as u32,
+            samples.queried().len() as u32,
             "{lamp:?} {start:?}"
         );
         // Without the care for the own face, rounding hides some.
@@ -342,7 +342,7 @@ fn a_mesh_never_blocks_its_own_light_but_blocks_what_is_behind_it() {
                 &mut counters,
             )
             .unwrap();
-        partly += u32::from(samples.lit_count() < samples.asked().len() as u32);
+        partly += u32::from(samples.lit_count() < samples.queried().len() as u32);
     }
     assert!(partly > 10, "{partly}");
 }
@@ -409,7 +409,7 @@ fn sample_counts_out_of_range_are_taken_as_the_nearest() {
         )
         .unwrap();
     assert_eq!(samples.total(), 1);
-    let expected = by_reference(&occluders(), &start, samples.asked());
+    let expected = by_reference(&occluders(), &start, samples.queried());
     assert_eq!(samples.lit_count() == 1, expected == [true]);
 }
 

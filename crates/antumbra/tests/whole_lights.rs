@@ -277,7 +277,7 @@ fn fractions_do_not_depend_on_what_is_known_or_on_threads() {
                         .expect("a fine start");
                 }
                 let [found, expected] = &samples;
-                assert_eq!(found.asked(), expected.asked());
+                assert_eq!(found.queried(), expected.queried());
                 assert!(
                     found.lit().eq(expected.lit()),
                     "{} {light:?} {start:?}",

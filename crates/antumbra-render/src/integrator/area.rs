@@ -74,7 +74,7 @@ impl Integrator<'_> {
                     &mut counters,
                 )
                 .expect(FINE);
-            query.asked = samples.asked().len() as u32;
+            query.asked = samples.queried().len() as u32;
             query.lit = samples.lit_count();
             // Lights without size have those for themselves.
             counters.shadow = ShadowCounters::default();
@@ -114,7 +114,7 @@ impl Integrator<'_> {
                 share_of(light, &sample) * local_term(look, point, front_normal, &sample.target)
             })
             .fold(Color::ZERO, |sum, term| sum + term);
-        light.color * sum * (exact.fraction / exact.asked / f64::from(count))
+        light.color * sum * (exact.fraction / exact.queried / f64::from(count))
     }
 
     /// Returns what the samples that reach a point bring.

@@ -40,7 +40,7 @@ impl AreaQuery {
     /// Returns the share of the light that is asked about, 0 to 1.
     pub fn asked_fraction(&self) -> f64 {
         if let Some(exact) = self.exact {
-            return exact.asked;
+            return exact.queried;
         }
         f64::from(self.asked) / f64::from(self.samples.max(1))
     }
@@ -48,11 +48,11 @@ impl AreaQuery {
     /// Returns what the point is.
     pub fn region(&self) -> Region {
         if let Some(exact) = self.exact {
-            return if exact.asked == 0.0 {
+            return if exact.queried == 0.0 {
                 Region::FacingAway
             } else if exact.fraction == 0.0 {
                 Region::Umbra
-            } else if exact.fraction < exact.asked {
+            } else if exact.fraction < exact.queried {
                 Region::Penumbra
             } else {
                 Region::Lit

@@ -69,14 +69,14 @@ pub struct LightSamples {
 }
 
 impl LightSamples {
-    /// Returns how many samples there are, those not asked included.
+    /// Returns how many samples there are, those not queried included.
     pub fn total(&self) -> u32 {
         self.total
     }
 
-    /// Returns the samples that were asked: those that the light shines from towards the point, and that the
+    /// Returns the samples that were queried: those that the light shines from towards the point, and that the
     /// point's plane does not hide.
-    pub fn asked(&self) -> &[AreaSample] {
+    pub fn queried(&self) -> &[AreaSample] {
         &self.asked
     }
 

@@ -91,7 +91,7 @@ impl Comparison<'_> {
                 counters,
             );
             asked.expect(VALID);
-            let targets: Vec<LightShape> = samples.asked().iter().map(target).collect();
+            let targets: Vec<LightShape> = samples.queried().iter().map(target).collect();
             let lit: Vec<LightShape> = samples.lit().map(target).collect();
             (targets, lit)
         };

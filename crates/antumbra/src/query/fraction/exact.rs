@@ -44,7 +44,7 @@ pub struct VisibleFraction {
     /// and wholly visible.
     pub fraction: f64,
     /// Share that would be lit if nothing were in between: the part that shines towards the point and is above its plane.
-    pub asked: f64,
+    pub queried: f64,
     /// How it was found.
     pub by: FractionBy,
 }
@@ -111,7 +111,7 @@ impl ShadowIndex {
             .and_then(|mut view| view.shares());
         Ok(shares.map(|Shares { asked, lit }| VisibleFraction {
             fraction: lit,
-            asked,
+            queried: asked,
             by: FractionBy::Exact,
         }))
     }
@@ -160,7 +160,7 @@ impl ShadowIndex {
         self.sample_light(start, side, light, point, sampling, samples, counters)?;
         Ok(VisibleFraction {
             fraction: samples.visible_fraction(),
-            asked: samples.asked().len() as f64 / f64::from(samples.total().max(1)),
+            queried: samples.queried().len() as f64 / f64::from(samples.total().max(1)),
             by: FractionBy::Samples,
         })
     }
