@@ -55,14 +55,14 @@ fn check_folder(folder: &Path, faults: &mut Vec<String>) -> Result<()> {
 
 fn check_file(path: &Path, text: &str, faults: &mut Vec<String>) {
     let shown: PathBuf = path.strip_prefix(run::root()).unwrap_or(path).to_owned();
-    let mut tell = |line: usize, fault: String| {
+    let mut report = |line: usize, fault: String| {
         faults.push(format!("{}:{}: {fault}", shown.display(), line + 1));
     };
     let lines: Vec<&str> = text.lines().map(str::trim_start).collect();
     for (number, line) in lines.iter().enumerate() {
         for (word, better) in NO_WORDS {
             if line.contains(word) {
-                tell(number, format!("`{word}`: write `{better}`"));
+                report(number, format!("`{word}`: write `{better}`"));
             }
         }
         let Some(words) = line.strip_prefix("/// ") else {
@@ -79,7 +79,7 @@ fn check_file(path: &Path, text: &str, faults: &mut Vec<String>) {
                 .find(|first| words.starts_with(**first))
         {
             let first = first.trim_end();
-            tell(
+            report(
                 number,
                 format!("a doc comment begins with the thing, not with `{first}`"),
             );

@@ -2,7 +2,7 @@
 //!
 //! In: a scene, an orbit of cameras, jittered samples of one camera. Out: the time of every frame with
 //! every method. `voxel` begins each series without values and makes them while it is timed; what the
-//! other methods keep was built before. Ours is told how many queries the frames of a series will ask. A frame is recorded, asked of all methods in all rounds and
+//! other methods keep was built before. Ours learns how many queries the frames of a series will ask. A frame is recorded, asked of all methods in all rounds and
 //! dropped, so each round has an index of ours to itself.
 
 use std::collections::BTreeMap;
@@ -42,7 +42,7 @@ const OURS: [Contender; 2] = [
 const AUTO: usize = 0;
 const BVH: usize = 1;
 
-/// Measures all scenes, then tells.
+/// Measures all scenes, then reports.
 pub(super) fn run(typed: &Frames, screen: &Screen) -> Result<Outcome, Failure> {
     typed.subjects.timed.run(|| work(typed, screen))?
 }

@@ -31,7 +31,7 @@ struct Machine {
 }
 
 impl Machine {
-    /// Asks the system; Linux tells, elsewhere much is unknown.
+    /// Asks the system; Linux says it, elsewhere much is unknown.
     fn now() -> Self {
         let read = |path| std::fs::read_to_string(path).ok();
         let processor = read("/proc/cpuinfo").and_then(|table| {

@@ -72,7 +72,7 @@ struct Report {
     scenes: Vec<SceneReport>,
 }
 
-/// Measures all numbers of lights, then tells.
+/// Measures all numbers of lights, then reports.
 pub(super) fn run(typed: &Lights, screen: &Screen) -> Result<Outcome, Failure> {
     typed.timed.run(|| work(typed, screen))?
 }

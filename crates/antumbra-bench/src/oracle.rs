@@ -30,7 +30,7 @@ const QUERIES: usize = 10_000;
 /// Why no sample is refused: it is a hit on the index's own surfaces.
 const FINE: &str = "a hit is a fine start";
 
-/// Voxels along the longest axis whose ceiling is sampled, and those whose bytes are told besides.
+/// Voxels along the longest axis whose ceiling is sampled, and those whose bytes are reported besides.
 const SAMPLED: [u32; 2] = [64, 256];
 const WEIGHED: u32 = 512;
 

@@ -24,7 +24,7 @@ use super::{cold, oracle};
 /// one, of so many around the scene.
 const ORBIT_FRAMES: u32 = 16;
 
-/// Measures all scenes, then tells.
+/// Measures all scenes, then reports.
 pub(super) fn run(typed: &Shadows, screen: &Screen) -> Result<Outcome, Failure> {
     typed.subjects.timed.run(|| work(typed, screen))?
 }

@@ -76,7 +76,7 @@ struct Report {
     scenes: Vec<SceneReport>,
 }
 
-/// Measures all scenes, then tells.
+/// Measures all scenes, then reports.
 pub(super) fn run(typed: &Soft, screen: &Screen) -> Result<Outcome, Failure> {
     typed.subjects.timed.run(|| work(typed, screen))?
 }

@@ -97,7 +97,7 @@ where
     let Verbosity { quiet, verbose } = verbosity(&typed);
     let screen = Screen::new(quiet, verbose);
     let bars = screen.bars();
-    let task = Task::with_progress(move |stage, done, count| bars.tell(stage, done, count));
+    let task = Task::with_progress(move |stage, done, count| bars.report(stage, done, count));
     let done = Interrupt::install(task.clone(), screen.shown()).and_then(|interrupt| {
         let done = task.run(|| work(&typed, &screen, &interrupt));
         screen.shown().clear();

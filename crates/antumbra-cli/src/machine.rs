@@ -1,4 +1,4 @@
-//! What the machine says about memory. Linux tells; elsewhere the answers are `None`.
+//! What the machine says about memory. Linux says it; elsewhere the answers are `None`.
 
 use std::fs;
 

@@ -69,7 +69,7 @@ impl Content {
         }
     }
 
-    /// Returns whether the ending is all that tells what to write.
+    /// Returns whether the ending alone says what to write.
     fn is_known_by_ending(self) -> bool {
         matches!(self, Self::Picture | Self::Scene)
     }

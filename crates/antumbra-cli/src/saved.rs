@@ -1,6 +1,6 @@
 //! Files of maps and occlusion values, for all commands that load or save them.
 //!
-//! In: what was typed, an index. Out: a file, and what to tell about one.
+//! In: what was typed, an index. Out: a file, and what to report about one.
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ impl SavedFiles {
 }
 
 /// Says which lights were not loaded from a file; returns how many were.
-pub fn tell(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
+pub fn report(index: &ShadowIndex, lights: &[Light], path: &Path, screen: &Screen) -> usize {
     let names = light_names(lights);
     let mut loaded_count = 0;
     for (name, saved) in names.iter().zip(index.saved_lights()) {

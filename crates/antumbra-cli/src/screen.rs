@@ -1,8 +1,8 @@
 //! The only place that prints.
 //!
-//! Results go to standard output, all else to standard error. Results that cannot be printed are a failure, told at
+//! Results go to standard output, all else to standard error. Results that cannot be printed are a failure, reported at
 //! the end; but not when a pipe is closed: its reader has seen enough. What cannot be printed on standard error is
-//! ignored: there is nobody left to tell.
+//! ignored: nobody is left to read it.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -106,7 +106,7 @@ impl Screen {
         self.shown.clone()
     }
 
-    /// Returns bars for the stages that the work itself tells of.
+    /// Returns bars for the stages that the work itself reports.
     pub fn bars(&self) -> Bars {
         Bars {
             is_quiet: self.is_quiet,
@@ -152,7 +152,7 @@ pub struct Bars {
 
 impl Bars {
     /// Shows how many steps of a stage are done.
-    pub fn tell(&self, stage: &'static str, done: u64, count: u64) {
+    pub fn report(&self, stage: &'static str, done: u64, count: u64) {
         let mut shown = self.one.lock().unwrap_or_else(PoisonError::into_inner);
         let (name, shown_bar) =
             shown.get_or_insert_with(|| (stage, self.all.bar(self.is_quiet, count, stage)));

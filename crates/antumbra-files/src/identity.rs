@@ -19,7 +19,7 @@ enum Kind {
 }
 
 impl Identity {
-    /// Returns what a path leads to now; a path that leads nowhere is told by its folder and name.
+    /// Returns what a path leads to now; a path that leads nowhere is identified by its folder and name.
     pub fn of(path: &Path) -> Self {
         #[cfg(unix)]
         if let Ok(found) = std::fs::metadata(path) {

@@ -1,6 +1,6 @@
 //! The part of a triangle in a box, as a set of starts, and what can change its answer.
 //!
-//! In: a triangle, a box, a light off the triangle's plane. Out: [`Patch`], which tells whether an
+//! In: a triangle, a box, a light off the triangle's plane. Out: [`Patch`], which says whether an
 //! edge or a triangle may matter to it. Invariant: `misses_*` and `is_clear_of` are said only where
 //! they hold for every start on the triangle that lies in the box less a rounding. A start on the
 //! border of the triangle answers as those inside next to it do (EXACTNESS.md), so what touches the

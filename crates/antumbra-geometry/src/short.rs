@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::DVec3;
 
-/// Displays a number or a point in few characters: all digits that tell it from its neighbours, in scientific
+/// Displays a number or a point in few characters: all digits that distinguish it from its neighbours, in scientific
 /// notation where many zeros would pad them.
 ///
 /// ```

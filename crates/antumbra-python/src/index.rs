@@ -27,7 +27,7 @@ use crate::lights::{LightTuple, from_tuples, to_tuple};
 use crate::scene::Scene;
 use crate::work::{Progress, stoppable, watched};
 
-/// Blocks of points, of which a call tells that they are done, and the points of one at least.
+/// Blocks of points, of which a call reports that they are done, and the points of one at least.
 const BLOCKS: usize = 64;
 const SMALLEST_BLOCK: usize = 1 << 16;
 
@@ -482,7 +482,7 @@ struct Named<'a> {
 }
 
 impl Ask<'_> {
-    /// Answers block by block and tells how far that is. Of a bad point, says in which block it is.
+    /// Answers block by block and reports how far that is. Of a bad point, says in which block it is.
     fn in_blocks<T: Element>(
         &self,
         meant: &Meant<'_, T>,

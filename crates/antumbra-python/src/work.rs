@@ -102,7 +102,7 @@ pub(crate) fn stoppable<T: Send>(
     watched(py, threads, &Progress::default(), work)
 }
 
-/// Does work as [`stoppable`], and tells how far it is. What the callable raises stops the work and is its outcome.
+/// Does work as [`stoppable`], and reports how far it is. What the callable raises stops the work and is its outcome.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     threads: usize,

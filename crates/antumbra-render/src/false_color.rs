@@ -22,7 +22,7 @@
 //! nothing is occluded.
 //!
 //! Shadowed points have a third of the brightness, so shadows stay visible. The hues are those of
-//! Okabe and Ito, which readers with any color vision tell apart.
+//! Okabe and Ito, which readers with any color vision distinguish.
 
 use antumbra::Shadow;
 use antumbra_scene::model::Color;

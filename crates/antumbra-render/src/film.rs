@@ -123,7 +123,7 @@ pub fn work(size: [u32; 2], sampling: Sampling) -> u64 {
     columns * rows
 }
 
-/// Tells the index that [`render`] will be called so often for such pictures, so that it makes at once what pays for all of
+/// Announces to the index that [`render`] will be called so often for such pictures, so that it makes at once what pays for all of
 /// them.
 pub fn expect(prepared: &Prepared, size: [u32; 2], sampling: Sampling, frames: u64) {
     let samples = match sampling {

@@ -170,7 +170,7 @@ pub fn unwatched<T>(work: impl FnOnce() -> T) -> T {
     Current(None).enter(work)
 }
 
-/// The steps of a stage of work, told to who watches the task.
+/// The steps of a stage of work, reported to who watches the task.
 #[derive(Debug)]
 pub struct Steps {
     current: Current,
@@ -190,7 +190,7 @@ impl Steps {
         }
     }
 
-    /// Does a step on the calling thread, and tells of it.
+    /// Does a step on the calling thread, and reports it.
     pub fn step<T>(&self, work: impl FnOnce() -> T) -> T {
         let found = self.current.enter(|| {
             check();

@@ -117,7 +117,7 @@
 //! | [`Method::Naive`] | nothing | a test of every surface, `n` | none: this is the reference |
 //!
 //! [`Refinement::refine`] says when: while queries are answered (the default), or all before the first query.
-//! [`ShadowIndex::predict`] tells the memory before any is taken, and [`Builder::memory_limit`] bounds it.
+//! [`ShadowIndex::predict`] says how much memory that takes before any is taken, and [`Builder::memory_limit`] bounds it.
 //!
 //! # What is exact
 //!

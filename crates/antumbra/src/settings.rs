@@ -65,7 +65,7 @@ pub struct Refinement {
     /// surfaces, and what is needed for a moment to make them. Values of one light take 4 GiB at most. Where that is
     /// too little, values that are made while queries are answered are dropped and made again, or lights are answered
     /// by rays; answers do not change. [`ShadowIndex::evictions`](crate::ShadowIndex::evictions) and
-    /// [`ShadowIndex::lights_without_room`](crate::ShadowIndex::lights_without_room) tell. Each light
+    /// [`ShadowIndex::lights_without_room`](crate::ShadowIndex::lights_without_room) report. Each light
     /// takes 400 bytes of it, asked or not. Beside it come the surfaces, the tree and the grid.
     pub memory: u64,
 }

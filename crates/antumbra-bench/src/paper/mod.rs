@@ -32,7 +32,7 @@ use figures::Figures;
 use methods::{GRID, METHODS, VOXEL, VOXEL_1990};
 use scenes::PaperScene;
 
-/// Measures all scenes and tells.
+/// Measures all scenes and reports.
 pub(super) fn run(
     typed: &Paper,
     screen: &Screen,

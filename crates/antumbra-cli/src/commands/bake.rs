@@ -46,7 +46,7 @@ fn work(typed: &Bake, scene: &Scene, screen: &Screen) -> Result<Outcome, Failure
             Some(path),
         ) {
             Ok(index) => {
-                let loaded_count = saved::tell(&index, &scene.lights, path, screen);
+                let loaded_count = saved::report(&index, &scene.lights, path, screen);
                 (index, loaded_count)
             }
             Err(error) => (anew(error, &gathered, scene, &options, screen)?, 0),

@@ -48,7 +48,7 @@ fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failu
     let file = typed.occlusion.as_deref();
     let index = options.build_from(gathered.occluders(), light_shapes(&scene.lights), file)?;
     if let Some(path) = file {
-        saved::tell(&index, &scene.lights, path, screen);
+        saved::report(&index, &scene.lights, path, screen);
     }
     let nothing = || Failure::input("the scene has no surfaces, so there are no cells", "");
     // Beside what was taken for the index.
@@ -75,7 +75,7 @@ fn work(typed: &Export, scene: &Scene, screen: &Screen) -> Result<Outcome, Failu
     if let Some(path) = &typed.json {
         write_place(path, &volume, &names)?;
     }
-    tell(&volume, &names, screen);
+    report(&volume, &names, screen);
     Ok(Outcome::Done)
 }
 
@@ -98,7 +98,7 @@ fn write_place(path: &Path, volume: &Volume, names: &[String]) -> Result<(), Fai
     outputs::write_json(path, &place)
 }
 
-fn tell(volume: &Volume, names: &[String], screen: &Screen) {
+fn report(volume: &Volume, names: &[String], screen: &Screen) {
     let [x, y, z] = volume.cells;
     let (min, max) = (Short(volume.min), Short(DVec3::from_array(max_of(volume))));
     screen.result(format!(

@@ -82,7 +82,7 @@ fn work(
     let counted = counted.map_err(|error| failure(typed, &error))?;
     arrays::write(&typed.output, &shape, &out)?;
     saved::save_if_typed(&typed.saved, &index, screen)?;
-    tell(points.len(), chosen, &counted, screen);
+    report(points.len(), chosen, &counted, screen);
     Ok(Outcome::Done)
 }
 
@@ -120,7 +120,7 @@ fn shape(point_count: u64, light_count: usize, is_packed: bool) -> Vec<u64> {
     }
 }
 
-fn tell(point_count: usize, chosen: &Chosen, counted: &BatchCounters, screen: &Screen) {
+fn report(point_count: usize, chosen: &Chosen, counted: &BatchCounters, screen: &Screen) {
     let shadow = counted.counters.shadow;
     let query_count = point_count as u64 * chosen.columns.len() as u64;
     let lights = match chosen.columns.len() {

@@ -143,11 +143,11 @@ fn work(
         Against::Reference => "reference",
         Against::Bvh => "bvh",
     };
-    tally.tell_differences(judge_name, &judge, &candidates, screen);
+    tally.report_differences(judge_name, &judge, &candidates, screen);
     if typed.attack {
-        tally.tell_counts(&candidates, screen);
+        tally.report_counts(&candidates, screen);
     }
-    tally.tell_inexact(&candidates, typed.queries, screen);
+    tally.report_inexact(&candidates, typed.queries, screen);
     let difference_count = tally.difference_count();
     screen.result(format!(
         "{} queries, {difference_count} differences",

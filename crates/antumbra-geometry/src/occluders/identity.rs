@@ -9,7 +9,7 @@ use crate::intersect::DiskPlane;
 use crate::{Cone, CoverageId, LightShape, Sphere};
 
 /// A coverage that does not say what it is ([`Coverage::identify`](crate::Coverage::identify)): what is
-/// kept about faces with such holes could not be told from what no longer holds.
+/// kept about faces with such holes could not be distinguished from what no longer holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the holes of alpha-tested faces, coverage {coverage}, do not say what they are")]
 pub struct UnidentifiedCoverage {

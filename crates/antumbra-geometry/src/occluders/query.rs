@@ -88,7 +88,7 @@ impl Occluders {
     }
 
     /// Returns a bound on how far, in any coordinate, the exact start (EXACTNESS.md, "The start") lies
-    /// from its point as given; infinity where only [`Occluders::segment`] can tell.
+    /// from its point as given; infinity where only [`Occluders::segment`] knows.
     #[inline]
     pub fn start_offset(&self, start: &Start) -> f64 {
         let Some(surface) = start.surface else {

@@ -35,7 +35,7 @@ impl Precision {
 }
 
 /// Rounding that larger coordinates left in a small one counts up to this share of the surface's extent: of
-/// points that are rounded more coarsely nobody can tell what they lie on.
+/// points that are rounded more coarsely what they lie on is not known.
 const RESOLVED: f64 = 1.0 / 16.0;
 
 impl Occluders {

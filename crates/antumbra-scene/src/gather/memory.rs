@@ -1,4 +1,4 @@
-//! Memory of a scene and of its surfaces, told before the surfaces are made.
+//! Memory of a scene and of its surfaces, predicted before the surfaces are made.
 //!
 //! In: a scene. Out: bytes. What vectors hold is counted; the surfaces' share is a bound from
 //! counts, since polygons are not cut yet.

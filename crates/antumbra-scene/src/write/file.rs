@@ -20,7 +20,7 @@ use super::{
 ///
 /// Returns what the format has no place for. Numbers are written exactly where the format allows.
 /// All is made in memory first, so that a refused scene leaves an existing file alone, and a file appears whole
-/// or not at all. [`files_of`] tells which files are written; whether one of them was read is the caller's to check.
+/// or not at all. [`files_of`] says which files are written; whether one of them was read is the caller's to check.
 ///
 /// # Errors
 /// The name has no known ending, the format cannot say something that matters (spheres in a mesh

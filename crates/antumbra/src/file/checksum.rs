@@ -1,4 +1,4 @@
-//! Checksums of what is in a file: they tell damage.
+//! Checksums of what is in a file: they detect damage.
 //!
 //! In: bytes or words. Out: 16 bytes (XXH3, 128 bits), as fast to make as memory is to read.
 

@@ -3,7 +3,7 @@
 //! In: surfaces, lights and what these know, or a file. Out: a file, or values that need not be computed again.
 //! Invariants: a file is whole or the one before; what is not the same scene, settings and light is never
 //! taken; whatever is in a file, and whatever becomes of it meanwhile, nothing panics, hangs or reads out of
-//! range. A checksum tells damage, not malice: who writes a file with right checksums can make answers wrong.
+//! range. A checksum detects damage, not malice: who writes a file with right checksums can make answers wrong.
 //! docs/formats.md describes the bytes. The only folder of this crate that touches files.
 //!
 //! | module | what |

@@ -66,7 +66,7 @@ pub enum Refusal {
     Length {
         /// Bytes there are.
         found: u64,
-        /// Bytes there should be, as far as it can be told.
+        /// Bytes there should be, as far as that is known.
         expected: u64,
     },
     /// A checksum is wrong.
@@ -85,7 +85,7 @@ pub enum Refusal {
     /// It is about something else: what changed.
     #[error("is about {0}")]
     Stale(Change),
-    /// What the scene is cannot be told.
+    /// The scene cannot be identified.
     #[error(transparent)]
     Unidentified(#[from] UnidentifiedCoverage),
     /// The index keeps nothing: only [`Method::Auto`](crate::Method::Auto) and [`Method::Voxel`](crate::Method::Voxel) do.
@@ -159,7 +159,7 @@ pub enum SaveError {
     /// The index keeps nothing: only [`Method::Auto`](crate::Method::Auto) and [`Method::Voxel`](crate::Method::Voxel) do.
     #[error("the method of this index keeps nothing")]
     NoValues,
-    /// What the scene is cannot be told.
+    /// The scene cannot be identified.
     #[error(transparent)]
     Unidentified(#[from] UnidentifiedCoverage),
     /// Something else is at the path, which is not replaced.

@@ -103,7 +103,7 @@ impl Builder {
 
     /// Takes the maps of [`Method::Auto`] or the values of [`Method::Voxel`] that [`ShadowIndex::save`] has written to
     /// a file, instead of making them: those of all lights whose kind and pose are in it, in any order
-    /// ([`ShadowIndex::saved_lights`] tells which). The others are made as without a file. [`Method::Auto`] takes either,
+    /// ([`ShadowIndex::saved_lights`] says which). The others are made as without a file. [`Method::Auto`] takes either,
     /// and becomes [`Method::Voxel`] with a file of values. The file is only read, and not needed any more once the
     /// index is built; what is made later goes on from it.
     ///

@@ -67,7 +67,7 @@ impl ShadowIndex {
 
     /// Stops or resumes making values while queries are answered. Answers do not change.
     ///
-    /// Every index makes values unless told otherwise. Without, queries cost a little less where nothing is
+    /// Every index makes values unless this call stops it. Without, queries cost a little less where nothing is
     /// known yet, and what is known stays as it is: for measurements.
     pub fn set_refining(&self, is_refining: bool) {
         if let Some(adaptive) = &self.adaptive {

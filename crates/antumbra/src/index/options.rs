@@ -12,7 +12,7 @@ use super::prediction::Prediction;
 use super::refused::BuildError;
 use crate::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 
-/// Settings of an index, as plain data: what a [`Builder`] is told one by one.
+/// Settings of an index, as plain data: what a [`Builder`] takes one by one.
 #[derive(Clone, Copy, Debug)]
 pub struct IndexOptions {
     /// How shadow queries are answered.

@@ -21,7 +21,7 @@ pub trait AnyHit: Sync {
     ///
     /// The rays must see the surfaces that the index was built over. How they leave the start's surface
     /// and what they do at edges is theirs, and is part of the answer. The far side of a closed curved
-    /// surface need not be told: starts that shade themselves are not asked.
+    /// surface need not be found: starts that shade themselves are not passed on.
     fn is_blocked(&self, start: &Start, light: &LightShape) -> bool;
 
     /// Answers as [`AnyHit::is_blocked`] for many queries of one light, and writes `true` where it is blocked. Both

@@ -163,7 +163,7 @@ pub(super) fn index(
     let file = typed.saved.occlusion.as_deref();
     let index = options.build_from(gathered.occluders(), light_shapes(&lights), file)?;
     if let Some(path) = file {
-        saved::tell(&index, &lights, path, screen);
+        saved::report(&index, &lights, path, screen);
     }
     Ok(index)
 }

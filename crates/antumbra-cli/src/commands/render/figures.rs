@@ -1,4 +1,4 @@
-//! What is told about a run.
+//! What is reported about a run.
 
 use std::time::Duration;
 
@@ -101,8 +101,8 @@ fn used(prepared: &Prepared) -> &'static str {
     Shadows::of(prepared.index().method()).name()
 }
 
-/// Tells the figures to whom they were promised.
-pub(super) fn tell(
+/// Reports the figures to whom they were promised.
+pub(super) fn report(
     typed: &Render,
     statistics: &Statistics,
     screen: &Screen,

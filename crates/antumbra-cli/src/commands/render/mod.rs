@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `meant` | what was typed becomes views, settings, files |
 //! | `files` | pictures and layers become files |
-//! | `figures` | what is told about the run |
+//! | `figures` | what is reported about the run |
 
 mod figures;
 mod files;
@@ -31,7 +31,7 @@ use figures::Run;
 use files::Format;
 use meant::Meant;
 
-/// Loads, prepares once, renders every frame, tells the figures.
+/// Loads, prepares once, renders every frame, reports the figures.
 pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let format = Format::of(&typed.output)?;
     let mut outputs = Outputs::none();
@@ -140,7 +140,7 @@ fn frames(
     bar.finish_and_clear();
     saved::save_if_typed(&typed.saved, prepared.index(), screen)?;
 
-    figures::tell(typed, &run.statistics(typed, meant, prepared), screen)?;
+    figures::report(typed, &run.statistics(typed, meant, prepared), screen)?;
     Ok(if run.is_complete {
         Outcome::Done
     } else {
@@ -176,7 +176,7 @@ fn prepared(
     let file = typed.saved.occlusion.as_deref();
     let prepared = Prepared::of_gathered_from(scene, gathered, &options, file)?;
     if let Some(path) = file {
-        saved::tell(prepared.index(), &prepared.scene().lights, path, screen);
+        saved::report(prepared.index(), &prepared.scene().lights, path, screen);
     }
     Ok((prepared, need.total(meant.memory_limit)))
 }

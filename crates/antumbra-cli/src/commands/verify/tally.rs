@@ -1,4 +1,4 @@
-//! What `verify` counts, and how it tells.
+//! What `verify` counts, and how it reports.
 //!
 //! Invariant: sums and the first differences do not depend on the order of work.
 
@@ -9,7 +9,7 @@ use super::Candidate;
 use super::attack::Kind;
 use crate::screen::Screen;
 
-/// Differences told one by one.
+/// Differences reported one by one.
 const MOST_TOLD: usize = 20;
 
 /// One method that does not give the judge's bit.
@@ -65,8 +65,13 @@ impl Tally {
         self.wrong[method] += 1;
     }
 
-    /// Tells how often methods that are not exact were wrong.
-    pub(super) fn tell_inexact(&self, candidates: &[Candidate], query_count: u64, screen: &Screen) {
+    /// Reports how often methods that are not exact were wrong.
+    pub(super) fn report_inexact(
+        &self,
+        candidates: &[Candidate],
+        query_count: u64,
+        screen: &Screen,
+    ) {
         for (candidate, wrong) in candidates.iter().zip(&self.wrong) {
             if !candidate.is_exact {
                 screen.result(format!(
@@ -112,8 +117,8 @@ impl Tally {
         self.methods.iter().map(|method| method.1).sum()
     }
 
-    /// Tells the first differences.
-    pub(super) fn tell_differences(
+    /// Reports the first differences.
+    pub(super) fn report_differences(
         &mut self,
         judge: &str,
         index: &ShadowIndex,
@@ -159,8 +164,8 @@ impl Tally {
         }
     }
 
-    /// Tells kinds of queries and how methods decided.
-    pub(super) fn tell_counts(&self, candidates: &[Candidate], screen: &Screen) {
+    /// Reports kinds of queries and how methods decided.
+    pub(super) fn report_counts(&self, candidates: &[Candidate], screen: &Screen) {
         for (kind, count) in Kind::ALL.into_iter().zip(self.kinds) {
             screen.result(format!("{:<26} {count:>12}", kind.name()));
         }
