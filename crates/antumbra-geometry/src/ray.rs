@@ -28,7 +28,7 @@ pub struct Hit {
     pub barycentric: [f64; 2],
 }
 
-/// The start of a shadow query (EXACTNESS.md, "The start").
+/// A receiver point: where a shadow ray starts (EXACTNESS.md, "The start").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// The point, world space.

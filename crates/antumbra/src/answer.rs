@@ -14,7 +14,7 @@ pub enum Shadow {
 /// How a query was decided; for statistics, never part of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decided {
-    /// By the value of the start's voxel.
+    /// By the value of the receiver point's voxel.
     FirstPass,
     /// By the value of a voxel on the way.
     Intermediate,
@@ -37,10 +37,10 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum QueryError {
-    /// The start's point is NaN, infinite or beyond 2^100.
-    #[error("start {}: coordinates must be finite and at most 2^100 in magnitude", Short(*.0))]
+    /// The receiver point is NaN, infinite or beyond 2^100.
+    #[error("receiver point {}: coordinates must be finite and at most 2^100 in magnitude", Short(*.0))]
     BadPoint(DVec3),
-    /// The start names a surface that is not there.
+    /// The receiver point names a surface that is not there.
     #[error("surface {0} does not exist")]
     UnknownSurface(u32),
     /// The query names a light that is not there.

@@ -194,9 +194,9 @@ impl ShadowIndex {
         }
     }
 
-    /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of
+    /// Returns on which side of its surface the light is, at a receiver point (EXACTNESS.md, "The side of
     /// the light"): positive on the side of the normal, negative behind, zero in the tangent plane
-    /// and for free starts.
+    /// and for points of space.
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
@@ -209,11 +209,11 @@ impl ShadowIndex {
 
     /// Answers a shadow query exactly. Counts under `counters.shadow`.
     ///
-    /// The answer does not depend on the method, however far a start lies from the surface that it names:
+    /// The answer does not depend on the method, however far a point lies from the surface that it names:
     /// EXACTNESS.md defines it for all.
     ///
     /// # Errors
-    /// The start is not finite or beyond 2^100, or its surface or the light does not exist.
+    /// The receiver point is not finite or beyond 2^100, or its surface or the light does not exist.
     pub fn shadow(
         &self,
         start: &Start,
