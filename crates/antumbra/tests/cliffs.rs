@@ -4,8 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use antumbra::{
-    Counters, GridResolution, LightId, Method, Nearness, RayBatch, Refine, Refinement, Shadow,
-    ShadowIndex,
+    Counters, GridResolution, Method, Nearness, RayBatch, Refine, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
     Cone, DVec3, Disk, LightShape, Occluders, Opacity, Precision, Ray, Sphere, Start, SurfaceId,
@@ -140,9 +139,9 @@ fn work(index: &ShadowIndex, triangles: &[Triangle], count: usize) -> u64 {
                 surface: None,
             }
         };
-        for light in 0..index.lights().len() {
+        for light in index.light_ids() {
             index
-                .shadow(&start, LightId::from_index(light), &mut counters)
+                .shadow(&start, light, &mut counters)
                 .expect("an answer");
         }
     }
@@ -214,7 +213,7 @@ fn clusters_far_apart_cost_no_more_than_one() {
         let mut counters = Counters::default();
         for start in &starts {
             index
-                .shadow(start, LightId(0), &mut counters)
+                .shadow(start, 0.into(), &mut counters)
                 .expect("an answer");
         }
         counters.steps + counters.intersections
@@ -346,13 +345,11 @@ fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
         let starts: Vec<Start> = (0..150)
             .map(|_| start_in(&occluders, &places, center, scale, random))
             .collect();
-        for light in 0..lights.len() {
+        for light in naive.light_ids() {
             let expected: Vec<bool> = starts
                 .iter()
                 .map(|start| {
-                    let shadow = naive
-                        .shadow_by_reference(start, LightId::from_index(light))
-                        .expect("an answer");
+                    let shadow = naive.shadow_by_reference(start, light).expect("an answer");
                     shadow == Shadow::Shadowed
                 })
                 .collect();
@@ -360,12 +357,7 @@ fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
                 let mut counters = Counters::default();
                 let mut together = vec![false; starts.len()];
                 index
-                    .shadows(
-                        &starts,
-                        LightId::from_index(light),
-                        &mut together,
-                        &mut counters,
-                    )
+                    .shadows(&starts, light, &mut together, &mut counters)
                     .expect("answers");
                 assert_eq!(
                     counters.shadow.shadowed,
@@ -376,14 +368,12 @@ fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
                 let mut few = vec![false; starts.len()];
                 for (starts, few) in starts.chunks(4).zip(few.chunks_mut(4)) {
                     index
-                        .shadows(starts, LightId::from_index(light), few, &mut counters)
+                        .shadows(starts, light, few, &mut counters)
                         .expect("answers");
                 }
                 assert_eq!(few, expected, "{name} {light}");
                 for ((start, &expected), &together) in starts.iter().zip(&expected).zip(&together) {
-                    let alone = index
-                        .shadow(start, LightId::from_index(light), &mut counters)
-                        .expect("answer");
+                    let alone = index.shadow(start, light, &mut counters).expect("answer");
                     assert_eq!(
                         alone.shadow == Shadow::Shadowed,
                         expected,
