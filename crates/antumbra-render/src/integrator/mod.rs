@@ -17,8 +17,9 @@ mod area;
 mod area_query;
 mod surface_point;
 mod terms;
+mod work;
 
-use antumbra::{Answer, Counters, LightSamples, Shadow, ShadowIndex};
+use antumbra::{Answer, Counters, Shadow, ShadowIndex};
 use antumbra_geometry::{DVec3, Ray, Start};
 use antumbra_scene::model::{Color, Facing, Scene};
 
@@ -28,6 +29,7 @@ use terms::{cone_share, local_term, power_at, reflected, refracted};
 
 pub use area_query::{AreaQuery, AreaTally, Region};
 pub use surface_point::SurfacePoint;
+pub use work::Work;
 
 /// How often the rays of one chain go on behind a surface that does not cover everything. The
 /// next surface counts as whole, so that stacks of glass panes cost what they show, and no more.
@@ -186,28 +188,28 @@ impl<'a> Integrator<'a> {
     }
 
     /// Returns what an eye ray sees, linear RGB, and notes in `seen` what it saw first.
-    pub fn radiance(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) -> Color {
+    pub fn radiance(&self, eye_ray: &Ray, work: &mut Work<'a>, seen: &mut Seen) -> Color {
         seen.clear();
-        tally.primary += 1;
+        work.tally.primary += 1;
         let chain = Chain {
             depth: 1,
             passed: 0,
         };
-        self.trace(*eye_ray, chain, Some(seen), tally)
+        self.trace(*eye_ray, chain, Some(seen), work)
     }
 
     /// Notes in `seen` what an eye ray sees first; asks every light there and follows no further.
-    pub fn look_only(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) {
+    pub fn look_only(&self, eye_ray: &Ray, work: &mut Work<'a>, seen: &mut Seen) {
         seen.clear();
-        if let Some(point) = self.first_seen(eye_ray, tally) {
+        if let Some(point) = self.first_seen(eye_ray, &mut work.tally) {
             seen.is_surface = true;
+            self.ask_at_once(&point, work);
             let lights = 0..self.prepared.scene().lights.len();
             seen.queries
-                .extend(lights.map(|light| self.ask(&point, light, tally)));
+                .extend(lights.map(|light| self.query(&point, light, work)));
             let areas = 0..self.prepared.scene().area_lights.len();
-            let mut samples = LightSamples::default();
             seen.areas
-                .extend(areas.map(|light| self.ask_area(&point, light, &mut samples, tally)));
+                .extend(areas.map(|light| self.ask_area(&point, light, work)));
         }
     }
 
@@ -236,17 +238,17 @@ impl<'a> Integrator<'a> {
         mut ray: Ray,
         mut chain: Chain,
         mut seen: Option<&mut Seen>,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let mut color = Color::ZERO;
         // The share of what is seen from here on.
         let mut share = 1.0;
         let mut is_first_of_eye = seen.is_some();
         loop {
-            let Some(point) = self.nearest(&ray, tally) else {
+            let Some(point) = self.nearest(&ray, &mut work.tally) else {
                 return color + share * self.prepared.scene().background;
             };
-            tally.primary_hits += u64::from(is_first_of_eye);
+            work.tally.primary_hits += u64::from(is_first_of_eye);
             is_first_of_eye = false;
 
             let look = self.prepared.look(&point.hit, point.viewer_side);
@@ -256,7 +258,7 @@ impl<'a> Integrator<'a> {
                 1.0
             };
             if coverage > 0.0 {
-                let shaded = self.shade(&point, &look, &ray, chain, seen.take(), tally);
+                let shaded = self.shade(&point, &look, &ray, chain, seen.take(), work);
                 color += share * coverage * shaded;
             }
             if coverage >= 1.0 {
@@ -264,7 +266,7 @@ impl<'a> Integrator<'a> {
             }
             share *= 1.0 - coverage;
             chain.passed += 1;
-            tally.passed += 1;
+            work.tally.passed += 1;
             ray = point.ray_towards(ray.direction);
         }
     }
@@ -323,7 +325,7 @@ impl<'a> Integrator<'a> {
         ray: &Ray,
         chain: Chain,
         mut seen: Option<&mut Seen>,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let scene = self.prepared.scene();
         let mut color = look.material.emission + scene.ambient * look.diffuse;
@@ -338,8 +340,9 @@ impl<'a> Integrator<'a> {
         } else {
             point.shading_normal
         };
+        self.ask_at_once(point, work);
         for (number, light) in scene.lights.iter().enumerate() {
-            let query = self.ask(point, number, tally);
+            let query = self.query(point, number, work);
             if let Some(seen) = &mut seen {
                 seen.queries.push(query);
             }
@@ -352,9 +355,8 @@ impl<'a> Integrator<'a> {
             }
         }
 
-        let mut samples = LightSamples::default();
         for (number, light) in scene.area_lights.iter().enumerate() {
-            let query = self.ask_area(point, number, &mut samples, tally);
+            let query = self.ask_area(point, number, work);
             if let Some(seen) = &mut seen {
                 seen.areas.push(query);
             }
@@ -363,12 +365,12 @@ impl<'a> Integrator<'a> {
                     color += self.light_of_share(point, look, front_normal, light, exact);
                 }
             } else if query.lit > 0 {
-                color += self.light_of_area(point, look, front_normal, light, &samples);
+                color += self.light_of_area(point, look, front_normal, light, &work.samples);
             }
         }
 
         if chain.depth < self.max_depth {
-            color += self.secondary(point, look, ray.direction, chain, tally);
+            color += self.secondary(point, look, ray.direction, chain, work);
         }
         color
     }
@@ -380,7 +382,7 @@ impl<'a> Integrator<'a> {
         look: &Look<'_>,
         direction: DVec3,
         chain: Chain,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let material = look.material;
         let mut color = Color::ZERO;
@@ -403,8 +405,8 @@ impl<'a> Integrator<'a> {
                 .filter(|d| d.dot(geometric_normal) < 0.0)
                 .or_else(|| refracted(direction, geometric_normal, ratio));
             if let Some(through) = through {
-                tally.refraction += 1;
-                color += material.transmission * self.follow(point, through, chain, tally);
+                work.tally.refraction += 1;
+                color += material.transmission * self.follow(point, through, chain, work);
             } else {
                 // Total reflection: what would have gone through is mirrored too.
                 reflection += material.transmission;
@@ -416,8 +418,8 @@ impl<'a> Integrator<'a> {
             if mirrored.dot(geometric_normal) <= 0.0 {
                 mirrored = reflected(direction, geometric_normal);
             }
-            tally.reflection += 1;
-            color += reflection * self.follow(point, mirrored, chain, tally);
+            work.tally.reflection += 1;
+            color += reflection * self.follow(point, mirrored, chain, work);
         }
         color
     }
@@ -427,13 +429,13 @@ impl<'a> Integrator<'a> {
         from: &SurfacePoint,
         direction: DVec3,
         chain: Chain,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let chain = Chain {
             depth: chain.depth + 1,
             ..chain
         };
-        self.trace(from.ray_towards(direction), chain, None, tally)
+        self.trace(from.ray_towards(direction), chain, None, work)
     }
 }
 
