@@ -7,9 +7,7 @@
 //! one by one.
 
 mod batch;
-mod in_turn;
-
-pub use in_turn::LightsInTurn;
+pub(super) mod in_turn;
 
 use antumbra_geometry::{LightShape, Start, SurfaceId};
 
