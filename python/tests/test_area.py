@@ -177,6 +177,43 @@ def test_what_is_no_light_or_no_question_is_refused(make: Any, kind: type[Except
     assert text in str(caught.value)
 
 
+ODD: list[tuple[str, Any]] = [
+    ("smaller than rounding", lambda: antumbra.RectLight((0.1, 0.1, 3), (1e-30, 0, 0), (0, 1e-30, 0), two_sided=True)),
+    ("in the floor", lambda: antumbra.RectLight((0.5, 0.5, 0), (1, 0, 0), (0, 1, 0), two_sided=True)),
+    ("turned away", lambda: antumbra.RectLight((0, 0, 3), (1, 0, 0), (0, 1, 0))),
+    ("around all", lambda: antumbra.SphereLight((0, 0, 0), 1e3)),
+    ("through the floor", lambda: antumbra.SphereLight((0.5, 0.5, 0), 0.25)),
+    ("larger than the scene", lambda: antumbra.RectLight((0, 0, 50), (0, 9e5, 0), (9e5, 0, 0))),
+    ("as long as numbers go", lambda: antumbra.SegmentLight((0, 0, -1e30), (0, 1, 1e30))),
+]
+
+
+@pytest.mark.parametrize(("name", "make"), ODD)
+def test_odd_lights_have_shares_that_do_not_depend_on_the_method(name: str, make: Any) -> None:
+    points, faces = [[0.3, 0.2, 0.0], [-0.5, 0.4, 0.0]], [0, 0]
+    light = make()
+    for samples in (16, "exact"):
+        found = [
+            antumbra.ShadowIndex(scene(), [], method=method).visible_fraction(
+                points, light, faces, samples=samples, tolerance=np.inf
+            )
+            for method in ("auto", "bvh", "naive")
+        ]
+        assert ((found[0] >= 0.0) & (found[0] <= 1.0)).all(), name
+        assert (found[0] == found[1]).all() and (found[0] == found[2]).all(), name
+
+
+def test_a_hundred_thousand_lights_are_asked() -> None:
+    lights = [antumbra.PointLight((i % 317 / 100 - 1.5, i % 499 / 100 - 2.0, 2.0 + i % 7)) for i in range(100_000)]
+    points = [[0.3, 0.2, 0.5], [-0.5, 0.4, 0.7]]
+    some = list(range(0, 100_000, 997))
+    found = antumbra.ShadowIndex(scene(), lights).occluded_at(points)
+    alone = antumbra.ShadowIndex(scene(), [lights[i] for i in some], method="naive").occluded_at(points)
+    assert found.shape == (2, 100_000)
+    assert (found[:, some] == alone).all()
+    assert alone.any() and not alone.all()
+
+
 def test_pictures_have_exact_soft_shadows() -> None:
     camera = antumbra.Camera((0, -6, 5), (0, 0, 0))
     pictures = [

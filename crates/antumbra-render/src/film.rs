@@ -16,7 +16,7 @@ use crate::aov::{Aovs, Layer};
 use crate::camera::View;
 use crate::exposure::Metering;
 use crate::false_color;
-use crate::integrator::{DEFAULT_LIGHT_SAMPLES, Integrator, Seen, Tally};
+use crate::integrator::{DEFAULT_LIGHT_SAMPLES, Integrator, Seen, Tally, Work};
 use crate::prepare::Prepared;
 use crate::sampler::Sampler;
 
@@ -130,6 +130,10 @@ pub fn expect(prepared: &Prepared, size: [u32; 2], sampling: Sampling, frames: u
         Sampling::Corners => 1,
         Sampling::Stratified { samples } => u64::from(samples),
     };
+    // What lights know one by one is not asked then.
+    if prepared.asks_lights_at_once() {
+        return;
+    }
     // About as many samples see something that faces a light.
     let queries = frames * work(size, sampling) * samples / 2;
     for light in 0..prepared.scene().lights.len() {
@@ -173,7 +177,7 @@ pub fn render(
         .zip(runs_of(&mut shares, stride))
         .enumerate()
         .collect();
-    let tiles: Vec<Option<Tile>> = runs
+    let tiles: Vec<Option<(Tally, Metering)>> = runs
         .into_par_iter()
         .map(|(number, (pixels, shares))| {
             let first = (number * TILE_SAMPLES) as u64;
@@ -191,16 +195,16 @@ pub fn render(
                 return None;
             }
             (watch.progress)(pixels.len() as u64);
-            Some(tile)
+            Some((tile.work.tally, tile.metering))
         })
         .collect();
 
     // Put together what is there.
     let mut tally = Tally::default();
     let mut metering = Metering::default();
-    for tile in tiles.iter().flatten() {
-        tally.add(&tile.tally);
-        metering.add(&tile.metering);
+    for (of_tile, bright) in tiles.iter().flatten() {
+        tally.add(of_tile);
+        metering.add(bright);
     }
     if settings.sampling == Sampling::Corners {
         let pixel_count = size[0] as usize * size[1] as usize;
@@ -235,7 +239,7 @@ struct Tile<'a> {
     settings: &'a RenderSettings,
     seen: Seen,
     sums: Vec<f64>,
-    tally: Tally,
+    work: Work<'a>,
     metering: Metering,
 }
 
@@ -246,12 +250,12 @@ impl<'a> Tile<'a> {
             .with_light_samples(settings.light_samples, settings.seed)
             .with_exact_fractions(settings.exact_fractions);
         Self {
+            work: integrator.work(),
             integrator,
             view,
             settings,
             seen: Seen::default(),
             sums: vec![0.0; settings.aovs.channel_count(light_count)],
-            tally: Tally::default(),
             metering: Metering::default(),
         }
     }
@@ -298,11 +302,11 @@ impl<'a> Tile<'a> {
     fn sample(&mut self, number: u64, across: f64, down: f64) -> Color {
         let ray = self.view.ray(across, down);
         let integrator = self.integrator.at_sample(number);
-        let Self { seen, tally, .. } = self;
+        let Self { seen, work, .. } = self;
         match self.settings.show {
-            Show::Scene => integrator.radiance(&ray, tally, seen),
+            Show::Scene => integrator.radiance(&ray, work, seen),
             Show::Occlusion => {
-                integrator.look_only(&ray, tally, seen);
+                integrator.look_only(&ray, work, seen);
                 false_color::occlusion(seen)
             }
         }

@@ -87,7 +87,47 @@ fn check(
             lit += u64::from(truth);
         }
     }
+    check_in_turn(index, starts, side, &words);
     (lit, counters)
+}
+
+/// Asks the same of one start after the other, some lights left out, and compares bits, sides and counts.
+fn check_in_turn(index: &ShadowIndex, starts: &[Start], side: ReceiverSide, words: &[u64]) {
+    let count = index.lights().len();
+    let stride = count.div_ceil(64);
+    let mut lights = index.lights_in_turn();
+    for (number, (start, words)) in starts.iter().zip(words.chunks(stride.max(1))).enumerate() {
+        let left_out: Vec<u64> = match number % 3 {
+            0 => Vec::new(),
+            of => (0..stride)
+                .map(|word| 0x9e37_79b9_7f4a_7c15 << (of * word))
+                .collect(),
+        };
+        let mut counters = Counters::default();
+        lights
+            .ask(start, side, &left_out, &mut counters)
+            .expect("a fine query");
+        let (mut asked, mut shadowed) = (0, 0);
+        for light in 0..count {
+            let (word, bit) = (light / 64, light % 64);
+            let is = |words: &[u64]| words.get(word).is_some_and(|word| word >> bit & 1 != 0);
+            let is_on_side = is_asked(index, start, side, light);
+            assert_eq!(is(lights.on_side()), is_on_side, "{light} {start:?}");
+            let is_left_out = is(&left_out);
+            let is_lit = is(words) && !is_left_out;
+            assert_eq!(is(lights.visible()), is_lit, "{light} {start:?}");
+            if is_on_side && !is_left_out {
+                asked += 1;
+                shadowed += u64::from(!is_lit);
+                let answer = lights.answer_of(light);
+                assert_eq!(answer.shadow == Shadow::Lit, is_lit);
+            }
+        }
+        let shadow = counters.shadow;
+        assert_eq!(shadow.shadowed, shadowed, "{start:?}");
+        let sum = shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays;
+        assert_eq!(sum, asked, "{start:?} {shadow:?}");
+    }
 }
 
 /// Starts that share cells and triangles with some others: on the same triangles, on planes between cells, beside them.

@@ -155,6 +155,63 @@ fn bad_lights_end_with_2_and_say_what_is_wrong() {
 }
 
 #[test]
+fn lights_of_a_file_without_size_or_not_finite_end_with_2_and_are_named() {
+    let (folder, scene) = Folder::with_scene();
+    let (file, picture) = (folder.path("lights.json"), folder.path("p.png"));
+    for (light, expected) in [
+        (
+            r#"{"type": "point", "position": [0, 0, 1e999]}"#,
+            "lights[0].position[2]: number out of range",
+        ),
+        (
+            r#"{"type": "point", "position": [0, 0, NaN]}"#,
+            "lights[0].position[2]: expected value",
+        ),
+        (
+            r#"{"type": "directional", "towards_light": [0, 0, 0]}"#,
+            "lights[0].towards_light: is zero",
+        ),
+        (
+            r#"{"type": "sphere", "center": [0, 0, 5], "radius": 0}"#,
+            "lights[0]: its radius is zero",
+        ),
+        (
+            r#"{"type": "sphere", "center": [0, 0, 5], "radius": -1}"#,
+            "lights[0]: the radius is -1; expected above 0",
+        ),
+        (
+            r#"{"type": "segment", "ends": [[0, 0, 1], [0, 0, 1]]}"#,
+            "lights[0]: its ends are the same point",
+        ),
+        (
+            r#"{"type": "triangle", "corners": [[0, 0, 0], [1, 0, 0], [2, 0, 0]]}"#,
+            "lights[0]: it has no area",
+        ),
+        (
+            r#"{"type": "rectangle", "center": [0, 0, 5], "edges": [[1e31, 0, 0], [0, 1, 0]]}"#,
+            "lights[0]: an edge is not finite, or beyond 2^100",
+        ),
+    ] {
+        fs::write(&file, format!("{{\"lights\": [{light}]}}")).unwrap();
+        let output = antumbra(&[
+            "render",
+            text(&scene),
+            "-o",
+            text(&picture),
+            "--lights",
+            text(&file),
+        ]);
+        assert_code(&output, 2);
+        assert!(
+            stderr(&output).contains(expected),
+            "{expected}: {}",
+            stderr(&output)
+        );
+        assert!(!picture.exists());
+    }
+}
+
+#[test]
 fn lights_in_surfaces_inside_out_and_beyond_the_scene_are_fine() {
     let (folder, scene) = Folder::with_scene();
     for light in [
@@ -175,6 +232,43 @@ fn lights_in_surfaces_inside_out_and_beyond_the_scene_are_fine() {
             &[&options[..], &["--shadows", "naive"]].concat(),
         );
         assert!(expected == rendered(&folder, &scene, &options), "{light}");
+        let exact = [&options[..], &["--soft", "exact"]].concat();
+        let expected = rendered(
+            &folder,
+            &scene,
+            &[&exact[..], &["--shadows", "naive"]].concat(),
+        );
+        assert!(expected == rendered(&folder, &scene, &exact), "{light}");
+    }
+}
+
+#[test]
+fn a_hundred_thousand_lights_without_size_make_the_same_picture_for_any_method() {
+    let (folder, scene) = Folder::with_scene();
+    let file = folder.path("lights.json");
+    let all: Vec<String> = (0..100_000)
+        .map(|number| {
+            let [x, y] = [number % 317, number % 499].map(|n| f64::from(n) / 100.0 - 2.0);
+            format!(
+                r#"{{"type": "point", "position": [{x}, {y}, {}], "color": [1e-5, 1e-5, 1e-5]}}"#,
+                2 + number % 7
+            )
+        })
+        .collect();
+    fs::write(&file, format!("{{\"lights\": [{}]}}", all.join(","))).unwrap();
+    let options = ["--lights", text(&file), "--size", "4x4"];
+    let expected = rendered(
+        &folder,
+        &scene,
+        &[&options[..], &["--shadows", "bvh"]].concat(),
+    );
+    for method in ["auto", "voxel"] {
+        let found = rendered(
+            &folder,
+            &scene,
+            &[&options[..], &["--shadows", method]].concat(),
+        );
+        assert!(found == expected, "{method}");
     }
 }
 

@@ -9,12 +9,12 @@ use antumbra_scene::model::{AreaLight, Color, Facing};
 
 use super::area_query::AreaQuery;
 use super::terms::local_term;
-use super::{FINE, Integrator, SurfacePoint, Tally};
+use super::{FINE, Integrator, SurfacePoint, Work};
 use crate::prepare::Look;
 
-impl Integrator<'_> {
+impl<'a> Integrator<'a> {
     /// Returns which side of its surface a point is lit on; `None` seen along its edge.
-    fn lit_side(&self, point: &SurfacePoint) -> Option<ReceiverSide> {
+    pub(super) fn lit_side(&self, point: &SurfacePoint) -> Option<ReceiverSide> {
         match self.prepared.scene().facing {
             Facing::Winding => Some(ReceiverSide::Front),
             Facing::Viewer => match point.viewer_side {
@@ -30,9 +30,9 @@ impl Integrator<'_> {
         &self,
         point: &SurfacePoint,
         light: usize,
-        samples: &mut LightSamples,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> AreaQuery {
+        let Work { samples, tally, .. } = work;
         let scene = self.prepared.scene();
         let start = Start {
             point: point.hit.point,

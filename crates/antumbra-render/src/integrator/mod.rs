@@ -15,10 +15,13 @@
 
 mod area;
 mod area_query;
+mod at_once;
 mod surface_point;
+mod tally;
 mod terms;
+mod work;
 
-use antumbra::{Answer, Counters, LightId, LightSamples, Shadow, ShadowIndex};
+use antumbra::{Answer, LightId, Shadow, ShadowIndex};
 use antumbra_geometry::{DVec3, Ray, Start};
 use antumbra_scene::model::{Color, Facing, Scene};
 
@@ -28,54 +31,12 @@ use terms::{cone_share, local_term, power_at, reflected, refracted};
 
 pub use area_query::{AreaQuery, AreaTally, Region};
 pub use surface_point::SurfacePoint;
+pub use tally::Tally;
+pub use work::Work;
 
 /// How often the rays of one chain go on behind a surface that does not cover everything. The
 /// next surface counts as whole, so that stacks of glass panes cost what they show, and no more.
 pub const MAX_PASSED: u32 = 32;
-
-/// Counts of rays and queries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
-    /// Rays from the eye.
-    pub primary: u64,
-    /// Rays from the eye that hit something.
-    pub primary_hits: u64,
-    /// Mirrored rays.
-    pub reflection: u64,
-    /// Refracted rays.
-    pub refraction: u64,
-    /// Rays that go on straight behind a surface that does not cover everything.
-    pub passed: u64,
-    /// One per shaded hit and light, whatever became of it.
-    pub queries: u64,
-    /// Of `queries`, those not asked because the surface faces away from the light.
-    pub facing_away: u64,
-    /// Of `queries`, those not asked because the point is outside the spot's cone.
-    pub out_of_cone: u64,
-    /// Samples of lights with size, which do not count under `queries`.
-    pub area: AreaTally,
-    /// Counts of the shadow index, or of its stand-in.
-    pub counters: Counters,
-    /// Number of candidates that a stand-in found listed where its queries looked; 0 without one.
-    pub candidates: u64,
-}
-
-impl Tally {
-    /// Adds another tally to this one.
-    pub fn add(&mut self, other: &Self) {
-        self.primary += other.primary;
-        self.primary_hits += other.primary_hits;
-        self.reflection += other.reflection;
-        self.refraction += other.refraction;
-        self.passed += other.passed;
-        self.queries += other.queries;
-        self.facing_away += other.facing_away;
-        self.out_of_cone += other.out_of_cone;
-        self.area.add(&other.area);
-        self.counters.add(&other.counters);
-        self.candidates += other.candidates;
-    }
-}
 
 /// Outcome of one hit's query about one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -186,28 +147,28 @@ impl<'a> Integrator<'a> {
     }
 
     /// Returns what an eye ray sees, linear RGB, and notes in `seen` what it saw first.
-    pub fn radiance(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) -> Color {
+    pub fn radiance(&self, eye_ray: &Ray, work: &mut Work<'a>, seen: &mut Seen) -> Color {
         seen.clear();
-        tally.primary += 1;
+        work.tally.primary += 1;
         let chain = Chain {
             depth: 1,
             passed: 0,
         };
-        self.trace(*eye_ray, chain, Some(seen), tally)
+        self.trace(*eye_ray, chain, Some(seen), work)
     }
 
     /// Notes in `seen` what an eye ray sees first; asks every light there and follows no further.
-    pub fn look_only(&self, eye_ray: &Ray, tally: &mut Tally, seen: &mut Seen) {
+    pub fn look_only(&self, eye_ray: &Ray, work: &mut Work<'a>, seen: &mut Seen) {
         seen.clear();
-        if let Some(point) = self.first_seen(eye_ray, tally) {
+        if let Some(point) = self.first_seen(eye_ray, &mut work.tally) {
             seen.is_surface = true;
+            self.ask_at_once(&point, work);
             let lights = 0..self.prepared.scene().lights.len();
             seen.queries
-                .extend(lights.map(|light| self.ask(&point, light, tally)));
+                .extend(lights.map(|light| self.query(&point, light, work)));
             let areas = 0..self.prepared.scene().area_lights.len();
-            let mut samples = LightSamples::default();
             seen.areas
-                .extend(areas.map(|light| self.ask_area(&point, light, &mut samples, tally)));
+                .extend(areas.map(|light| self.ask_area(&point, light, work)));
         }
     }
 
@@ -236,17 +197,17 @@ impl<'a> Integrator<'a> {
         mut ray: Ray,
         mut chain: Chain,
         mut seen: Option<&mut Seen>,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let mut color = Color::ZERO;
         // The share of what is seen from here on.
         let mut share = 1.0;
         let mut is_first_of_eye = seen.is_some();
         loop {
-            let Some(point) = self.nearest(&ray, tally) else {
+            let Some(point) = self.nearest(&ray, &mut work.tally) else {
                 return color + share * self.prepared.scene().background;
             };
-            tally.primary_hits += u64::from(is_first_of_eye);
+            work.tally.primary_hits += u64::from(is_first_of_eye);
             is_first_of_eye = false;
 
             let look = self.prepared.look(&point.hit, point.viewer_side);
@@ -256,7 +217,7 @@ impl<'a> Integrator<'a> {
                 1.0
             };
             if coverage > 0.0 {
-                let shaded = self.shade(&point, &look, &ray, chain, seen.take(), tally);
+                let shaded = self.shade(&point, &look, &ray, chain, seen.take(), work);
                 color += share * coverage * shaded;
             }
             if coverage >= 1.0 {
@@ -264,7 +225,7 @@ impl<'a> Integrator<'a> {
             }
             share *= 1.0 - coverage;
             chain.passed += 1;
-            tally.passed += 1;
+            work.tally.passed += 1;
             ray = point.ray_towards(ray.direction);
         }
     }
@@ -326,7 +287,7 @@ impl<'a> Integrator<'a> {
         ray: &Ray,
         chain: Chain,
         mut seen: Option<&mut Seen>,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let scene = self.prepared.scene();
         let mut color = look.material.emission + scene.ambient * look.diffuse;
@@ -341,8 +302,9 @@ impl<'a> Integrator<'a> {
         } else {
             point.shading_normal
         };
+        self.ask_at_once(point, work);
         for (number, light) in scene.lights.iter().enumerate() {
-            let query = self.ask(point, number, tally);
+            let query = self.query(point, number, work);
             if let Some(seen) = &mut seen {
                 seen.queries.push(query);
             }
@@ -355,9 +317,8 @@ impl<'a> Integrator<'a> {
             }
         }
 
-        let mut samples = LightSamples::default();
         for (number, light) in scene.area_lights.iter().enumerate() {
-            let query = self.ask_area(point, number, &mut samples, tally);
+            let query = self.ask_area(point, number, work);
             if let Some(seen) = &mut seen {
                 seen.areas.push(query);
             }
@@ -366,12 +327,12 @@ impl<'a> Integrator<'a> {
                     color += self.light_of_share(point, look, front_normal, light, exact);
                 }
             } else if query.lit > 0 {
-                color += self.light_of_area(point, look, front_normal, light, &samples);
+                color += self.light_of_area(point, look, front_normal, light, &work.samples);
             }
         }
 
         if chain.depth < self.max_depth {
-            color += self.secondary(point, look, ray.direction, chain, tally);
+            color += self.secondary(point, look, ray.direction, chain, work);
         }
         color
     }
@@ -383,7 +344,7 @@ impl<'a> Integrator<'a> {
         look: &Look<'_>,
         direction: DVec3,
         chain: Chain,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let material = look.material;
         let mut color = Color::ZERO;
@@ -406,8 +367,8 @@ impl<'a> Integrator<'a> {
                 .filter(|d| d.dot(geometric_normal) < 0.0)
                 .or_else(|| refracted(direction, geometric_normal, ratio));
             if let Some(through) = through {
-                tally.refraction += 1;
-                color += material.transmission * self.follow(point, through, chain, tally);
+                work.tally.refraction += 1;
+                color += material.transmission * self.follow(point, through, chain, work);
             } else {
                 // Total reflection: what would have gone through is mirrored too.
                 reflection += material.transmission;
@@ -419,8 +380,8 @@ impl<'a> Integrator<'a> {
             if mirrored.dot(geometric_normal) <= 0.0 {
                 mirrored = reflected(direction, geometric_normal);
             }
-            tally.reflection += 1;
-            color += reflection * self.follow(point, mirrored, chain, tally);
+            work.tally.reflection += 1;
+            color += reflection * self.follow(point, mirrored, chain, work);
         }
         color
     }
@@ -430,13 +391,13 @@ impl<'a> Integrator<'a> {
         from: &SurfacePoint,
         direction: DVec3,
         chain: Chain,
-        tally: &mut Tally,
+        work: &mut Work<'a>,
     ) -> Color {
         let chain = Chain {
             depth: chain.depth + 1,
             ..chain
         };
-        self.trace(from.ray_towards(direction), chain, None, tally)
+        self.trace(from.ray_towards(direction), chain, None, work)
     }
 }
 

@@ -39,6 +39,7 @@ pub struct Prepared {
     gathered: Gathered,
     index: ShadowIndex,
     stand_in: Option<Box<dyn StandIn>>,
+    is_one_by_one: bool,
 }
 
 impl Prepared {
@@ -84,6 +85,7 @@ impl Prepared {
             gathered,
             index,
             stand_in: None,
+            is_one_by_one: false,
         })
     }
 
@@ -107,6 +109,20 @@ impl Prepared {
     pub fn with_stand_in(mut self, stand_in: Box<dyn StandIn>) -> Self {
         self.stand_in = Some(stand_in);
         self
+    }
+
+    /// Has lights asked one by one, however many there are: where what is known of each is to be saved, and for
+    /// comparisons. Pictures are the same.
+    #[must_use]
+    pub fn with_lights_one_by_one(mut self) -> Self {
+        self.is_one_by_one = true;
+        self
+    }
+
+    /// Returns whether all lights without size of a point are asked about at once
+    /// ([`ShadowIndex::asks_all_lights_at_once`]).
+    pub fn asks_lights_at_once(&self) -> bool {
+        self.stand_in.is_none() && !self.is_one_by_one && self.index.asks_all_lights_at_once()
     }
 
     /// Answers a shadow query by the index or its stand-in. Counts under `counters`; `candidates` grows by what

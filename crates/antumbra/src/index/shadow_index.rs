@@ -89,7 +89,7 @@ pub struct ShadowIndex {
     pub(super) whole_lights: OnceLock<Box<WholeLights>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
     /// Whether there was a file of values.
-    pub(super) has_file: bool,
+    pub(crate) has_file: bool,
     /// Of grid, tree and values, in bytes.
     pub(super) memory_limit: Option<u64>,
 }

@@ -59,7 +59,7 @@ pub(crate) use packed::RUNS;
 pub use quick_check::QuickCheckVerdict;
 pub(crate) use quick_check::quick_check;
 pub(crate) use refine::Depth;
-pub(crate) use rows::{AllLights, Asked, LightRows, Place, ROW_BLOCK, RowTable};
+pub(crate) use rows::{AllLights, Asked, LightRows, Place, ROW_BLOCK, Row, RowTable};
 pub(crate) use store::DenseValues;
 pub(crate) use stream::Misfit;
 pub(crate) use value::Occlusion;

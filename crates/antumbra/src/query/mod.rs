@@ -17,6 +17,7 @@ mod rays;
 mod refused;
 mod run;
 
+pub use all_lights::in_turn::LightsInTurn;
 pub use beam::Targets;
 pub use fraction::exact::{FractionBy, VisibleFraction};
 pub use fraction::{LightSamples, LightSampling};

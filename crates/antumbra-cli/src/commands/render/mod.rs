@@ -178,6 +178,11 @@ fn prepared(
     if let Some(path) = file {
         saved::report(prepared.index(), &prepared.scene().lights, path, screen);
     }
+    // Files hold what is known of lights one by one.
+    let prepared = match typed.saved.save_occlusion {
+        Some(_) => prepared.with_lights_one_by_one(),
+        None => prepared,
+    };
     Ok((prepared, need.total(meant.memory_limit)))
 }
 

@@ -17,4 +17,4 @@ mod table;
 pub(crate) use all::AllLights;
 pub(crate) use ledger::Asked;
 pub(crate) use light_rows::LightRows;
-pub(crate) use table::{Place, ROW_BLOCK, RowTable};
+pub(crate) use table::{Place, ROW_BLOCK, Row, RowTable};

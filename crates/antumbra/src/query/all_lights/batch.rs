@@ -15,6 +15,9 @@ use crate::{
 /// Points between two looks at whether rows pay.
 const ROUND: usize = 1 << 17;
 
+/// As many lights are asked about at once.
+pub(super) const MANY: usize = 16;
+
 impl ShadowIndex {
     /// Answers for every point of a batch which of the index's lights reach it, as [`ShadowIndex::lights_visible_of`]
     /// does: the words of a point lie together, point after point, `lights.len().div_ceil(64)` each.
@@ -89,13 +92,16 @@ impl ShadowIndex {
     /// Returns whether a question about these lights is asked about all at once: where they are all that there are, and
     /// many. What many lights know one by one would not have room beside each other.
     pub(crate) fn asks_lights_at_once(&self, lights: &[LightId]) -> bool {
-        const MANY: usize = 16;
         let count = self.lights().len();
         count >= MANY
             && lights.iter().copied().map(LightId::index).eq(0..count)
-            && self
-                .knowledge()
-                .is_some_and(|values| values.means().2 == Refine::Lazy)
+            && self.knows_lights_at_once()
+    }
+
+    /// Returns whether rows of all lights are made while they are asked about.
+    pub(super) fn knows_lights_at_once(&self) -> bool {
+        self.knowledge()
+            .is_some_and(|values| values.means().2 == Refine::Lazy)
             && self.all_lights().rows.is_some()
     }
 

@@ -7,12 +7,13 @@
 //! one by one.
 
 mod batch;
+pub(super) mod in_turn;
 
 use antumbra_geometry::{LightShape, Start, SurfaceId};
 
 use crate::accel::bvh::Memory;
 use crate::clock::Reading;
-use crate::occlusion::{AllLights, Asked, LightRows, Place, ROW_BLOCK, RowTable, Scene};
+use crate::occlusion::{AllLights, Asked, LightRows, Place, ROW_BLOCK, Row, RowTable, Scene};
 use crate::query::beam::{AskedBlock, WORD};
 use crate::query::off_surface::check_surface;
 use crate::{Coordinates, Counters, QueryError, ReceiverSide, Refine, Shadow, ShadowIndex};
@@ -22,16 +23,27 @@ use crate::{Coordinates, Counters, QueryError, ReceiverSide, Refine, Shadow, Sha
 const FEW: u32 = 16;
 
 /// What a thread works with.
+#[derive(Debug)]
 struct Work {
     memory: Memory,
     /// Lights asked about, in order of groups.
     asked: Vec<u64>,
     rest: Vec<u64>,
+    /// Whether lights on the wrong side are told from those that are in shadow, which takes a sign each on curved surfaces.
+    counts_sides: bool,
     sides: Sides,
     noted: Asked,
 }
 
+/// A start whose lights are asked about, those on one side, and where it looks for what is known.
+struct OneStart<'a> {
+    start: &'a Start,
+    side: ReceiverSide,
+    place: Place,
+}
+
 /// On which sides of some triangles the lights are, so that starts on one triangle ask once.
+#[derive(Debug)]
 struct Sides {
     /// Of each place the triangle that it speaks of.
     surfaces: Vec<u32>,
@@ -49,11 +61,22 @@ impl Work {
             memory: Memory::new(word_count),
             asked: vec![0; word_count],
             rest: vec![0; word_count],
+            counts_sides: false,
             sides: Sides {
                 surfaces: vec![u32::MAX; SIDES],
                 words: vec![0; SIDES * 2 * word_count],
             },
             noted: Asked::default(),
+        }
+    }
+
+    /// Counts the lights that a row knows.
+    #[inline(always)]
+    fn count_known(&self, visible: &[u64], counters: &mut Counters) {
+        for ((asked, rest), visible) in self.asked.iter().zip(&self.rest).zip(visible) {
+            let known = asked & !rest;
+            counters.shadow.first_pass += u64::from(known.count_ones());
+            counters.shadow.shadowed += u64::from((known & !visible).count_ones());
         }
     }
 }
@@ -195,8 +218,15 @@ impl ShadowIndex {
     fn note_all_lights(&self, all: &AllLights, noted: &Asked, begin: Reading, more: f64) {
         let Some(rows) = &all.rows else { return };
         rows.note(noted, begin.elapsed_ns());
+        if !noted.is_content() {
+            self.make_rows_that_pay(all, more);
+        }
+    }
+
+    /// Makes the rows that pay, as far as what was asked is noted.
+    fn make_rows_that_pay(&self, all: &AllLights, more: f64) {
         let is_refining = self.knowledge().is_some_and(|values| values.is_refining());
-        if let (true, false, Some(scene)) = (is_refining, noted.is_content(), self.scene()) {
+        if let (Some(rows), true, Some(scene)) = (&all.rows, is_refining, self.scene()) {
             rows.make_what_pays(&scene, self.lights(), more);
         }
     }
@@ -228,21 +258,14 @@ impl ShadowIndex {
             for (at, (start, visible)) in starts.iter().zip(visible.chunks_mut(stride)).enumerate()
             {
                 let side = side_of(number * ROW_BLOCK + at);
-                let place = places[at];
-                work.noted.note(place);
-                match (place, table.as_deref()) {
-                    (Place::Row(row), Some(table)) if self.is_curved(start) => {
-                        self.by_curved_row(table, row, start, side, visible, work, counters);
-                    }
-                    (Place::Row(row), Some(table)) => {
-                        self.by_row(table, row, start, side, visible, work, counters);
-                    }
-                    _ => {
-                        self.mark_sides(start, side, work);
-                        work.rest.copy_from_slice(&work.asked);
-                        visible.fill(0);
-                    }
-                }
+                let asked = OneStart {
+                    start,
+                    side,
+                    place: places[at],
+                };
+                work.noted.note(places[at]);
+                self.by_what_is_known(&asked, table.as_deref(), visible, work);
+                work.count_known(visible, counters);
                 if work.rest.iter().any(|&word| word != 0) {
                     self.by_beam(all, start, visible, work, counters);
                 }
@@ -250,27 +273,38 @@ impl ShadowIndex {
         }
     }
 
-    /// Writes which lights a row says reach a start, and leaves in `work.rest` those that it does not know.
-    #[expect(clippy::too_many_arguments, reason = "a part of one loop")]
+    /// Writes which lights a row says reach a start. Leaves in `work.asked` the lights that are asked about, and in
+    /// `work.rest` those of them that the row does not know.
     #[inline(always)]
-    fn by_row(
+    fn by_what_is_known(
         &self,
-        table: &RowTable,
-        row: u32,
-        start: &Start,
-        side: ReceiverSide,
+        asked: &OneStart<'_>,
+        table: Option<&RowTable>,
         visible: &mut [u64],
         work: &mut Work,
-        counters: &mut Counters,
     ) {
-        let row = table.row(row);
-        let is_normal = matches!(side, ReceiverSide::Normal(_));
-        if is_normal {
-            self.mark_sides(start, side, work);
+        match (asked.place, table) {
+            (Place::Row(row), Some(table)) if self.is_curved(asked.start) => {
+                self.by_curved_row(&table.row(row), asked, visible, work);
+            }
+            (Place::Row(row), Some(table)) => {
+                self.by_row(&table.row(row), asked, visible, work);
+            }
+            _ => {
+                self.mark_sides(asked.start, asked.side, work);
+                work.rest.copy_from_slice(&work.asked);
+                visible.fill(0);
+            }
         }
-        let (mut known, mut shadowed) = (0, 0);
-        for (word, (visible, rest)) in visible.iter_mut().zip(&mut work.rest).enumerate() {
-            let asked = match side {
+    }
+
+    #[inline(always)]
+    fn by_row(&self, row: &Row<'_>, asked: &OneStart<'_>, visible: &mut [u64], work: &mut Work) {
+        if matches!(asked.side, ReceiverSide::Normal(_)) {
+            self.mark_sides(asked.start, asked.side, work);
+        }
+        for (word, visible) in visible.iter_mut().enumerate() {
+            let asked = match asked.side {
                 ReceiverSide::Front => row.front(word),
                 ReceiverSide::Back => row.back(word),
                 ReceiverSide::Both => self.lights_of_word(word),
@@ -278,12 +312,9 @@ impl ShadowIndex {
             };
             let (lit, dark) = (row.lit(word), row.dark(word));
             *visible = lit & asked;
-            *rest = asked & !(lit | dark);
-            known += (asked & (lit | dark)).count_ones();
-            shadowed += (asked & dark).count_ones();
+            work.asked[word] = asked;
+            work.rest[word] = asked & !(lit | dark);
         }
-        counters.shadow.first_pass += u64::from(known);
-        counters.shadow.shadowed += u64::from(shadowed);
     }
 
     fn is_curved(&self, start: &Start) -> bool {
@@ -294,19 +325,14 @@ impl ShadowIndex {
     }
 
     /// Does as [`Self::by_row`] does for a start on a surface that is no triangle: rows speak of those that no own rule
-    /// shadows, and say nothing of sides. A light that reaches no start is on no side that matters.
-    #[expect(clippy::too_many_arguments, reason = "a part of one loop")]
+    /// shadows, and say nothing of sides. A light that reaches no start is on no side that matters, unless it is counted.
     fn by_curved_row(
         &self,
-        table: &RowTable,
-        row: u32,
-        start: &Start,
-        side: ReceiverSide,
+        row: &Row<'_>,
+        &OneStart { start, side, .. }: &OneStart<'_>,
         visible: &mut [u64],
         work: &mut Work,
-        counters: &mut Counters,
     ) {
-        let row = table.row(row);
         let near = &*self.parts.near;
         let is_asked = |light: &LightShape| match side {
             ReceiverSide::Both => true,
@@ -314,31 +340,28 @@ impl ShadowIndex {
             ReceiverSide::Back => near.light_side(start, light) < 0,
             ReceiverSide::Normal(normal) => light.side_of(start.point, normal) > 0,
         };
-        let (mut known, mut shadowed) = (0, 0);
-        for (word, (visible, rest)) in visible.iter_mut().zip(&mut work.rest).enumerate() {
+        for (word, visible) in visible.iter_mut().enumerate() {
             let all = self.lights_of_word(word);
             let (lit, dark) = (row.lit(word), row.dark(word) & all);
-            known += dark.count_ones();
-            shadowed += dark.count_ones();
+            let doubtful = if work.counts_sides { all } else { all & !dark };
+            let (mut asked, mut rest) = (all & !doubtful, 0);
             *visible = 0;
-            *rest = 0;
-            for bit in bits(all & !dark) {
+            for bit in bits(doubtful) {
                 let light = &self.lights()[word * WORD + bit];
                 if !is_asked(light) {
                     continue;
                 }
-                if lit >> bit & 1 == 0 {
-                    *rest |= 1 << bit;
-                    continue;
+                asked |= 1 << bit;
+                if (lit | dark) >> bit & 1 == 0 {
+                    rest |= 1 << bit;
+                } else if lit >> bit & 1 != 0 {
+                    let is_blocked = near.own_rule_blocks(&near.segment(start, light));
+                    *visible |= u64::from(!is_blocked) << bit;
                 }
-                let is_blocked = near.own_rule_blocks(&near.segment(start, light));
-                known += 1;
-                shadowed += u32::from(is_blocked);
-                *visible |= u64::from(!is_blocked) << bit;
             }
+            work.asked[word] = asked;
+            work.rest[word] = rest;
         }
-        counters.shadow.first_pass += u64::from(known);
-        counters.shadow.shadowed += u64::from(shadowed);
     }
 
     /// Asks about the lights in `work.rest` and marks those that reach the start.
