@@ -4,6 +4,7 @@
 //! what is known (`occlusion`).
 
 mod all_lights;
+mod along;
 mod ask;
 mod batch;
 mod beam;
@@ -17,6 +18,7 @@ mod rays;
 mod refused;
 mod run;
 
+pub use along::{LitIntervals, LitIntervalsError};
 pub use beam::Targets;
 pub use fraction::exact::{FractionBy, VisibleFraction};
 pub use fraction::{LightSamples, LightSampling};
