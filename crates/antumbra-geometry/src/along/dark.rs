@@ -1,12 +1,15 @@
 //! Shaded intervals, merged while they are found.
 //!
-//! In: intervals in any order. Out: those that are apart, and the gaps between them. Invariant: the intervals are in order
-//! and do not touch; so a mesh whose triangles shade a stretch together is one interval, and one more that lies inside of
-//! it costs a comparison.
+//! In: intervals in any order. Out: those that are apart, and the gaps between them. Invariant: what is merged is in order
+//! and does not touch; so a mesh whose triangles shade a stretch together is one interval there. New ones wait until they
+//! are as many as the merged ones, so that merging costs little however many there are.
 
 use std::cmp::Ordering;
 
 use super::border::Border;
+
+/// New intervals that wait at least, so that few are merged at once.
+const FEWEST_WAITING: usize = 8;
 
 /// An interval with a length.
 #[derive(Clone, Copy, Debug)]
@@ -15,79 +18,79 @@ pub(super) struct Span {
     pub(super) end: Border,
 }
 
-/// Intervals in order that do not touch.
+/// Intervals, most of them in order and apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Dark {
-    spans: Vec<Span>,
-    is_all: bool,
+    merged: Vec<Span>,
+    waiting: Vec<Span>,
 }
 
 impl Dark {
-    /// Returns whether everything from end to end is in one interval, as far as its borders are the segment's own.
+    /// Returns whether everything from end to end is known to be in one interval.
+    #[inline]
     pub(super) fn is_all(&self) -> bool {
-        self.is_all
+        let whole = self.merged.first();
+        whole.is_some_and(|span| span.begin.is_first() && span.end.is_last())
     }
 
-    /// Adds an interval; one that touches another is one with it.
+    /// Adds an interval.
+    #[inline]
     pub(super) fn add(&mut self, span: Span, compare: impl Fn(&Border, &Border) -> Ordering) {
-        let spans = &mut self.spans;
-        let first = spans
-            .iter()
-            .position(|other| compare(&other.end, &span.begin).is_ge());
-        let Some(first) = first else {
-            spans.push(span);
-            self.note(0);
-            return;
-        };
-        let rest = spans[first..].iter();
-        let count = rest
-            .take_while(|other| compare(&other.begin, &span.end).is_le())
-            .count();
-        let Some(last) = count.checked_sub(1) else {
-            spans.insert(first, span);
-            return;
-        };
-        let end = spans[first + last].end;
-        let merged = &mut spans[first];
-        if compare(&span.begin, &merged.begin).is_lt() {
-            merged.begin = span.begin;
+        self.waiting.push(span);
+        if self.waiting.len() >= self.merged.len().max(FEWEST_WAITING) {
+            self.merge(compare);
         }
-        merged.end = if compare(&span.end, &end).is_gt() {
-            span.end
-        } else {
-            end
-        };
-        if last > 0 {
-            spans.drain(first + 1..=first + last);
-        }
-        self.note(first);
     }
 
-    /// Looks whether an interval is all.
-    fn note(&mut self, number: usize) {
-        let Span { begin, end } = &self.spans[number];
-        self.is_all |= begin.is_first() && end.is_last();
+    /// Merges all: intervals that touch become one.
+    pub(super) fn merge(&mut self, compare: impl Fn(&Border, &Border) -> Ordering) {
+        if self.waiting.is_empty() {
+            return;
+        }
+        self.merged.append(&mut self.waiting);
+        // Exact signs order them, so no comparison contradicts another.
+        self.merged
+            .sort_by(|one, other| compare(&one.begin, &other.begin));
+        self.merged.dedup_by(|next, last| {
+            let touches = compare(&next.begin, &last.end).is_le();
+            if touches && compare(&next.end, &last.end).is_gt() {
+                last.end = next.end;
+            }
+            touches
+        });
     }
 
-    /// Returns whether an interval is inside of what was added.
+    /// Returns whether all of the segment between two shares is surely inside of what is merged.
+    #[inline]
+    pub(super) fn covers(&self, [least, most]: [f64; 2]) -> bool {
+        let before = |span: &Span| span.begin.is_first() || span.begin.place < least;
+        let Some(last) = self.merged.partition_point(before).checked_sub(1) else {
+            return false;
+        };
+        let Span { begin, end } = &self.merged[last];
+        (begin.is_first() || begin.place + begin.error < least)
+            && (end.is_last() || most < end.place - end.error)
+    }
+
+    /// Returns whether an interval is inside of what is merged, which must be all.
     pub(super) fn holds(
         &self,
         span: &Span,
         compare: impl Fn(&Border, &Border) -> Ordering,
     ) -> bool {
-        self.spans.iter().any(|other| {
+        self.merged.iter().any(|other| {
             compare(&other.begin, &span.begin).is_le() && compare(&other.end, &span.end).is_ge()
         })
     }
 
-    /// Calls `visit` with the borders of each gap that has a length.
+    /// Calls `visit` with the borders of each gap that has a length, between what is merged, which must be all.
     pub(super) fn for_each_gap(
         &self,
         compare: impl Fn(&Border, &Border) -> Ordering,
         mut visit: impl FnMut(&Border, &Border),
     ) {
         let mut from = &Border::FIRST;
-        for Span { begin, end } in &self.spans {
+        for Span { begin, end } in &self.merged {
             if compare(from, begin).is_lt() {
                 visit(from, begin);
             }

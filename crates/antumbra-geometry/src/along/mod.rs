@@ -15,17 +15,20 @@
 //! | `border` | the forms of a face | exact signs at both ends, and where between them a form is zero |
 //! | `dark` | shaded intervals, one after another | those that are apart, in order |
 //! | `double` | `f64`s | sums, products and quotients of twice their bits |
+//! | `fan` | a triangle's corners | a stretch that holds its shadow |
 //! | `hull` | segment and light | planes around all shadow rays |
 
 mod border;
 mod dark;
 mod double;
+mod fan;
 mod hull;
 
 use glam::DVec3;
 
 use self::border::{Border, Ends, Form, Values};
 use self::dark::{Dark, Span};
+use self::fan::Fan;
 use self::hull::Hull;
 use crate::number::Sign;
 use crate::{LightShape, Occluders, SurfaceId};
@@ -36,6 +39,7 @@ pub struct SegmentShadows<'a> {
     occluders: &'a Occluders,
     ends: Ends,
     hull: Hull,
+    fan: Option<Fan>,
     dark: Dark,
     /// What triangles with holes may shade, and the surface with the lowest number that may shade some and has no closed
     /// form.
@@ -52,6 +56,7 @@ impl<'a> SegmentShadows<'a> {
             occluders,
             ends: Ends { points, light },
             hull: Hull::new(points, light),
+            fan: Fan::new(points, light),
             dark: Dark::default(),
             doubtful: Vec::new(),
             unclear: None,
@@ -68,7 +73,7 @@ impl<'a> SegmentShadows<'a> {
         self.hull.heights_over(point, reach)
     }
 
-    /// Returns whether the whole segment is known to be in shadow, so that no other surface matters.
+    /// Returns whether the whole segment is known to be in shadow by now, so that no other surface matters.
     pub fn is_all_dark(&self) -> bool {
         self.dark.is_all()
     }
@@ -87,7 +92,10 @@ impl<'a> SegmentShadows<'a> {
             }
             return;
         };
-        if self.hull.misses(&corners) || occluders.triangle_vertices(surface).is_none() {
+        if self.is_known(corners)
+            || self.hull.misses(&corners)
+            || occluders.triangle_vertices(surface).is_none()
+        {
             return;
         }
         let Some(span) = self.shaded_by(surface, corners) else {
@@ -99,6 +107,15 @@ impl<'a> SegmentShadows<'a> {
         } else {
             self.doubtful.push((span, surface));
         }
+    }
+
+    /// Returns whether a triangle's shadow is surely beside the segment, or where it is dark.
+    #[inline]
+    fn is_known(&self, corners: [DVec3; 3]) -> bool {
+        let reach = self.fan.as_ref().and_then(|fan| fan.reach(corners));
+        reach.is_some_and(|[least, most]| {
+            most < 0.0 || least > 1.0 || self.dark.covers([least, most])
+        })
     }
 
     fn misses_curved(&self, surface: SurfaceId) -> bool {
@@ -194,29 +211,30 @@ impl<'a> SegmentShadows<'a> {
         }
     }
 
-    /// Returns the surface with the lowest number that may shade a lit point and has no closed form: a sphere, cone or disk,
-    /// or a triangle with holes. The lit intervals mean nothing then.
-    pub fn unclear(&self) -> Option<SurfaceId> {
-        if self.is_all_dark() {
-            return None;
-        }
-        let compare = |one: &Border, other: &Border| self.ends.compare(self.occluders, one, other);
-        let doubtful = self.doubtful.iter();
-        let doubtful = doubtful.filter(|(span, _)| !self.dark.holds(span, compare));
-        doubtful
-            .map(|&(_, surface)| surface)
-            .chain(self.unclear)
-            .min()
-    }
-
     /// Writes the lit intervals in order, as shares of the length from the first point: each end is the number nearest to
     /// the exact one.
-    pub fn write_intervals(&self, intervals: &mut Vec<[f64; 2]>) {
-        let nearest = |border: &Border| self.ends.nearest_place(self.occluders, border);
-        self.dark.for_each_gap(
-            |one, other| self.ends.compare(self.occluders, one, other),
-            |begin, end| intervals.push([nearest(begin), nearest(end)]),
-        );
+    ///
+    /// # Errors
+    /// A sphere, cone or disk, or a triangle with holes, may shade a lit point and has no closed form: the one with the lowest
+    /// number. Nothing is written then.
+    pub fn finish(mut self, intervals: &mut Vec<[f64; 2]>) -> Result<(), SurfaceId> {
+        let (occluders, ends) = (self.occluders, self.ends);
+        let compare = |one: &Border, other: &Border| ends.compare(occluders, one, other);
+        self.dark.merge(compare);
+        if self.dark.is_all() {
+            return Ok(());
+        }
+        let doubtful = self.doubtful.iter();
+        let doubtful = doubtful.filter(|(span, _)| !self.dark.holds(span, compare));
+        let surfaces = doubtful.map(|&(_, surface)| surface);
+        if let Some(lowest) = surfaces.chain(self.unclear).min() {
+            return Err(lowest);
+        }
+        let nearest = |border: &Border| ends.nearest_place(occluders, border);
+        self.dark.for_each_gap(compare, |begin, end| {
+            intervals.push([nearest(begin), nearest(end)]);
+        });
+        Ok(())
     }
 }
 

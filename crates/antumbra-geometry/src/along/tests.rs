@@ -27,9 +27,8 @@ fn lit(occluders: &Occluders, points: [DVec3; 2], light: LightShape) -> Vec<[f64
     for surface in occluders.surfaces() {
         shadows.meet(surface);
     }
-    assert_eq!(shadows.unclear(), None);
     let mut intervals = Vec::new();
-    shadows.write_intervals(&mut intervals);
+    assert_eq!(shadows.finish(&mut intervals), Ok(()));
     intervals
 }
 
@@ -150,7 +149,7 @@ fn curved_surfaces_in_the_way_are_reported() {
         for surface in occluders.surfaces() {
             shadows.meet(surface);
         }
-        shadows.unclear()
+        shadows.finish(&mut Vec::new()).err()
     };
     let ball = occluders.surfaces_of(number).next();
     assert_eq!(ask([v(0.0, 0.0, 0.0), v(8.0, 0.0, 0.0)]), ball);
@@ -158,4 +157,59 @@ fn curved_surfaces_in_the_way_are_reported() {
     assert_eq!(ask([v(0.0, 0.6, 0.0), v(8.0, 0.6, 0.0)]), None);
     assert_eq!(ask([v(-1.0, 0.0, 0.0), v(0.0, 0.0, 0.0)]), None);
     assert_eq!(ask([v(0.0, 0.0, 3.0), v(8.0, 0.0, 3.0)]), None);
+}
+
+/// Numbers from -1 to 1 by a linear congruence: enough here.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn point(&mut self) -> DVec3 {
+        v(self.next(), self.next(), self.next())
+    }
+}
+
+#[test]
+fn shadows_lie_where_the_fan_and_the_hull_say() {
+    let numbers = &mut Numbers(1);
+    let (mut shaded, mut narrowed, mut missed) = (0, 0, 0);
+    for number in 0..30_000 {
+        let size = [1.0, 0.1, 10.0][number % 3];
+        let place = [0.0, 0.0, 1e6][number / 7 % 3] * v(1.0, -2.0, 0.5);
+        let points = [(); 2].map(|()| place + numbers.point());
+        let light = match number % 5 {
+            0 | 1 => LightShape::Direction(numbers.point()),
+            2 => LightShape::Point(place + 1e4 * numbers.point()),
+            _ => LightShape::Point(place + 2.0 * numbers.point()),
+        };
+        // On the way from a point of the segment's line to the light, or anywhere.
+        let on_line = points[0] + (points[1] - points[0]) * (0.5 + numbers.next());
+        let towards = light.towards(on_line);
+        let middle = on_line + towards.normalize() * numbers.next().abs();
+        let corners = [(); 3].map(|()| middle + size * numbers.point());
+        let occluders = scene(&[&corners]);
+        let surface = SurfaceId(0);
+        let shadows = SegmentShadows::new(&occluders, points, &light);
+        let span = shadows.shaded_by(surface, corners);
+        let reach = shadows.fan.as_ref().and_then(|fan| fan.reach(corners));
+        if shadows.hull.misses(&corners) {
+            missed += 1;
+            assert!(span.is_none(), "{corners:?} {points:?} {light:?}");
+        }
+        let Some(span) = span else { continue };
+        shaded += 1;
+        let Some([least, most]) = reach else { continue };
+        narrowed += usize::from(least > 0.0 || most < 1.0);
+        let is_inside =
+            least < span.begin.place + span.begin.error && span.end.place - span.end.error < most;
+        assert!(is_inside, "{corners:?} {points:?} {light:?}");
+    }
+    assert!(
+        shaded > 5_000 && narrowed > 1_000 && missed > 1_000,
+        "{shaded} {narrowed} {missed}"
+    );
 }

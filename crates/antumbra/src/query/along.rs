@@ -190,11 +190,8 @@ impl ShadowIndex {
             }
         }
         let shadows = self.shadows_along(points, light, counters);
-        if let Some(surface) = shadows.unclear() {
-            return Err(LitIntervalsError::NoClosedForm { segment, surface });
-        }
-        shadows.write_intervals(intervals);
-        Ok(())
+        let finished = shadows.finish(intervals);
+        finished.map_err(|surface| LitIntervalsError::NoClosedForm { segment, surface })
     }
 
     /// Returns a segment with the shadows of all surfaces that may shade some of it.
@@ -220,7 +217,7 @@ impl ShadowIndex {
             }
         };
         let walked = match (tree, &region) {
-            (Some(tree), Some(region)) => tree.cull_until(region, |surface, _| show(surface)),
+            (Some(tree), Some(region)) => tree.visit_wedge(region, &mut Vec::new(), &mut show),
             (Some(_), None) => ControlFlow::Continue(()),
             (None, _) => self.parts.near.present_surfaces().try_for_each(&mut show),
         };
