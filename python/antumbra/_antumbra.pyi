@@ -22,6 +22,7 @@ __all__ = [
     "ambient_occlusion",
     "check_area_light",
     "lit_intervals",
+    "lit_intervals_along",
     "nearest_hits",
     "render",
     "run",
@@ -116,6 +117,9 @@ class ShadowIndex:
     def volume(self, resolution: int) -> tuple[npt.NDArray[np.uint8], list[float], float] | None: ...
     def stats(self) -> Stats: ...
 
+def lit_intervals_along(
+    index: ShadowIndex, origins: Reals, ends: Reals, light: LightTuple, threads: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]: ...
 def nearest_hits(
     index: ShadowIndex,
     origins: Reals,

@@ -1,6 +1,7 @@
-"""Shares in place of bits: visible fractions of lights with size, ambient occlusion, sky view factors.
+"""Shares in place of bits: visible fractions of lights with size, lit intervals, ambient occlusion, sky view factors.
 
-In: arrays of points, and what is known of them. Out: arrays of numbers from 0 to 1. Absent here: lights without size.
+In: arrays of points, and what is known of them. Out: arrays of numbers from 0 to 1. Absent here: bits of
+single points and lights.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import Reals, numbers, reach, rows, rows_like, thread_count, vector, whole
+from ._arrays import Reals, numbers, places, reach, rows, rows_like, thread_count, vector, whole
 from ._warning import warn_of_surfaces
 from .area import AreaLight, SegmentLight, Side, area_tuple_of
+from .lights import Light, tuples_of
 from .scene import Scene
 
 SAMPLES_BESIDE_EXACT = 64
@@ -164,6 +166,44 @@ class Shares:
         if face_id is None:
             warn_of_surfaces("point", self._native.suspicious_share(np.array([at])), "face_id")
         return None if found is None else np.array(found, dtype=np.float64).reshape(-1, 2)
+
+    def lit_intervals_along(
+        self, origins: Any, ends: Any, light: int | Light, *, threads: int = 0
+    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+        """Answers for each segment which of its points a light reaches: shafts of light in fog are where view rays are lit.
+
+        Points of a segment are points of space, those at both ends, too. Exact is how many intervals there are and between
+        which shadows; each end is the float64 nearest to the exact crossing. `lit_intervals` asks the reverse: what part of a
+        linear light one point sees.
+
+        Args:
+            origins: Shape (n, 3), float32 or float64, world space, finite.
+            ends: The same shape. A segment without length is lit as a whole, or not at all.
+            light: A light of the index by its place, or any light: its position or direction counts. The cone of a
+                `SpotLight` is power, and clips nothing.
+            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
+
+        Returns:
+            offsets: Shape (n + 1,), int64: the intervals of segment `i` are `intervals[offsets[i]:offsets[i + 1]]`.
+            intervals: Shape (k, 2), float64: begin and end of each, as shares of the length from the origin, in order.
+
+        Raises:
+            ValueError: A shape does not fit, a number is not finite, or a curved or alpha-tested surface may shade some of
+                a segment: its shadow has no closed form here.
+            TypeError: A dtype does not fit, or the light has a size.
+            IndexError: The light does not exist.
+        """
+        first = rows("origins", origins)
+        first, second = rows_like("ends", ends, "origins", first)
+        if isinstance(light, Light):
+            [parts] = tuples_of(light)
+        else:
+            lights = self._native.lights
+            found, is_one = places("light", light, len(lights), "lights")
+            if not is_one:
+                raise TypeError(f"light: expected one light, found {type(light).__name__}")
+            parts = lights[found[0]]
+        return _antumbra.lit_intervals_along(self._native, first, second, parts, thread_count(threads))
 
     def ambient_occlusion(
         self,

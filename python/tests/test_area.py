@@ -107,6 +107,33 @@ def test_a_linear_light_has_lit_intervals() -> None:
         index.lit_intervals((0, 0, 0), lamp, face_id=0)
 
 
+def test_segments_have_lit_intervals() -> None:
+    index = antumbra.ShadowIndex(scene(), [antumbra.DirectionalLight((0, 0, 1)), antumbra.PointLight((0, 0, 2))])
+    # The plate at height 1 shades x from -1 to 1, or from -2 to 2 by the lamp at height 2.
+    origins = np.array([[-4, 0.3, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.5]])
+    ends = np.array([[4, 0.3, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 1.5]])
+    offsets, intervals = index.lit_intervals_along(origins, ends, 0)
+    assert offsets.dtype == np.int64 and offsets.tolist() == [0, 2, 2, 3]
+    assert intervals.tolist() == [[0.0, 0.375], [0.625, 1.0], [0.5, 1.0]]
+    by_lamp = index.lit_intervals_along(origins[:1], ends[:1], 1)[1]
+    assert by_lamp.tolist() == [[0.0, 0.25], [0.75, 1.0]]
+    other = index.lit_intervals_along(origins, ends, antumbra.SpotLight((0, 0, 2), (0, 0, -1), 45))[1]
+    assert other[:2].tolist() == by_lamp.tolist()
+    single = index.lit_intervals_along(origins.astype(np.float32), ends.astype(np.float32), 0, threads=2)
+    assert single[0].tolist() == offsets.tolist()
+    nothing = index.lit_intervals_along(origins[:0], ends[:0], 0)
+    assert nothing[0].tolist() == [0] and nothing[1].shape == (0, 2)
+    with pytest.raises(IndexError, match="light is 2"):
+        index.lit_intervals_along(origins, ends, 2)
+    with pytest.raises(ValueError, match=r"ends\[1\] is"):
+        index.lit_intervals_along(origins[:2], [[0, 0, 0], [0, np.nan, 0]], 0)
+    with pytest.raises(ValueError, match="ends: expected shape"):
+        index.lit_intervals_along(origins, ends[1:], 0)
+    lamp: Any = LAMP
+    with pytest.raises(TypeError, match="light"):
+        index.lit_intervals_along(origins, ends, lamp)
+
+
 def test_ambient_occlusion_and_sky_view_factor() -> None:
     index = antumbra.ShadowIndex(scene(), [])
     # The form factor of a square of half-width 1 that is 1 above (Howell, B-3).

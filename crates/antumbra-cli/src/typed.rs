@@ -276,6 +276,11 @@ pub struct Query {
     #[arg(long, value_name = "DISTANCE", help_heading = "Points", requires = "on_surface", value_parser = values::distance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
 
+    /// Ends of segments that begin at the points, as many: asks which stretches of each the lights reach. Points of a segment
+    /// are points of space. Lights have no size; a spot counts as a point
+    #[arg(long, value_name = "ENDS.npy", help_heading = "Points", conflicts_with_all = ["normals", "on_surface", "ambient_occlusion", "sky_view_factor"])]
+    pub intervals: Option<PathBuf>,
+
     /// Light to ask about: a name, as in the shadow layers of render, or a light as render takes it (point:X,Y,Z,
     /// area:CENTER/EDGE1/EDGE2 and so on), which replaces the file's lights; repeatable [default: all, in the file's order]
     #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = light_values::light_choice, allow_hyphen_values = true)]
@@ -295,7 +300,8 @@ pub struct Query {
     pub up: Option<Up>,
 
     /// File to write answers to, 1 where a light is blocked: uint8, shape (n,) for one light, (n, lights) for more. If
-    /// one of the lights has a size, visible fractions of all: float32, 1 where all of a light is seen
+    /// one of the lights has a size, visible fractions of all: float32, 1 where all of a light is seen. With --intervals a
+    /// row for each lit interval: float64, shape (k, 4): segment, light, and begin and end as shares of the length
     #[arg(long, short, value_name = "OUT.npy", help_heading = "Output")]
     pub output: PathBuf,
 

@@ -3,6 +3,7 @@
 //! Floor 1 of the project: vectors, boxes, shapes, light shapes and the rule of EXACTNESS.md.
 //! Absent here: files, threads, logs, materials, grids.
 
+mod along;
 mod area;
 mod bounds;
 mod coverage;
@@ -22,6 +23,7 @@ mod shape;
 mod short;
 mod umbra;
 
+pub use along::SegmentShadows;
 pub use area::{
     AreaError, AreaSample, AreaShape, Directions, DiskLight, MAX_LIGHT_SAMPLES, MeshLight,
     PolygonLight, RectangleLight, SamplePattern, SegmentLight, Sky, SphereLight, SunDisc,

@@ -9,6 +9,7 @@
 //! | `scene` | scenes from files and from arrays |
 //! | `lights` | lights from Python's tuples and back |
 //! | `area` | lights with size, visible fractions |
+//! | `along` | segments of points: where a light reaches them |
 //! | `index` | the shadow index, its settings and batches |
 //! | `hits` | rays that ask what they meet |
 //! | `picture` | rendering to arrays, PNG |
@@ -16,6 +17,7 @@
 //! | `work` | threads, Ctrl-C, the interpreter's lock |
 //! | `error` | our errors as Python's |
 
+mod along;
 mod area;
 mod arrays;
 mod error;
@@ -33,6 +35,8 @@ use pyo3::prelude::*;
 /// The extension module behind the package `antumbra`.
 #[pymodule]
 mod _antumbra {
+    #[pymodule_export]
+    use super::along::lit_intervals_along;
     #[pymodule_export]
     use super::area::ambient_occlusion;
     #[pymodule_export]

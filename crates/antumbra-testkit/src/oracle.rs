@@ -13,6 +13,7 @@
 //! * the parts of one closed cone are all opaque or all transparent;
 //! * a direction is not zero, and no radius is negative.
 
+mod along;
 #[cfg(test)]
 mod laws;
 mod locate;
@@ -21,9 +22,11 @@ mod page;
 mod planar;
 mod point;
 mod quadric;
+mod share;
 mod surface;
 
 pub use point::OraclePoint;
+pub use share::OracleShare;
 
 use crate::exact::{Exact, Vec3};
 use planar::{Disk, Triangle};

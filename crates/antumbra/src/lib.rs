@@ -178,8 +178,9 @@ pub use index::{BuildError, Builder, IndexOptions, LightError, Prediction, Shado
 pub use occlusion::{QuickCheckVerdict, Refine};
 pub use query::{
     AnyHit, Batch, BatchError, BatchKind, Coordinates, FractionBy, Hits, LightSamples,
-    LightSampling, LightsInTurn, Nearness, OffSurface, OffSurfaces, RayBatch, ReceiverSide, Sample,
-    SurfaceNumber, Targets, Towards, VisibleFraction, WithRays,
+    LightSampling, LightsInTurn, LitIntervals, LitIntervalsError, Nearness, OffSurface,
+    OffSurfaces, RayBatch, ReceiverSide, Sample, SurfaceNumber, Targets, Towards, VisibleFraction,
+    WithRays,
 };
 pub use settings::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 pub use stats::{BatchCounters, Counters, ShadowCounters};

@@ -54,7 +54,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "umbra",
             "occluders",
             "mesh",
-            "lit patch",
+            "lit along patch",
         ],
     ),
     (

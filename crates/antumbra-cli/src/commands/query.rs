@@ -5,6 +5,7 @@
 
 pub(super) mod arrays;
 mod asked;
+mod intervals;
 mod shares;
 
 use antumbra::BatchCounters;
@@ -17,6 +18,7 @@ use crate::outputs::{Content, Outputs};
 use crate::saved;
 use crate::screen::Screen;
 use crate::typed::{Query, SceneFile};
+use arrays::PointFile;
 use asked::{Chosen, Files, batch, failure, index, nearness, warn_of_surfaces};
 
 /// Reads, asks, writes, counts.
@@ -25,9 +27,16 @@ pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     outputs.add("--output", &typed.output, Content::Array)?;
     typed.saved.add_to(&mut outputs)?;
     typed.saved.spare(&outputs)?;
-    outputs.spare([&typed.points].into_iter().chain(&typed.normals))?;
+    outputs.spare(
+        [&typed.points]
+            .into_iter()
+            .chain(&typed.normals)
+            .chain(&typed.intervals),
+    )?;
     // Headers first: what does not fit costs no scene.
     let files = Files::open(typed)?;
+    let ends = typed.intervals.as_deref().map(PointFile::open);
+    let ends = ends.transpose()?;
     outputs.spare(&typed.more_lights.file)?;
     let (lights, names) = typed_lights(typed)?;
     let file = SceneFile {
@@ -44,6 +53,21 @@ pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     };
     let lit = load::any_lit_scene(&file, more, lighting, &typed.cost, &outputs, screen)?;
     let scene = &lit.scene;
+    if let Some(ends) = ends {
+        if let Some(light) = scene.area_lights.first() {
+            return Err(Failure::input(
+                format!(
+                    "light `{}` has a size, and lit intervals are those of lights without",
+                    light.name
+                ),
+                "give lights without size with --light",
+            ));
+        }
+        let chosen = Chosen::of(scene, &names)?;
+        return super::on_threads(&typed.threads, || {
+            intervals::work(typed, files, ends, scene, &chosen, screen)
+        })?;
+    }
     if typed.shares.replace_lights() || !scene.area_lights.is_empty() {
         return super::on_threads(&typed.threads, || {
             shares::work(typed, files, &lit, &names, screen)

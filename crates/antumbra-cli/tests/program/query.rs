@@ -492,3 +492,48 @@ fn ambient_occlusion_and_sky_view_factors_are_answered_in_place_of_lights() {
     let output = bench.run(&["--ambient-occlusion", "--sky-view-factor"]);
     assert_code(&output, 2);
 }
+
+#[test]
+fn segments_have_lit_intervals() {
+    let bench = Bench::with(&doubles(&[[-8.0, 2.0, -1.0], [-8.0, 2.0, 1.0]]));
+    let ends = bench.file("ends.npy", &doubles(&[[8.0, 2.0, -1.0], [8.0, 2.0, 1.0]]));
+    let lights = ["--light", "point:0,2,4", "--light", "point:0,2,-9"];
+    let more = [&["--intervals", &ends][..], &lights].concat();
+    let bytes = bench.array(&more, "<f8", "(6, 4,)");
+    let numbers = bytes.chunks_exact(8);
+    let numbers: Vec<f64> = numbers
+        .map(|x| f64::from_le_bytes(x.try_into().unwrap()))
+        .collect();
+    // The floor's half of 4 is 5 wide, one below it, and from below 4.4 wide, one above it.
+    let (begin, end) = (0.5 - 40.0 / 9.0 / 16.0, 0.5 + 40.0 / 9.0 / 16.0);
+    let expected = [
+        [0.0, 0.0, 0.0, 0.1875],
+        [0.0, 0.0, 0.8125, 1.0],
+        [0.0, 1.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 1.0],
+        [1.0, 1.0, 0.0, begin],
+        [1.0, 1.0, end, 1.0],
+    ];
+    assert_eq!(numbers.len(), 4 * expected.len());
+    for (found, expected) in numbers.chunks(4).zip(expected) {
+        let close = found
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a - b).abs() < 1e-15);
+        assert!(close, "{found:?} {expected:?}");
+    }
+    fs::remove_file(&bench.out).unwrap();
+    let through = bench.file(
+        "through.npy",
+        &doubles(&[[8.0, -2.0, 1.0], [8.0, 2.0, 1.0]]),
+    );
+    let said = bench.refusal(&[&["--intervals", &through][..], &lights].concat());
+    assert!(said.contains("segment 0: surface 2"), "{said}");
+    let fewer = bench.file("fewer.npy", &doubles(&[[8.0, 2.0, -1.0]]));
+    let said = bench.refusal(&["--intervals", &fewer]);
+    assert!(said.contains("1 ends"), "{said}");
+    let said = bench.refusal(&["--intervals", &ends, "--packed"]);
+    assert!(said.contains("--packed"), "{said}");
+    let area = ["--intervals", &ends, "--light", "sphere:0,0,9,1"];
+    assert!(bench.refusal(&area).contains("has a size"));
+}

@@ -1,6 +1,8 @@
 //! Exact dyadic numbers: an integer times a power of two. Every finite `f64` is one, and sums and
 //! products of them are.
 
+use num_bigint::Sign as BigSign;
+
 use super::mantissa::Mantissa;
 use super::{Number, Sign};
 
@@ -58,6 +60,33 @@ impl Exact {
         let half = (exponent / 2).clamp(-2000, 2000) as i32;
         let rest = (exponent - exponent / 2).clamp(-2000, 2000) as i32;
         quotient * 2f64.powi(half) * 2f64.powi(rest)
+    }
+
+    /// Returns the `f64` nearest to `self / other`, the even one of two, for quotients in the range of normal numbers; NaN
+    /// for a zero `other`.
+    pub(crate) fn over_to_nearest(&self, other: &Self) -> f64 {
+        if other.is_zero() {
+            return f64::NAN;
+        }
+        let (numerator, denominator) = (self.mantissa.to_long(), other.mantissa.to_long());
+        // A quotient of more bits than f64 has, the last of which says whether anything was cut off.
+        let shift = 66 + denominator.bits() as i64 - numerator.bits() as i64;
+        let (numerator, denominator) = if shift >= 0 {
+            (numerator << shift as u64, denominator)
+        } else {
+            (numerator, denominator << shift.unsigned_abs())
+        };
+        let is_negative =
+            (numerator.sign() == BigSign::Minus) != (denominator.sign() == BigSign::Minus);
+        let (numerator, denominator) = (numerator.magnitude(), denominator.magnitude());
+        let cut = numerator / denominator;
+        let is_whole = &cut * denominator == *numerator;
+        let quotient = u128::try_from(cut).unwrap_or(0) | u128::from(!is_whole);
+        let exponent = self.exponent - other.exponent - shift;
+        let half = (exponent / 2).clamp(-2000, 2000) as i32;
+        let rest = (exponent - exponent / 2).clamp(-2000, 2000) as i32;
+        let size = quotient as f64 * 2f64.powi(half) * 2f64.powi(rest);
+        if is_negative { -size } else { size }
     }
 
     fn is_zero(&self) -> bool {
@@ -197,9 +226,21 @@ mod tests {
                 (quotient - a / b).abs() <= f64::EPSILON * (a / b).abs(),
                 "{a} / {b}: {quotient}"
             );
+            let nearest = Exact::from_f64(a).over_to_nearest(&Exact::from_f64(b));
+            assert_eq!(nearest, a / b, "{a} / {b}");
         }
         let huge = Exact::from_f64(1e300).times(&Exact::from_f64(1e300));
         assert_eq!(huge.over(&huge), 1.0);
+        assert_eq!(huge.over_to_nearest(&huge), 1.0);
+        // Half way between two numbers, and a hair beyond.
+        let (one, half) = (Exact::from_f64(1.0), Exact::from_f64(f64::EPSILON / 2.0));
+        let hair = Exact::from_f64(5e-324);
+        let between = one.plus(&half);
+        assert_eq!(between.over_to_nearest(&one), 1.0);
+        let beyond = between.plus(&hair);
+        assert_eq!(beyond.over_to_nearest(&one), 1.0 + f64::EPSILON);
+        assert_eq!(between.minus(&hair).over_to_nearest(&one), 1.0);
+        assert_eq!(beyond.negated().over_to_nearest(&one), -1.0 - f64::EPSILON);
         assert!(huge.over(&Exact::from_f64(0.0)).is_nan());
     }
 

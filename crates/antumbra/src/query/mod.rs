@@ -4,6 +4,7 @@
 //! what is known (`occlusion`).
 
 mod all_lights;
+mod along;
 mod ask;
 mod batch;
 mod beam;
@@ -18,6 +19,7 @@ mod refused;
 mod run;
 
 pub use all_lights::in_turn::LightsInTurn;
+pub use along::{LitIntervals, LitIntervalsError};
 pub use beam::Targets;
 pub use fraction::exact::{FractionBy, VisibleFraction};
 pub use fraction::{LightSamples, LightSampling};

@@ -8,7 +8,7 @@ use std::io::{self, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
 use antumbra_geometry::Precision;
-use npyz::{DType, NpyFile, NpyHeader, Order, WriteOptions, WriterBuilder as _};
+use npyz::{AutoSerialize, DType, NpyFile, NpyHeader, Order, WriteOptions, WriterBuilder as _};
 
 use crate::failure::Failure;
 use crate::outputs;
@@ -183,11 +183,24 @@ fn triples(
 
 /// Writes numbers of a shape, whole or not at all.
 pub(super) fn write_shares(path: &Path, shape: &[u64], numbers: &[f32]) -> Result<(), Failure> {
+    write_numbers(path, shape, numbers)
+}
+
+/// Writes numbers of a shape, whole or not at all.
+pub(super) fn write_doubles(path: &Path, shape: &[u64], numbers: &[f64]) -> Result<(), Failure> {
+    write_numbers(path, shape, numbers)
+}
+
+fn write_numbers<T: AutoSerialize + Copy>(
+    path: &Path,
+    shape: &[u64],
+    numbers: &[T],
+) -> Result<(), Failure> {
     let written = antumbra_files::write(
         path,
         |error| error,
         |file| {
-            let mut writer = WriteOptions::<f32>::new()
+            let mut writer = WriteOptions::<T>::new()
                 .default_dtype()
                 .shape(shape)
                 .writer(&mut *file)

@@ -25,7 +25,7 @@ pub(crate) struct Region {
 /// What a height in `f32` may be off, for boxes within 2 of the frame's middle and planes through points
 /// within 3: with `u = 2^-24`, normals, offset and place `15 u`, products and sums `24 u`, and what
 /// `outer_planes` grants, `9 u`.
-const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
+pub(super) const BOUND: f32 = 1.0 / (1u64 << 18) as f32;
 
 impl Region {
     pub(crate) fn new(frame: &Frame, shaft: &Shaft, bounds: &Bounds) -> Self {
@@ -109,6 +109,13 @@ impl Leaf {
 }
 
 impl Region {
+    /// Returns the planes: outward normals and offsets.
+    #[inline(always)]
+    pub(super) fn planes(&self) -> impl Iterator<Item = [f32; 4]> {
+        let plane = |number: usize| self.fours[number / 4].map(|row| row[number % 4]);
+        (0..self.plane_count).map(plane)
+    }
+
     /// Returns whether the hull of some points is surely beyond one plane.
     #[inline]
     pub(crate) fn misses(&self, points: impl Iterator<Item = [f32; 3]> + Clone) -> bool {
@@ -202,11 +209,24 @@ impl Bvh {
 /// A bit for each child whose box may meet the shaft, and for each whose box may meet the box.
 #[inline(always)]
 fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
+    let is_met = meets_planes(simd, node, region);
+    let row = |row: usize| f32x8::from_slice(simd, &node.planes[row]);
+    let (low, high) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
+    let mut is_near = is_met;
+    for axis in 0..3 {
+        is_near &= low[axis].simd_le(region.max[axis]).to_bitmask() as u32;
+        is_near &= high[axis].simd_ge(region.min[axis]).to_bitmask() as u32;
+    }
+    (is_met, is_near)
+}
+
+/// A bit for each child whose box may meet the shaft.
+#[inline(always)]
+pub(super) fn meets_planes<S: Simd>(simd: S, node: &Node, region: &Region) -> u32 {
     let row = |row: usize| f32x8::from_slice(simd, &node.planes[row]);
     let (low, high) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
     let mut is_met = u32::MAX;
-    for number in 0..region.plane_count {
-        let [x, y, z, offset] = region.fours[number / 4].map(|row| row[number % 4]);
+    for [x, y, z, offset] in region.planes() {
         // The corner that lies deepest behind the plane.
         let lowest = |axis: usize, n: f32| {
             if n > 0.0 {
@@ -218,12 +238,7 @@ fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
         let height = lowest(0, x) + lowest(1, y) + (lowest(2, z) + offset);
         is_met &= height.simd_le(BOUND).to_bitmask() as u32;
     }
-    let mut is_near = is_met;
-    for axis in 0..3 {
-        is_near &= low[axis].simd_le(region.max[axis]).to_bitmask() as u32;
-        is_near &= high[axis].simd_ge(region.min[axis]).to_bitmask() as u32;
-    }
-    (is_met, is_near)
+    is_met
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ mod rays;
 mod reinsert;
 mod topology;
 mod walk;
+mod wedge;
 
 pub(crate) use beam::{Asked, Block, Memory, TARGETS};
 pub(crate) use cull::{Leaf, Region};

@@ -1,0 +1,89 @@
+//! Numbers of twice the bits of `f64`, for rounding a quotient once.
+//!
+//! In: sums, differences and products of `f64`s. Out: an unevaluated sum of two. Invariant: each operation is right to
+//! 2^-100 of what it is made of, as long as nothing leaves the range of normal numbers. (Dekker 1971; Hida, Li and Bailey
+//! 2001.)
+
+use glam::DVec3;
+
+/// The sum of two numbers, the second at most half a rounding of the first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Double {
+    pub(super) high: f64,
+    pub(super) low: f64,
+}
+
+/// Returns a sum and what rounding took from it (Knuth).
+#[inline]
+fn two_sum(a: f64, b: f64) -> Double {
+    let high = a + b;
+    let b_part = high - a;
+    let a_part = high - b_part;
+    Double {
+        high,
+        low: (a - a_part) + (b - b_part),
+    }
+}
+
+impl Double {
+    /// Returns a difference, exactly.
+    #[inline]
+    pub(super) fn difference(a: f64, b: f64) -> Self {
+        two_sum(a, -b)
+    }
+
+    #[inline]
+    pub(super) fn plus(self, other: Self) -> Self {
+        let high = two_sum(self.high, other.high);
+        let low = two_sum(self.low, other.low);
+        let sum = two_sum(high.high, high.low + low.high);
+        two_sum(sum.high, sum.low + low.low)
+    }
+
+    #[inline]
+    pub(super) fn minus(self, other: Self) -> Self {
+        self.plus(Self {
+            high: -other.high,
+            low: -other.low,
+        })
+    }
+
+    #[inline]
+    pub(super) fn times(self, other: Self) -> Self {
+        let high = self.high * other.high;
+        let low = self.high.mul_add(other.high, -high);
+        two_sum(high, low + (self.high * other.low + self.low * other.high))
+    }
+
+    #[inline]
+    pub(super) fn over(self, other: Self) -> Self {
+        let first = self.high / other.high;
+        let product = Self {
+            high: first,
+            low: 0.0,
+        }
+        .times(other);
+        two_sum(first, self.minus(product).high / other.high)
+    }
+}
+
+/// A vector of them.
+pub(super) type Doubles = [Double; 3];
+
+/// Returns the difference of two vectors, exactly.
+#[inline]
+pub(super) fn difference(a: DVec3, b: DVec3) -> Doubles {
+    [0, 1, 2].map(|axis| Double::difference(a[axis], b[axis]))
+}
+
+#[inline]
+pub(super) fn cross(a: &Doubles, b: &Doubles) -> Doubles {
+    let component = |i: usize, j: usize| a[i].times(b[j]).minus(a[j].times(b[i]));
+    [component(1, 2), component(2, 0), component(0, 1)]
+}
+
+#[inline]
+pub(super) fn dot(a: &Doubles, b: &Doubles) -> Double {
+    let [x, y, z] = [0, 1, 2].map(|axis| a[axis].times(b[axis]));
+    x.plus(y).plus(z)
+}

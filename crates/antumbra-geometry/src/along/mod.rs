@@ -1,0 +1,242 @@
+//! Which points of a segment a light without size reaches.
+//!
+//! In: a segment of points in space, a light that is a point or a direction, and the surfaces that may shade some of it.
+//! Out: the lit intervals of the segment ([`SegmentShadows`]). Invariant: how many there are, and between which borders,
+//! is decided by exact signs of the forms of EXACTNESS.md ("Lit intervals along a segment"); each end is rounded once.
+//! Absent here: which surfaces may shade some, which whoever has a tree knows. Paper 9.4; shadow volumes along view rays
+//! are those of Max (1986) and Nishita, Miyawaki and Nakamae (1987).
+//!
+//! All forms of the rule are linear in the point that asks, so a triangle shades an interval: what is behind its plane and
+//! inside of the planes through the light and its edges. It is the dual of a linear light seen from one point (`lit`):
+//! there the light is a segment, here the points are.
+//!
+//! | module | in | out |
+//! |---|---|---|
+//! | `border` | the forms of a face | exact signs at both ends, and where between them a form is zero |
+//! | `dark` | shaded intervals, one after another | those that are apart, in order |
+//! | `double` | `f64`s | sums, products and quotients of twice their bits |
+//! | `fan` | a triangle's corners | a stretch that holds its shadow |
+//! | `hull` | segment and light | planes around all shadow rays |
+
+mod border;
+mod dark;
+mod double;
+mod fan;
+mod hull;
+
+use glam::DVec3;
+
+use self::border::{Border, Ends, Form, Values};
+use self::dark::{Dark, Span};
+use self::fan::Fan;
+use self::hull::Hull;
+use crate::number::Sign;
+use crate::{LightShape, Occluders, SurfaceId};
+
+/// A segment of points in space under a light without size, with the shadows that surfaces cast on it.
+#[derive(Debug)]
+pub struct SegmentShadows<'a> {
+    occluders: &'a Occluders,
+    ends: Ends,
+    hull: Hull,
+    fan: Option<Fan>,
+    dark: Dark,
+    /// What triangles with holes may shade, and the surface with the lowest number that may shade some and has no closed
+    /// form.
+    doubtful: Vec<(Span, SurfaceId)>,
+    unclear: Option<SurfaceId>,
+}
+
+impl<'a> SegmentShadows<'a> {
+    /// Looks at a segment from its first point to its last; both in world space, finite and at most 2^100 in magnitude,
+    /// like the light. Two points in one place are a segment, too.
+    pub fn new(occluders: &'a Occluders, points: [DVec3; 2], light: &LightShape) -> Self {
+        let light = light.without_underflow().homogeneous();
+        Self {
+            occluders,
+            ends: Ends { points, light },
+            hull: Hull::new(points, light),
+            fan: Fan::new(points, light),
+            dark: Dark::default(),
+            doubtful: Vec::new(),
+            unclear: None,
+        }
+    }
+
+    /// Returns half-spaces that hold all shadow rays from the segment: outward normals whose largest component is 1, and
+    /// for each the largest height over a point that a ray within `reach` of it (along each axis) has.
+    pub fn heights_over(
+        &self,
+        point: DVec3,
+        reach: f64,
+    ) -> impl Iterator<Item = (DVec3, f64)> + Clone {
+        self.hull.heights_over(point, reach)
+    }
+
+    /// Returns whether the whole segment is known to be in shadow by now, so that no other surface matters.
+    pub fn is_all_dark(&self) -> bool {
+        self.dark.is_all()
+    }
+
+    /// Shows a surface. Each is to be shown once; in which order changes nothing, and those that no shadow ray from the
+    /// segment meets may be left out.
+    pub fn meet(&mut self, surface: SurfaceId) {
+        let occluders = self.occluders;
+        if !occluders.is_opaque(surface) {
+            return;
+        }
+        let Some(corners) = occluders.triangle_positions(surface) else {
+            if !self.misses_curved(surface) {
+                let lowest = self.unclear.map_or(surface, |other| other.min(surface));
+                self.unclear = Some(lowest);
+            }
+            return;
+        };
+        if self.is_known(corners)
+            || self.hull.misses(&corners)
+            || occluders.triangle_vertices(surface).is_none()
+        {
+            return;
+        }
+        let Some(span) = self.shaded_by(surface, corners) else {
+            return;
+        };
+        if occluders.is_opaque_everywhere(surface) {
+            self.dark
+                .add(span, |one, other| self.ends.compare(occluders, one, other));
+        } else {
+            self.doubtful.push((span, surface));
+        }
+    }
+
+    /// Returns whether a triangle's shadow is surely beside the segment, or where it is dark.
+    #[inline]
+    fn is_known(&self, corners: [DVec3; 3]) -> bool {
+        let reach = self.fan.as_ref().and_then(|fan| fan.reach(corners));
+        reach.is_some_and(|[least, most]| {
+            most < 0.0 || least > 1.0 || self.dark.covers([least, most])
+        })
+    }
+
+    fn misses_curved(&self, surface: SurfaceId) -> bool {
+        match self.occluders.sphere(surface) {
+            Some(sphere) => {
+                sphere.radius == 0.0 || self.hull.misses_ball(sphere.center, sphere.radius)
+            }
+            None => {
+                let corners = self.occluders.surface_bounds(surface).corners();
+                self.hull.misses(&corners)
+            }
+        }
+    }
+
+    /// Returns the interval that a triangle shades, if that has any length.
+    fn shaded_by(&self, surface: SurfaceId, corners: [DVec3; 3]) -> Option<Span> {
+        let light_side = self.ends.light_side(corners);
+        if light_side == Sign::Zero {
+            return None;
+        }
+        // Points in shadow are on the other side of the plane, and on the light's side of all edges.
+        let heights = self.ends.heights(corners);
+        let whole = Span {
+            begin: Border::FIRST,
+            end: Border::LAST,
+        };
+        let plane = Form::Plane(surface);
+        let mut span = self.clipped(whole, plane, &heights, light_side.flipped(), false)?;
+        for corner in 0..3 {
+            let values = self.ends.sides(corners[corner], corners[(corner + 1) % 3]);
+            let edge = Form::Edge(surface, corner as u8);
+            span = self.clipped(span, edge, &values, light_side, true)?;
+        }
+        Some(span)
+    }
+
+    /// Returns the part of an interval where a form has a sign, if that has any length; a form that is zero all along has
+    /// it where its border counts.
+    #[inline]
+    fn clipped(
+        &self,
+        span: Span,
+        form: Form,
+        values: &Values,
+        wanted: Sign,
+        is_closed: bool,
+    ) -> Option<Span> {
+        let signs = match values.signs() {
+            [Some(first), Some(last)] => [first, last],
+            _ => self.ends.exact_signs(self.occluders, form),
+        };
+        let signs = signs.map(|sign| {
+            if wanted.is_negative() {
+                sign.flipped()
+            } else {
+                sign
+            }
+        });
+        match signs {
+            [Sign::Zero, Sign::Zero] => is_closed.then_some(span),
+            [Sign::Positive, Sign::Zero | Sign::Positive] | [Sign::Zero, Sign::Positive] => {
+                Some(span)
+            }
+            [Sign::Negative | Sign::Zero, Sign::Negative] | [Sign::Negative, Sign::Zero] => None,
+            [Sign::Negative, Sign::Positive] => {
+                let border = self.ends.border(self.occluders, form, values);
+                let compare = |one: &Border, other| self.ends.compare(self.occluders, one, other);
+                if compare(&border, &span.end).is_ge() {
+                    None
+                } else if compare(&border, &span.begin).is_gt() {
+                    Some(Span {
+                        begin: border,
+                        ..span
+                    })
+                } else {
+                    Some(span)
+                }
+            }
+            [Sign::Positive, Sign::Negative] => {
+                let border = self.ends.border(self.occluders, form, values);
+                let compare = |one: &Border, other| self.ends.compare(self.occluders, one, other);
+                if compare(&border, &span.begin).is_le() {
+                    None
+                } else if compare(&border, &span.end).is_lt() {
+                    Some(Span {
+                        end: border,
+                        ..span
+                    })
+                } else {
+                    Some(span)
+                }
+            }
+        }
+    }
+
+    /// Writes the lit intervals in order, as shares of the length from the first point: each end is the number nearest to
+    /// the exact one.
+    ///
+    /// # Errors
+    /// A sphere, cone or disk, or a triangle with holes, may shade a lit point and has no closed form: the one with the lowest
+    /// number. Nothing is written then.
+    pub fn finish(mut self, intervals: &mut Vec<[f64; 2]>) -> Result<(), SurfaceId> {
+        let (occluders, ends) = (self.occluders, self.ends);
+        let compare = |one: &Border, other: &Border| ends.compare(occluders, one, other);
+        self.dark.merge(compare);
+        if self.dark.is_all() {
+            return Ok(());
+        }
+        let doubtful = self.doubtful.iter();
+        let doubtful = doubtful.filter(|(span, _)| !self.dark.holds(span, compare));
+        let surfaces = doubtful.map(|&(_, surface)| surface);
+        if let Some(lowest) = surfaces.chain(self.unclear).min() {
+            return Err(lowest);
+        }
+        let nearest = |border: &Border| ends.nearest_place(occluders, border);
+        self.dark.for_each_gap(compare, |begin, end| {
+            intervals.push([nearest(begin), nearest(end)]);
+        });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
