@@ -119,7 +119,7 @@ fn check_in_turn(index: &ShadowIndex, starts: &[Start], side: ReceiverSide, word
             if is_on_side && !is_left_out {
                 asked += 1;
                 shadowed += u64::from(!is_lit);
-                let answer = lights.answer_of(light);
+                let answer = lights.answer_of(LightId::from_index(light));
                 assert_eq!(answer.shadow == Shadow::Lit, is_lit);
             }
         }

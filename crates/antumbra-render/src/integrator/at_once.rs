@@ -3,7 +3,7 @@
 //! In: a point. Out: what became of the query about each light, and counts. Invariant: which way lights are asked changes
 //! neither answers nor counts, but for how answers were found.
 
-use antumbra::LightSamples;
+use antumbra::{LightId, LightSamples};
 use antumbra_geometry::Start;
 use antumbra_scene::model::LightKind;
 
@@ -86,7 +86,7 @@ impl<'a> Integrator<'a> {
             return LightQuery::OutOfCone;
         }
         LightQuery::Asked {
-            answer: at_once.lights.answer_of(light),
+            answer: at_once.lights.answer_of(LightId::from_index(light)),
             cone_share: cone_share(&self.scene().lights[light].kind, point.hit.point),
         }
     }

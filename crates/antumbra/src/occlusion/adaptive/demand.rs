@@ -8,12 +8,12 @@ use antumbra_geometry::{Occluders, Start};
 use super::super::bricks::Store;
 use super::super::budget::Account;
 use super::super::links::{Link, charge, claim, publish};
-use super::super::map::{self, Map, Spent, Times};
+use super::super::map::{self, Map, Spent};
 use super::scene::Scene;
 use super::{AdaptiveValues, Known, Lists};
 use crate::Refine;
 use crate::clock::Reading;
-use crate::draw::{SAMPLED, draw};
+use crate::draw::SAMPLED;
 
 /// Turns, for each light that knows something, after which one that was not asked meanwhile may lose it.
 const LONG_AGO: u32 = 4;
@@ -56,9 +56,6 @@ impl Drop for Unclaim<'_> {
 pub(super) const TABLE_NS: u64 = 400;
 const WHOLE_NS: u64 = 700;
 pub(super) const CURVED_NS: u64 = 500;
-
-/// Of starts that a map knows nothing of one in so many is looked at to see what to make.
-const STRIDE: usize = 8;
 
 /// Starts of a call that are sampled to see where its queries are; more if that is one in [`MOST_STRIDE`].
 const ANNOUNCED: usize = 8_192;
@@ -135,7 +132,8 @@ impl AdaptiveValues {
         }
     }
 
-    /// Makes those cells of a light's map that starts found nothing in, where that pays, by a sample of them. Returns how long that took, in nanoseconds, 0 if none was made.
+    /// Makes those cells of a light's map that starts found nothing in, where that pays; one start alone stands for
+    /// [`SAMPLED`]. Returns how long that took, in nanoseconds, 0 if none was made.
     pub(crate) fn make_cells(
         &self,
         (lists, map): (&Lists, &Map),
@@ -149,30 +147,23 @@ impl AdaptiveValues {
         if !self.is_refining() {
             return 0;
         }
-        let prices = &self.lights[light].prices;
-        if self.refine != Refine::Queried && !prices.may_grow() {
-            return 0;
-        }
         let begin = Reading::now();
-        let (asking, each, times) = match self.refine {
+        let asking = self.places_in_map(map, &tables, starts);
+        let prices = &self.lights[light].prices;
+        let (each, ray_ns) = match self.refine {
             // So that what is made does not depend on times.
-            Refine::Queried => (self.places_in_map(map, &tables, starts), 1e3, Times::LONG),
-            Refine::Lazy | Refine::Eager => {
-                let stride = if starts.len() == 1 { 1 } else { STRIDE };
-                let first = draw() as usize % stride;
-                let sample = starts.iter().skip(first).step_by(stride).copied();
-                let sample: Vec<Start> = sample.collect();
-                // One alone stands for those that were not sampled.
-                let each = if starts.len() == 1 {
-                    SAMPLED as usize
+            Refine::Queried => (1e3, 1e3),
+            // One alone stands for those that were not sampled.
+            Refine::Lazy | Refine::Eager => (
+                if starts.len() == 1 {
+                    SAMPLED as f32
                 } else {
-                    stride
-                };
-                let asking = self.places_in_map(map, &tables, &sample);
-                (asking, each as f32, prices.times())
-            }
+                    1.0
+                },
+                prices.ray_ns(),
+            ),
         };
-        let is_made = map.make_for(&tables, &asking, each, times);
+        let is_made = map.make_for(&tables, &asking, each, ray_ns);
         if map.is_full() {
             self.lights[light].is_refused.store(true, Ordering::Relaxed);
         }

@@ -36,7 +36,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use self::build::{AGAIN, Builder, Made, Owned, Queries, digit};
 use self::faces::Faces;
 use self::facet::{Depths, footprint};
-pub(crate) use self::prices::{Prices, Spent, Times};
+pub(crate) use self::prices::{Prices, Spent};
 pub(super) use self::runs::MapRuns;
 pub(super) use self::size::{height_bytes, most_words, price};
 use self::size::{most_entries, tile_count};
@@ -74,10 +74,10 @@ pub(crate) struct Map {
 const TRIES: usize = 3;
 
 /// What a tile costs, and each surface in it, in nanoseconds.
-const TILE_NS: f32 = 6_000.0;
-const IN_TILE_NS: f32 = 1_800.0;
-/// Of what queries of a tile gain a tile may cost this share. Not all come that are announced: views move.
-const OF_GAIN: f32 = 0.5;
+const TILE_NS: f32 = 3_000.0;
+const IN_TILE_NS: f32 = 900.0;
+/// Of what rays to a tile took a tile may cost this share. Not all come that are announced: views move.
+const OF_RAYS: f32 = 0.5;
 const OF_COMING: f32 = 0.5;
 
 /// Set beside the code of a start's place if the start is free.
@@ -90,7 +90,7 @@ const WANTING: f32 = 1_000.0;
 const MOST_WEIGHT: f32 = 40_000.0;
 
 /// Of a whole map rays are taken to last so long, in nanoseconds: lists are of up to 20 surfaces.
-const WHOLE_RAY_NS: f32 = 280.0;
+const WHOLE_RAY_NS: f32 = 150.0;
 
 impl Map {
     /// Sorts surfaces into tiles, about which nothing is known yet. `None` if no view suits the light. Words take at
@@ -286,14 +286,14 @@ impl Map {
     }
 
     /// Makes tiles that it pays to know, of those that starts ask about which found nothing, each of which stands for so
-    /// many queries; cuts cells whose lists were asked too often; and makes
+    /// many queries that would take a ray of so many nanoseconds; cuts cells whose lists were asked too often; and makes
     /// tiles again that say too little of free starts ([`FREE`]). Returns whether any was made.
     pub(super) fn make_for(
         &self,
         tables: &Tables<'_>,
         asking: &[(u32, u32)],
         each: f32,
-        times: Times,
+        ray_ns: f32,
     ) -> bool {
         // What would find no room is not worth making.
         if self.is_full() {
@@ -308,11 +308,11 @@ impl Map {
                 let is_free = |&(_, code): &(u32, u32)| code & FREE != 0;
                 if self.tiles[tile].load(Ordering::Acquire) == Word::UNASKED.0 {
                     let has_free = group.iter().any(is_free);
-                    let asked = (group.len(), each, times);
+                    let asked = (group.len(), [each, ray_ns]);
                     is_any |= self.make_if_paid(&mut builder, tile, asked, has_free);
                     continue;
                 }
-                is_any |= self.cut_lists(&mut builder, tile, group, times.ray_ns);
+                is_any |= self.cut_lists(&mut builder, tile, group, ray_ns);
                 let is_wanting = |place: &&(u32, u32)| {
                     let (word, (_, slot)) = self.cell(tile, place.1);
                     let free = self.free(tile as u32, slot.unwrap_or(0) as u32);
@@ -320,7 +320,7 @@ impl Map {
                     let wants_list = !free.is_list() && free != Word::NEVER;
                     word == Word::UNASKED || has_threshold && is_free(place) && wants_list
                 };
-                let asked = (group.iter().filter(is_wanting).count(), each, times);
+                let asked = (group.iter().filter(is_wanting).count(), [each, ray_ns]);
                 if asked.0 > 0 {
                     is_any |= self.make_if_paid(&mut builder, tile, asked, true);
                 }
@@ -333,14 +333,14 @@ impl Map {
         &self,
         builder: &mut Builder<'_, S>,
         tile: usize,
-        (starts, each, times): (usize, f32, Times),
+        (starts, [each, ray_ns]): (usize, [f32; 2]),
         has_free: bool,
     ) -> bool {
         let before = self.asked[tile].fetch_add(starts as u32, Ordering::Relaxed);
         let coming = self.coming[tile].load(Ordering::Relaxed);
         let queries = (before as f32 + starts as f32) * each + OF_COMING * coming as f32;
         let price = TILE_NS + IN_TILE_NS * self.surfaces_of(tile).len() as f32;
-        if OF_GAIN * queries * times.gain_ns < price {
+        if OF_RAYS * queries * ray_ns < price {
             return false;
         }
         let is_made = self.tiles[tile].load(Ordering::Acquire) != Word::UNASKED.0;
@@ -352,7 +352,7 @@ impl Map {
             true => (queries.max(AGAIN), true),
             false => (queries, has_free),
         };
-        let queries = Queries::of_tile(queries, times.ray_ns);
+        let queries = Queries::of_tile(queries, ray_ns);
         self.asked[tile].store(0, Ordering::Relaxed);
         self.make_tile(builder, tile, queries, has_free)
     }

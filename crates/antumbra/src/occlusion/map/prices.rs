@@ -1,27 +1,25 @@
 //! When a map pays.
 //!
 //! In: what queries took, by rays and by the map, and how many are known to come. Out: whether to make the map, and
-//! whether to ask it. Rays answer until a sixteenth of their time, past and promised, outweighs the map's price. Tiles
-//! are made where what their queries gain is twice as much, while all that was made takes no more than an eighth of that
-//! time and half of what lookups gained. A map of which there is little yet may take longer than the rays that it saves: lookups
-//! may lose a 32nd of that time. Times are measured in this process; answers do not depend on them.
+//! whether to ask it. Rays answer until an eighth of their time, past and promised, outweighs the map's price. So all
+//! together takes at most an eighth longer than rays alone, and an eighth of a promise that is not kept; tiles likewise,
+//! which are made where rays to them took twice as long. Times are measured in this process;
+//! answers do not depend on them.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// So much of the time that rays took, and would take for the queries that are known to come, may a map without tiles cost.
-const OF_MAP: f64 = 0.0625;
-/// So much of that time, and of what lookups gained, may a map cost with its tiles.
-const OF_ALL: f64 = 0.125;
-const OF_GAINED: f64 = 0.5;
+/// So much of the time that rays took, and would take for the queries that are known to come, may a map cost.
+const OF_PAST: f64 = 0.125;
+const OF_COMING: f64 = 0.125;
 
-/// What a map takes that answers less than this share of what it is asked says little of what it will take.
+/// A map whose answers take longer than rays is asked by one chunk of queries in so many.
+const SELDOM: u32 = 16;
+
+/// Of a map that knows less than this share of what it is asked more is made as it is asked.
 const LITTLE: f32 = 0.5;
 
-/// So much of what rays alone would have taken, and would take for the queries that are known to come, may lookups lose.
-const OF_LOST: f64 = 0.03125;
-
-/// By so much of a ray a query is taken to gain that a map answers of which there is little.
-const OF_RAY: f32 = 0.5;
+/// So many chunks may ask it in vain until it counts.
+const VAIN: u32 = 32;
 
 /// How much of what a chunk of so many queries took comes into what queries took lately.
 const RECENT: f32 = 0.25;
@@ -40,21 +38,6 @@ pub(crate) struct Spent {
     pub(crate) known: u64,
 }
 
-/// What a ray takes, and what a query gains that the map answers in its place, in nanoseconds.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Times {
-    pub(crate) ray_ns: f32,
-    pub(crate) gain_ns: f32,
-}
-
-impl Times {
-    /// Much is gained.
-    pub(crate) const LONG: Self = Self {
-        ray_ns: 1e3,
-        gain_ns: 1e3,
-    };
-}
-
 /// Numbers of [`Prices::recent`].
 const BY_RAYS: usize = 0;
 const BY_MAP: usize = 1;
@@ -67,16 +50,13 @@ pub(crate) struct Prices {
     /// `f32`, 0 if none was measured.
     recent: [AtomicU32; 3],
     by_rays_ns: AtomicU64,
-    /// What rays would have taken for the queries that the map was asked.
-    in_place_ns: AtomicU64,
-    /// By how much longer lookups took than the rays that they saved, less what they gained since.
-    lost_ns: AtomicU64,
-    /// By how much less they took, where they did.
-    gained_ns: AtomicU64,
     /// What making took.
     made_ns: AtomicU64,
     /// Queries that are known to come.
     expected: AtomicU64,
+    tries: AtomicU32,
+    /// Chunks that asked a map in vain, most of them.
+    vain: AtomicU32,
 }
 
 impl Prices {
@@ -102,14 +82,17 @@ impl Prices {
         if spent.queries == 0 {
             return;
         }
+        // What is asked in vain at first says nothing of what a map takes when there is more of it.
         if spent.is_by_map {
-            let rays = |queries: u64| (queries as f32 * self.ray_ns()) as u64;
-            self.in_place_ns.fetch_add(rays(spent.queries), order);
-            let saved = rays(spent.known);
-            let lost = |lost: u64| Some((lost + spent.ns).saturating_sub(saved));
-            let _ = self.lost_ns.fetch_update(order, order, lost);
-            let gained = saved.saturating_sub(spent.ns);
-            self.gained_ns.fetch_add(gained, order);
+            let is_vain = 2 * spent.known < spent.queries;
+            let vain = if is_vain {
+                self.vain.fetch_add(1, order)
+            } else {
+                VAIN
+            };
+            if vain < VAIN {
+                return;
+            }
         }
         // Few say little: the first of a call find the caches cold.
         let weight = RECENT * (spent.queries as f32 / FULL).min(1.0);
@@ -140,15 +123,6 @@ impl Prices {
         }
     }
 
-    /// Returns what a ray took lately, and what a query gains that the map answers.
-    pub(crate) fn times(&self) -> Times {
-        let [ray_ns, map, known] = [self.ray_ns(), self.recent(BY_MAP), self.recent(KNOWN)];
-        Times {
-            ray_ns,
-            gain_ns: gain(ray_ns, map, known),
-        }
-    }
-
     /// Returns whether to make something of a price, in nanoseconds.
     pub(crate) fn allow(&self, price: u64) -> bool {
         let past = self.by_rays_ns.load(Ordering::Relaxed);
@@ -156,51 +130,16 @@ impl Prices {
         pays(price, made, past, self.expected(), self.ray_ns())
     }
 
-    /// Returns what rays alone would have taken so far, and would for the queries that are known to come.
-    fn alone(&self) -> (u64, f64) {
-        let [by_rays, in_place] =
-            [&self.by_rays_ns, &self.in_place_ns].map(|account| account.load(Ordering::Relaxed));
-        let to_come = self.expected() as f64 * f64::from(self.ray_ns());
-        (by_rays + in_place, to_come)
-    }
-
-    fn may_lose(&self) -> bool {
-        let (alone, to_come) = self.alone();
-        may_lose(self.lost_ns.load(Ordering::Relaxed), alone, to_come)
-    }
-
-    /// Returns whether to make more of the map.
-    pub(crate) fn may_grow(&self) -> bool {
-        let (alone, to_come) = self.alone();
-        let [made, gained] =
-            [&self.made_ns, &self.gained_ns].map(|account| account.load(Ordering::Relaxed));
-        may_grow(made, gained, alone, to_come)
-    }
-
-    /// Returns whether to ask the map: it takes less than the rays that it saves, or it has not lost much yet.
+    /// Returns whether to ask the map: there is too little of it to tell, it takes less than the rays that it saves, or it
+    /// is time to see whether it does.
     pub(crate) fn is_map_worth_it(&self) -> bool {
         let [ray, map, known] = [BY_RAYS, BY_MAP, KNOWN].map(|way| self.recent(way));
-        map <= known * ray || self.may_lose()
-    }
-}
-
-/// Returns whether lookups may go on that have lost so much, after so many nanoseconds of rays, traced and saved, with so
-/// many to come.
-fn may_lose(lost: u64, alone: u64, to_come: f64) -> bool {
-    lost as f64 <= OF_LOST * (alone as f64 + to_come)
-}
-
-/// Returns whether more may be made of a map, of which so much was made and by which so much was gained.
-fn may_grow(made: u64, gained: u64, alone: u64, to_come: f64) -> bool {
-    made as f64 <= OF_ALL * (alone as f64 + to_come) + OF_GAINED * gained as f64
-}
-
-/// Returns what a query gains that the map answers, where a ray takes so long, a lookup so long, and lookups answer this
-/// share.
-fn gain(ray: f32, map: f32, known: f32) -> f32 {
-    match known < LITTLE {
-        true => OF_RAY * ray,
-        false => (ray - map / known).max(0.0),
+        known < LITTLE
+            || map <= known * ray
+            || self
+                .tries
+                .fetch_add(1, Ordering::Relaxed)
+                .is_multiple_of(SELDOM)
     }
 }
 
@@ -208,7 +147,7 @@ fn gain(ray: f32, map: f32, known: f32) -> f32 {
 /// queries are known to come that would take a ray each; in nanoseconds.
 fn pays(price: u64, made: u64, by_rays: u64, expected: u64, ray: f32) -> bool {
     let to_come = expected as f64 * f64::from(ray);
-    (made + price) as f64 <= OF_MAP * (by_rays as f64 + to_come)
+    (made + price) as f64 <= OF_PAST * by_rays as f64 + OF_COMING * to_come
 }
 
 #[cfg(test)]
@@ -219,69 +158,21 @@ mod tests {
     fn a_map_is_made_when_rays_past_and_promised_outweigh_it() {
         let ms = |ms: u64| 1_000_000 * ms;
         for (price, made, by_rays, expected, ray, is_made) in [
-            // Nothing is known to come: a sixteenth of what rays took.
-            (ms(25), 0, ms(399), 0, 100.0, false),
-            (ms(25), 0, ms(400), 0, 100.0, true),
-            // A sixteenth of what they would take for what comes.
-            (ms(25), 0, 0, 3_999_999, 100.0, false),
-            (ms(25), 0, 0, 4_000_000, 100.0, true),
-            (ms(25), 0, 0, 2_000_000, 200.0, true),
-            (ms(25), 0, ms(200), 2_000_000, 100.0, true),
+            // Nothing is known to come: an eighth of what rays took.
+            (ms(50), 0, ms(399), 0, 100.0, false),
+            (ms(50), 0, ms(400), 0, 100.0, true),
+            // An eighth of what they would take for what comes.
+            (ms(50), 0, 0, 3_999_999, 100.0, false),
+            (ms(50), 0, 0, 4_000_000, 100.0, true),
+            (ms(50), 0, 0, 2_000_000, 200.0, true),
+            (ms(50), 0, ms(200), 2_000_000, 100.0, true),
             // What was made before counts.
-            (ms(25), ms(25), 0, 4_000_000, 100.0, false),
+            (ms(50), ms(50), 0, 4_000_000, 100.0, false),
             (0, 0, 0, 0, 0.0, true),
             (1, 0, 0, 0, 1e9, false),
         ] {
             let told = pays(price, made, by_rays, expected, ray);
             assert_eq!(told, is_made, "{price} {made} {by_rays} {expected} {ray}");
-        }
-    }
-
-    #[test]
-    fn lookups_may_lose_a_32nd() {
-        let ms = |ms: u64| 1_000_000 * ms;
-        for (lost, alone, to_come, may_go_on) in [
-            (0, 0, 0.0, true),
-            (ms(1), 0, 0.0, false),
-            (ms(1), ms(32), 0.0, true),
-            (ms(1) + 1, ms(32), 0.0, false),
-            (ms(2), ms(32), 32e6, true),
-            (ms(2) + 1, ms(32), 32e6, false),
-        ] {
-            assert_eq!(
-                may_lose(lost, alone, to_come),
-                may_go_on,
-                "{lost} {alone} {to_come}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_map_grows_by_an_eighth_and_half_of_its_gain() {
-        let ms = |ms: u64| 1_000_000 * ms;
-        for (made, gained, alone, to_come, may) in [
-            (0, 0, 0, 0.0, true),
-            (ms(1), 0, ms(8), 0.0, true),
-            (ms(1) + 1, 0, ms(8), 0.0, false),
-            (ms(2), 0, ms(8), 8e6, true),
-            (ms(5), ms(8), ms(8), 0.0, true),
-            (ms(5) + 1, ms(8), ms(8), 0.0, false),
-        ] {
-            let told = may_grow(made, gained, alone, to_come);
-            assert_eq!(told, may, "{made} {gained} {alone} {to_come}");
-        }
-    }
-
-    #[test]
-    fn queries_gain_what_a_ray_takes_longer() {
-        for (ray, map, known, expected) in [
-            (100.0, 0.0, 0.0, 50.0),
-            (100.0, 80.0, 0.4, 50.0),
-            (100.0, 40.0, 0.5, 20.0),
-            (100.0, 40.0, 1.0, 60.0),
-            (100.0, 140.0, 1.0, 0.0),
-        ] {
-            assert_eq!(gain(ray, map, known), expected, "{ray} {map} {known}");
         }
     }
 
@@ -305,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_that_takes_longer_is_asked_while_it_has_lost_little() {
+    fn a_map_that_takes_longer_is_asked_seldom_until_it_does_not() {
         let prices = Prices::default();
         let spent = |each: u64, is_by_map| Spent {
             queries: 1_000,
@@ -316,14 +207,10 @@ mod tests {
         };
         prices.note(&spent(100, false));
         assert!(prices.is_map_worth_it());
-        // It loses 50 us a chunk; a 32nd of rays of 100 us each is more after 16 chunks by rays.
-        prices.note(&spent(150, true));
-        assert!(!prices.is_map_worth_it());
-        (0..16).for_each(|_| prices.note(&spent(100, false)));
-        assert!(prices.is_map_worth_it());
         (0..20).for_each(|_| prices.note(&spent(150, true)));
-        assert!(!prices.is_map_worth_it());
+        let asked = (0..160).filter(|_| prices.is_map_worth_it()).count();
+        assert_eq!(asked, 10);
         (0..20).for_each(|_| prices.note(&spent(20, true)));
-        assert!(prices.is_map_worth_it());
+        assert!((0..160).all(|_| prices.is_map_worth_it()));
     }
 }

@@ -14,7 +14,7 @@ pub(super) struct Queries {
     pub(super) count: f32,
     /// Whether there were more than a list is worth.
     pub(super) are_more: bool,
-    /// Lists of more surfaces take longer than half a ray.
+    /// Lists of more surfaces take longer than rays.
     pub(super) longest: usize,
     /// Whether a cell that has none then is left so.
     pub(super) are_all: bool,
@@ -48,10 +48,10 @@ impl Queries {
     }
 }
 
-/// Returns how many surfaces a list has that takes half as long as a ray.
+/// Returns how many surfaces a list has that takes as long as a ray.
 pub(super) fn longest(ray_ns: f32) -> usize {
     // About what they take; answers do not depend on it.
     const LIST_NS: f32 = 20.0;
-    const TEST_NS: f32 = 6.0;
-    (((0.5 * ray_ns - LIST_NS) / TEST_NS) as usize).clamp(4, LONGEST)
+    const TEST_NS: f32 = 3.0;
+    (((ray_ns - LIST_NS) / TEST_NS) as usize).clamp(4, LONGEST)
 }

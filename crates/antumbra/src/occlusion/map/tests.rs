@@ -260,11 +260,7 @@ fn what_a_map_tells_is_what_surfaces_do() {
                 let each = random.pick(&[1.0, 1e2, 1e5]);
                 let free = if is_listed { 0 } else { FREE };
                 let place = (located.tiles[0], located.codes[0] | free);
-                let times = Times {
-                    ray_ns: 1e6,
-                    gain_ns: 1e6,
-                };
-                map.make_for(&tables, &[place], each, times);
+                map.make_for(&tables, &[place], each, 1e6);
                 (words, cells) = dispatch!(Level::new(), simd => map.words(simd, &located));
             }
             let blocking: Vec<SurfaceId> = occluders

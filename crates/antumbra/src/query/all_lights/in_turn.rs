@@ -3,7 +3,7 @@
 //! In: starts, one at a time; which lights are left out. Out: a bit a light for *reaches the point*, *is on the side that is
 //! asked about*, *was known*. Invariant: as of the calls for many starts; what was asked before changes no bit.
 
-use antumbra_geometry::Start;
+use antumbra_geometry::{LightId, Start};
 
 use super::{OneStart, Work};
 use crate::clock::Reading;
@@ -134,7 +134,8 @@ impl LightsInTurn<'_> {
     ///
     /// # Panics
     /// There is no such light.
-    pub fn answer_of(&self, light: usize) -> Answer {
+    pub fn answer_of(&self, light: LightId) -> Answer {
+        let light = light.index();
         let is = |words: &[u64]| words[light / WORD] >> (light % WORD) & 1 != 0;
         Answer {
             shadow: if is(&self.visible) {
