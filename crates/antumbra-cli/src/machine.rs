@@ -1,4 +1,4 @@
-//! What the machine says about memory. Linux says it; elsewhere the answers are `None`.
+//! Memory of the machine and of this process. Linux reports it; elsewhere the answers are `None`.
 
 use std::fs;
 

@@ -67,7 +67,7 @@ fn flat(light_count: u32) -> Scene {
     scene
 }
 
-/// What does not depend on who answered.
+/// Counts that do not depend on who answered.
 fn of_geometry(tally: &Tally) -> [u64; 8] {
     let shadow = &tally.counters.shadow;
     let by = shadow.first_pass + shadow.intermediate + shadow.blocker_list + shadow.rays;

@@ -151,19 +151,21 @@ fn odd_lights() -> Vec<(&'static str, AreaShape)> {
         .collect()
 }
 
+fn index_that_learns_at_once(occluders: &Arc<Occluders>) -> ShadowIndex {
+    let refinement = Refinement {
+        refine: Refine::Queried,
+        ..Refinement::default()
+    };
+    let builder = common::builder_of(occluders, &[], Method::Auto);
+    builder.refinement(refinement).build().unwrap()
+}
+
 const SIDES: [ReceiverSide; 3] = [ReceiverSide::Both, ReceiverSide::Front, ReceiverSide::Back];
 
 #[test]
 fn samples_of_odd_lights_are_the_references_whatever_is_known() {
     let occluders = room();
-    let refinement = Refinement {
-        refine: Refine::Queried,
-        ..Refinement::default()
-    };
-    let index = common::builder_of(&occluders, &[], Method::Auto)
-        .refinement(refinement)
-        .build()
-        .unwrap();
+    let index = index_that_learns_at_once(&occluders);
     let sampling = LightSampling::new(16);
     let (mut lit, mut dark) = (0, 0);
     for (name, light) in odd_lights() {
@@ -297,14 +299,7 @@ fn a_hundred_thousand_lights_are_asked_at_once_and_one_by_one() {
 #[test]
 fn very_many_lights_with_size_are_asked_and_only_some_are_known() {
     let occluders = room();
-    let refinement = Refinement {
-        refine: Refine::Queried,
-        ..Refinement::default()
-    };
-    let index = common::builder_of(&occluders, &[], Method::Auto)
-        .refinement(refinement)
-        .build()
-        .unwrap();
+    let index = index_that_learns_at_once(&occluders);
     let start = Start {
         point: v(0.5, -1.5, 0.0),
         surface: Some(SurfaceId(0)),

@@ -72,7 +72,7 @@ impl Fan {
             // Points before the light, as the segment has them, are above zero; those of the line are one.
             let sum = rising + falling;
             let room = self.room * size / sum;
-            // Not for NaN.
+            // So wide a room says nothing worth having, and the exact test decides. Not for NaN.
             let is_fine = sum > 0.0 && room < 1e-6;
             if !is_fine {
                 return None;

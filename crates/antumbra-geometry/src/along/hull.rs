@@ -13,7 +13,8 @@ const ROOM: f64 = 1.0 / (1_u64 << 48) as f64;
 /// Products of unit vectors that are shorter say too little of the plane that holds both.
 const FLAT: f64 = 1.0 / (1_u64 << 30) as f64;
 
-/// A direction of light that rises more than this above a plane leaves it.
+/// A direction of light that rises more than this above a plane leaves it; rises that are less widen the room. It decides
+/// only which planes are of use.
 const LARGEST_RISE: f64 = 1e-6;
 
 /// A half-space that holds all shadow rays.

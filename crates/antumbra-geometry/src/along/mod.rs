@@ -41,7 +41,7 @@ pub struct SegmentShadows<'a> {
     hull: Hull,
     fan: Option<Fan>,
     dark: Dark,
-    /// What triangles with holes may shade, and the surface with the lowest number that may shade some and has no closed
+    /// Spans that triangles with holes may shade, and the surface with the lowest number that may shade some and has no closed
     /// form.
     doubtful: Vec<(Span, SurfaceId)>,
     unclear: Option<SurfaceId>,

@@ -1,4 +1,4 @@
-//! What a thread works with while it follows rays: counts, and memory that is used again.
+//! Work space of a thread that follows rays: counts, and memory that is used again.
 
 use antumbra::{LightSamples, LightsInTurn};
 

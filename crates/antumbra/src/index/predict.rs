@@ -1,4 +1,4 @@
-//! What an index will take, predicted before any of it is taken.
+//! Bytes that an index will take, predicted before any of them is taken.
 //!
 //! In: surfaces and settings. Out: bytes, by what takes them. Grid and tree are made once, and take more while they
 //! are made; what lights know of method `voxel` keeps to a limit of its own, so that it is never too much.

@@ -14,7 +14,7 @@ use super::room::Room;
 use super::sync::{AtomicU32, Ordering};
 use super::value::{Audience, Occlusion, Values64};
 
-/// What was decided for a cell and a receiver class.
+/// Decision for a cell and a receiver class.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Decision {
     Known(bool),

@@ -11,8 +11,7 @@ use antumbra_geometry::{DVec3, LightShape, SegmentShadows, Short, SurfaceId};
 
 use crate::accel::bvh::{Bvh, Region};
 use crate::limits::is_fine;
-use crate::query::run::chunk_length;
-use crate::threads::prelude::*;
+use crate::query::lists::lists;
 use crate::{Coordinates, Counters, Method, ShadowIndex};
 
 /// Boxes of the tree reach at most so far from the middle of its frame, in its units.
@@ -143,33 +142,11 @@ impl ShadowIndex {
                 found: ends.len(),
             });
         }
-        let length = chunk_length(count);
-        let task = antumbra_task::current();
-        let answer = |chunk: usize| {
-            let (mut found, mut counters) = (LitIntervals::default(), Counters::default());
-            for segment in chunk * length..count.min((chunk + 1) * length) {
-                // Each may meet everything.
-                antumbra_task::check();
-                let points = [origins[segment].as_f64(), ends[segment].as_f64()];
-                let intervals = &mut found.intervals;
-                self.add_lit_intervals(segment, points, light, intervals, &mut counters)?;
-                found.ends.push(found.intervals.len());
-            }
-            Ok(found)
-        };
-        let chunks = 0..count.div_ceil(length);
-        let found: Vec<_> = chunks
-            .into_par_iter()
-            .map(|chunk| task.enter(|| answer(chunk)))
-            .collect();
-        let mut all = LitIntervals::default();
-        for found in found {
-            let found: LitIntervals = found?;
-            let before = all.intervals.len();
-            all.intervals.extend(found.intervals);
-            all.ends.extend(found.ends.iter().map(|end| before + end));
-        }
-        Ok(all)
+        let (intervals, ends) = lists(count, |segment, intervals| {
+            let points = [origins[segment].as_f64(), ends[segment].as_f64()];
+            self.add_lit_intervals(segment, points, light, intervals, &mut Counters::default())
+        })?;
+        Ok(LitIntervals { intervals, ends })
     }
 
     fn add_lit_intervals(
@@ -222,6 +199,7 @@ impl ShadowIndex {
             (None, _) => self.parts.near.present_surfaces().try_for_each(&mut show),
         };
         if walked.is_continue() {
+            // Broken off where nothing is left to shade.
             let _ = self.parts.far_surfaces().try_for_each(&mut show);
         }
         shadows

@@ -9,6 +9,7 @@ mod ask;
 mod batch;
 mod beam;
 mod fraction;
+mod lists;
 mod locate;
 mod named;
 mod off_surface;

@@ -8,6 +8,7 @@ use antumbra_geometry::{DVec3, Hit, LightShape, Ray, SurfaceId};
 use antumbra_task::checked;
 
 use crate::limits::is_fine;
+use crate::query::lists::lists;
 use crate::query::run::{Run, check_length, chunk_length};
 use crate::threads::prelude::*;
 use crate::{
@@ -173,41 +174,20 @@ impl ShadowIndex {
     /// As [`ShadowIndex::nearest_hits`].
     pub fn all_hits<P: Coordinates>(&self, rays: &RayBatch<P>) -> Result<Hits, BatchError> {
         rays.check(self)?;
-        let count = rays.origins.len();
-        let length = chunk_length(count);
-        let task = antumbra_task::current();
-        let answer = |chunk: usize| {
-            let mut found = Hits::default();
-            for index in chunk * length..count.min((chunk + 1) * length) {
-                // Each may meet everything.
-                antumbra_task::check();
-                let first = found.hits.len();
-                if let Some((ray, unit)) = rays.ray(index)? {
-                    self.all_crossed(&ray, &mut Counters::default(), |hit| {
-                        found.hits.push(in_units(hit, unit));
-                    });
-                }
-                found.hits[first..].sort_unstable_by(|a, b| {
-                    let by_distance = a.distance.total_cmp(&b.distance);
-                    by_distance.then(a.surface.cmp(&b.surface))
+        let (hits, ends) = lists(rays.origins.len(), |number, hits| {
+            let first = hits.len();
+            if let Some((ray, unit)) = rays.ray(number)? {
+                self.all_crossed(&ray, &mut Counters::default(), |hit| {
+                    hits.push(in_units(hit, unit));
                 });
-                found.ends.push(found.hits.len());
             }
-            Ok(found)
-        };
-        let chunks = 0..count.div_ceil(length);
-        let found: Vec<_> = chunks
-            .into_par_iter()
-            .map(|chunk| task.enter(|| answer(chunk)))
-            .collect();
-        let mut all = Hits::default();
-        for found in found {
-            let found: Hits = found?;
-            let before = all.hits.len();
-            all.hits.extend(found.hits);
-            all.ends.extend(found.ends.iter().map(|end| before + end));
-        }
-        Ok(all)
+            hits[first..].sort_unstable_by(|a, b| {
+                let by_distance = a.distance.total_cmp(&b.distance);
+                by_distance.then(a.surface.cmp(&b.surface))
+            });
+            Ok(())
+        })?;
+        Ok(Hits { hits, ends })
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is reported about a run.
+//! Figures of a run, as they are reported.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What `verify` counts, and how it reports.
+//! Counts of `verify`, and its report.
 //!
 //! Invariant: sums and the first differences do not depend on the order of work.
 
