@@ -9,7 +9,7 @@ use antumbra::{
     Refinement, ShadowIndex, Targets,
 };
 use antumbra_geometry::{
-    AreaShape, DVec3, DiskLight, LightShape, Occluders, PolygonLight, RectangleLight,
+    AreaShape, DVec3, DiskLight, LightShape, MeshLight, Occluders, PolygonLight, RectangleLight,
     SamplePattern, SegmentLight, SphereLight, Start, SunDisc, SurfaceId, TriangleLight,
 };
 use antumbra_testkit::nasty;
@@ -63,7 +63,7 @@ fn lights(occluders: &Occluders, own: &[LightShape], random: &mut Random) -> Vec
         let is_two_sided = random.below(2) == 0;
         let on_surface = [(); 3].map(|()| corner_of_surface(random));
         let [a, b, c] = on_surface;
-        let shape = match random.below(9) {
+        let shape = match random.below(10) {
             0 => SegmentLight::new([about, about + u]).map(AreaShape::Segment),
             1 => SegmentLight::new([a, b]).map(AreaShape::Segment),
             2 => RectangleLight::new(about, [u, w], is_two_sided).map(AreaShape::Rectangle),
@@ -74,6 +74,11 @@ fn lights(occluders: &Occluders, own: &[LightShape], random: &mut Random) -> Vec
                 .map(|light| AreaShape::Polygon(Arc::new(light))),
             6 => DiskLight::new(about, u, size, is_two_sided).map(AreaShape::Disk),
             7 => SphereLight::new(about, size).map(AreaShape::Sphere),
+            8 => MeshLight::new(
+                vec![on_surface, [about, about + u, about + w]],
+                is_two_sided,
+            )
+            .map(|light| AreaShape::Mesh(Arc::new(light))),
             _ => {
                 let direction = match random.pick(own) {
                     LightShape::Direction(direction) => direction,

@@ -12,7 +12,7 @@
 //! a rounded coefficient: half a unit for each difference, [`ROUNDING`] with what `f32` adds; and
 //! `2^15 * 2 u` twice for the differences' own error, and rounding where all is near zero, [`SLACK`].
 
-use antumbra_geometry::{DVec3, Occluders, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8, mask32x8, u32x4, u32x8};
 
@@ -235,6 +235,27 @@ pub(super) fn tell<S: Simd>(
     let is_over = b.simd_gt(margin) & c.simd_gt(margin) & rest.simd_gt(margin + margin);
     let is_behind = (sum & IS_BEHIND).simd_ne(0);
     (is_over & height.abs().simd_lt(HEIGHT), is_behind)
+}
+
+/// Returns a point within half the room of a start on a surface that is no triangle, if it is surely near the surface.
+pub(super) fn start_on_curved(
+    occluders: &Occluders,
+    frame: &Frame,
+    start: &Start,
+) -> Option<DVec3> {
+    let surface = start.surface?;
+    let room = 0.5 * START_ROOM / frame.scale;
+    let mut point = start.point;
+    if occluders.start_offset(start) != 0.0 {
+        // Where the light is is of no matter to where the start is.
+        let segment = occluders.segment(start, &LightShape::Direction(DVec3::Z));
+        point = segment.origin();
+        // Not for NaN.
+        let is_near = segment.origin_error() < room;
+        is_near.then_some(())?;
+    }
+    let is_near = occluders.is_surely_near_curved(surface, point, room);
+    is_near.then_some(point)
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@ use arc_swap::ArcSwapOption;
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::adaptive::is_ordinary;
-use super::super::forms::START_ROOM;
 use super::super::lattice::Lattice;
 use super::super::planes::{self, StartPlane};
 use super::super::room::{Room, Share};
@@ -113,7 +112,8 @@ impl LightRows {
                 Some(SurfaceId(surface)) => match planes.get(surface as usize) {
                     Some(plane) => of_starts[number] = plane,
                     None => {
-                        if let Some(moved) = self.start_on_curved(occluders, start) {
+                        if let Some(moved) = planes::start_on_curved(occluders, &self.frame, start)
+                        {
                             point = moved;
                             are_told |= 1 << number;
                         }
@@ -140,23 +140,6 @@ impl LightRows {
             };
         }
         places
-    }
-
-    /// Returns a point within half the room of a start on a surface that is no triangle, if it is surely near the surface.
-    fn start_on_curved(&self, occluders: &Occluders, start: &Start) -> Option<DVec3> {
-        let surface = start.surface?;
-        let room = 0.5 * START_ROOM / self.frame.scale;
-        let mut point = start.point;
-        if occluders.start_offset(start) != 0.0 {
-            // Where the light is is of no matter to where the start is.
-            let segment = occluders.segment(start, &LightShape::Direction(DVec3::Z));
-            point = segment.origin();
-            // Not for NaN.
-            let is_near = segment.origin_error() < room;
-            is_near.then_some(())?;
-        }
-        let is_near = occluders.is_surely_near_curved(surface, point, room);
-        is_near.then_some(point)
     }
 
     fn make_planes(&self, occluders: &Occluders) -> Option<(Vec<StartPlane>, Share)> {

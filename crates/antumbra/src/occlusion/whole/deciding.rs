@@ -76,6 +76,25 @@ impl Maker<'_> {
         (self.listed(kept, patch.polygon.middle()), are_on_side)
     }
 
+    /// Decides the starts of a surface that is no triangle in a box: which others may block them. Its own rule is asked for
+    /// each sample.
+    pub(super) fn decide_on_curved(
+        &self,
+        own: SurfaceId,
+        bounds: &Bounds,
+        candidates: &[Candidate],
+    ) -> Decided {
+        let planes = Planes::of_box(bounds, self.hull);
+        let has_own_rule = self.scene.occluders.has_own_rule(own);
+        let kept: Vec<Candidate> = candidates
+            .iter()
+            .filter(|candidate| candidate.surface != own || !has_own_rule)
+            .filter(|candidate| !self.is_above(&planes, candidate.surface))
+            .copied()
+            .collect();
+        self.listed(kept, bounds.center())
+    }
+
     /// Decides the points of space in a box.
     pub(super) fn decide_free(&self, bounds: &Bounds, candidates: &[Candidate]) -> Decided {
         let planes = Planes::of_box(bounds, self.hull);

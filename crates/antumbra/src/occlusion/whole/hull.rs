@@ -86,10 +86,12 @@ enum Shines {
     },
     /// Outside a ball, world space.
     Outside { center: DVec3, radius: f64 },
+    /// Who knows.
+    Somewhere,
 }
 
 impl LightHull {
-    /// Returns the hull of a shape; `None` for those that have none: the sky, meshes, and what is out of range.
+    /// Returns the hull of a shape; `None` for those that have none: the sky, meshes with slivers, and what is out of range.
     pub(super) fn new(shape: &AreaShape, frame: &Frame) -> Option<Self> {
         let plane = |is_two_sided: bool, origin: DVec3, normal: DVec3| Shines::OffPlane {
             origin,
@@ -145,7 +147,15 @@ impl LightHull {
                     shines: Shines::Everywhere,
                 });
             }
-            AreaShape::Sky(_) | AreaShape::Mesh(_) => return None,
+            AreaShape::Mesh(light) => {
+                let triangles = light.triangles();
+                if triangles.iter().any(is_sliver) {
+                    return None;
+                }
+                let bounds = Bounds::of_points(triangles.iter().flatten().copied());
+                (bounds.corners().to_vec(), box_edges(), Shines::Somewhere)
+            }
+            AreaShape::Sky(_) => return None,
         };
         if corners.len() > MOST_CORNERS {
             return None;
@@ -218,6 +228,7 @@ impl LightHull {
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         match self.shines {
             Shines::Everywhere => true,
+            Shines::Somewhere => false,
             Shines::OffPlane {
                 origin,
                 normal,
@@ -243,6 +254,15 @@ impl LightHull {
     pub(super) fn memory_bytes(&self) -> u64 {
         (self.corners.capacity() * size_of::<DVec3>() + self.edges.capacity() * 2) as u64
     }
+}
+
+/// Returns whether a triangle is so thin that samples may be moved far off it: where rounding puts one behind, it is moved along
+/// the axis of the normal's largest component. With more width that is at most 64 roundings of the coordinates.
+fn is_sliver([a, b, c]: &[DVec3; 3]) -> bool {
+    let (first, second) = (b - a, c - a);
+    let is_wide = first.cross(second).length() > 2f64.powi(-20) * first.length() * second.length();
+    // For NaN, too.
+    !is_wide
 }
 
 /// What numbers of the hull's size may be off: 2^-40 of them, some thousand roundings, and as many of what world
@@ -296,8 +316,8 @@ mod tests {
     use std::sync::Arc;
 
     use antumbra_geometry::{
-        DiskLight, LightShape, PolygonLight, RectangleLight, SamplePattern, SegmentLight,
-        SphereLight, SunDisc, TriangleLight,
+        DiskLight, LightShape, MeshLight, PolygonLight, RectangleLight, SamplePattern,
+        SegmentLight, SphereLight, SunDisc, TriangleLight,
     };
 
     use super::super::super::testing::Random;
@@ -308,7 +328,7 @@ mod tests {
         let mut corner = || about + size * random.of_cube();
         let (a, b, c) = (corner(), corner(), corner());
         let is_two_sided = random.below(2) == 0;
-        let kind = random.below(7);
+        let kind = random.below(8);
         let made = match kind {
             0 => SegmentLight::new([a, b]).map(AreaShape::Segment),
             1 => RectangleLight::new(a, [b - a, c - a], is_two_sided).map(AreaShape::Rectangle),
@@ -319,7 +339,12 @@ mod tests {
                     .map(|light| AreaShape::Polygon(Arc::new(light)))
             }
             4 => DiskLight::new(a, b - c, size * 0.3, is_two_sided).map(AreaShape::Disk),
-            5 => SphereLight::new(a, size * 0.3).map(AreaShape::Sphere),
+            5 => MeshLight::new(
+                vec![[a, b, c], [b, a, a + b - c], [c, c + size * DVec3::X, b]],
+                is_two_sided,
+            )
+            .map(|light| AreaShape::Mesh(Arc::new(light))),
+            6 => SphereLight::new(a, size * 0.3).map(AreaShape::Sphere),
             _ => SunDisc::new(b - c, random.pick(&[0.5, 6.0, 30.0, 80.0])).map(AreaShape::SunDisc),
         };
         // Corners in one line or at one place.

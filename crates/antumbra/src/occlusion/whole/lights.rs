@@ -129,10 +129,15 @@ impl WholeLights {
             return None;
         }
         let find = |lights: &[Arc<WholeLight>]| {
-            let light = lights.iter().find(|light| light.shape == *shape)?;
+            let light = lights.iter().find(|light| is_same(&light.shape, shape))?;
             Some(Arc::clone(light))
         };
-        let light = find(&self.lights.load()).or_else(|| {
+        let lights = self.lights.load();
+        let light = find(&lights).or_else(|| {
+            // Of very many lights most are not known, and nobody waits for that.
+            if lights.len() >= MOST_LIGHTS {
+                return None;
+            }
             let _adding = self.adding.lock().unwrap_or_else(PoisonError::into_inner);
             let lights = self.lights.load_full();
             find(&lights).or_else(|| {
@@ -212,6 +217,7 @@ impl WholeView<'_> {
     #[inline]
     pub(crate) fn tell(
         &self,
+        occluders: &Occluders,
         starts: &[Start],
         side: WholeSide,
         asked: &mut Asked,
@@ -223,7 +229,7 @@ impl WholeView<'_> {
             return [Told::Open; WHOLE_BLOCK];
         };
         dispatch!(self.all.simd, simd => {
-            self.tell_with(simd, (planes, sides), starts, side, asked)
+            self.tell_with(simd, occluders, (planes, sides), starts, side, asked)
         })
     }
 
@@ -231,6 +237,7 @@ impl WholeView<'_> {
     fn tell_with<S: Simd>(
         &self,
         simd: S,
+        occluders: &Occluders,
         (planes, sides): (&[StartPlane], &[i8]),
         starts: &[Start],
         side: WholeSide,
@@ -243,15 +250,20 @@ impl WholeView<'_> {
         // Points of space are where they are.
         let mut are_told = 0_u32;
         for (number, start) in starts.iter().enumerate().take(WHOLE_BLOCK) {
+            let mut point = start.point;
             match start.surface {
                 None => are_told |= 1 << number,
-                Some(SurfaceId(surface)) => {
-                    if let Some(plane) = planes.get(surface as usize) {
-                        of_starts[number] = plane;
+                Some(SurfaceId(surface)) => match planes.get(surface as usize) {
+                    Some(plane) => of_starts[number] = plane,
+                    None => {
+                        if let Some(moved) = planes::start_on_curved(occluders, frame, start) {
+                            point = moved;
+                            are_told |= 1 << number;
+                        }
                     }
-                }
+                },
             }
-            let x = frame.point_in_frame(start.point);
+            let x = frame.point_in_frame(point);
             coordinates[0][number] = x.x as f32;
             coordinates[1][number] = x.y as f32;
             coordinates[2][number] = x.z as f32;
@@ -272,9 +284,11 @@ impl WholeView<'_> {
                     asked.find();
                     continue;
                 }
-                (None, _) | (Some(Some(_)), WholeSide::Front) | (Some(Some(1)), _) => false,
+                // What is known of other surfaces holds for all of the light.
+                (None | Some(None), _) => false,
+                (Some(Some(_)), WholeSide::Front) | (Some(Some(1)), _) => false,
                 (Some(Some(_)), WholeSide::Back) | (Some(Some(-1)), _) => true,
-                (Some(Some(_)), WholeSide::All) | (Some(None), _) => {
+                (Some(Some(_)), WholeSide::All) => {
                     asked.nowhere();
                     continue;
                 }
@@ -413,6 +427,15 @@ impl WholeView<'_> {
     fn begin_making(&self) -> Option<Turn<'_>> {
         let is_free = !self.light.is_making.swap(true, Ordering::Acquire);
         is_free.then_some(Turn(&self.light.is_making))
+    }
+}
+
+/// Returns whether two shapes are the same. Meshes and polygons are told by where they lie first: points are many.
+fn is_same(a: &AreaShape, b: &AreaShape) -> bool {
+    match (a, b) {
+        (AreaShape::Mesh(a), AreaShape::Mesh(b)) => Arc::ptr_eq(a, b) || a == b,
+        (AreaShape::Polygon(a), AreaShape::Polygon(b)) => Arc::ptr_eq(a, b) || a == b,
+        _ => a == b,
     }
 }
 

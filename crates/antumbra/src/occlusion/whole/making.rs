@@ -126,6 +126,9 @@ impl Maker<'_> {
         entries: &mut Entries,
     ) {
         let (decided, are_on_side) = match key.surface() {
+            Some(surface) if surface.0 as usize >= self.sides.len() => {
+                (self.decide_on_curved(surface, bounds, candidates), false)
+            }
             Some(surface) => self.decide_on(surface, key.side(), bounds, candidates),
             None => (self.decide_free(bounds, candidates), false),
         };

@@ -112,7 +112,7 @@ fn what_is_known_of_a_whole_light_holds() {
     let random = &mut Random(
         std::env::var("ANTUMBRA_WHOLE_SEED").map_or(11, |n| n.parse().expect("a number")),
     );
-    let (mut lit, mut dark, mut listed) = (0_u64, 0_u64, 0_u64);
+    let (mut lit, mut dark, mut listed, mut curved) = (0_u64, 0_u64, 0_u64, 0_u64);
     for round in 0..rounds {
         let occluders = scene(random);
         let bounds = occluders.bounds();
@@ -152,17 +152,19 @@ fn what_is_known_of_a_whole_light_holds() {
         let mut asked: Vec<(Key, Start)> = Vec::new();
         for _ in 0..40 {
             let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
-            let Some([a, b, c]) = occluders.triangle_positions(surface) else {
-                continue;
+            let (point, surface) = match occluders.triangle_positions(surface) {
+                Some([a, b, c]) => {
+                    let (u, v) = (random.real(0.0, 1.0), random.real(0.0, 1.0));
+                    let shift = random.pick(&[1.0, 1.0, 1.0, 0.0]);
+                    let point = a + shift * u * (b - a) + shift * (1.0 - u) * v * (c - a);
+                    (point, (random.below(8) != 0).then_some(surface))
+                }
+                None => {
+                    let about = occluders.surface_bounds(surface).center() + random.in_cube();
+                    (occluders.start_on(surface, about).point, Some(surface))
+                }
             };
-            let (u, v) = (random.real(0.0, 1.0), random.real(0.0, 1.0));
-            let shift = random.pick(&[1.0, 1.0, 1.0, 0.0]);
-            let point = a + shift * u * (b - a) + shift * (1.0 - u) * v * (c - a);
-            let surface = if random.below(8) == 0 {
-                None
-            } else {
-                Some(surface)
-            };
+            let is_curved = surface.is_some_and(|s| occluders.triangle_positions(s).is_none());
             let (corner, edge) = lattice.corner_and_edge();
             let cell_edge = edge / f64::from(1_u32 << level);
             let at = ((point - corner) / cell_edge).floor();
@@ -174,7 +176,11 @@ fn what_is_known_of_a_whole_light_holds() {
             });
             let is_behind = random.below(2) == 0;
             asked.push((
-                Key::new(number, surface, is_behind && surface.is_some()),
+                Key::new(
+                    number,
+                    surface,
+                    is_behind && surface.is_some() && !is_curved,
+                ),
                 Start { point, surface },
             ));
         }
@@ -192,7 +198,15 @@ fn what_is_known_of_a_whole_light_holds() {
                 .map(|(_, start)| *start)
                 .collect();
             let surface = key.surface();
+            let own = surface.filter(|&surface| occluders.has_own_rule(surface));
+            let is_curved = surface.is_some_and(|s| occluders.triangle_positions(s).is_none());
             let points: Vec<DVec3> = match surface {
+                Some(surface) if is_curved => (0..8)
+                    .map(|_| {
+                        let about = occluders.surface_bounds(surface).center() + random.in_cube();
+                        occluders.start_on(surface, about).point
+                    })
+                    .collect(),
                 None => within.corners().to_vec(),
                 Some(surface) => {
                     // Corners of the patch, and points of its border and inside.
@@ -228,9 +242,12 @@ fn what_is_known_of_a_whole_light_holds() {
                         );
                         continue;
                     };
-                    let side = surface.map_or(1, |surface| {
-                        occluders.light_side_of(surface, &sample.target)
-                    });
+                    let side = match surface {
+                        Some(surface) if !is_curved => {
+                            occluders.light_side_of(surface, &sample.target)
+                        }
+                        _ => 1,
+                    };
                     if side != key.side() {
                         assert!(!known.are_all_asked(), "{round} {shape:?} {start:?}");
                         continue;
@@ -238,7 +255,7 @@ fn what_is_known_of_a_whole_light_holds() {
                     let segment = occluders.segment(&start, &sample.target);
                     let blocking: Vec<SurfaceId> = occluders
                         .surfaces()
-                        .filter(|&s| occluders.blocks(s, &segment))
+                        .filter(|&s| Some(s) != own && occluders.blocks(s, &segment))
                         .collect();
                     let context = || {
                         format!(
@@ -261,6 +278,7 @@ fn what_is_known_of_a_whole_light_holds() {
                             let leaves = &entries.lists[first as usize + 1..][..count];
                             for surface in blocking {
                                 listed += 1;
+                                curved += u64::from(is_curved);
                                 assert!(
                                     leaves.iter().any(|&leaf| bvh.leaf_holds(leaf, surface)),
                                     "list: {surface:?} round {round} {shape:?} {start:?}"
@@ -273,7 +291,7 @@ fn what_is_known_of_a_whole_light_holds() {
         }
     }
     assert!(
-        lit > 20_000 && dark > 5_000 && listed > 20_000,
-        "{lit} {dark} {listed}"
+        lit > 20_000 && dark > 5_000 && listed > 20_000 && curved > 500,
+        "{lit} {dark} {listed} {curved}"
     );
 }

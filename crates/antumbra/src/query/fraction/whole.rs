@@ -36,7 +36,7 @@ impl ShadowIndex {
     /// With [`Method::Auto`](crate::Method) and [`Method::Voxel`](crate::Method), values for the whole light are made while
     /// samples are asked about, where that pays: for the part of a surface in a small cell they say that all of the light
     /// reaches every point, or that nothing of it does, or what little may block. Answers do not depend on them. Nothing is
-    /// ever known of skies, meshes and very wide suns.
+    /// ever known of skies and very wide suns.
     ///
     /// Counts under `counters.shadow` each sample: under `first_pass` where a value answered, under `blocker_list` where a
     /// list did, else under `rays`.
@@ -106,7 +106,7 @@ impl ShadowIndex {
             .zip(occluded.chunks_mut(WHOLE_BLOCK * stride));
         'all: for (number, (starts, words)) in blocks.enumerate() {
             antumbra_task::check();
-            let told = view.tell(starts, WholeSide::All, &mut asked);
+            let told = view.tell(occluders, starts, WholeSide::All, &mut asked);
             for (at, (start, words)) in starts.iter().zip(words.chunks_mut(stride)).enumerate() {
                 let targets = samples.of(number * WHOLE_BLOCK + at);
                 let leaves = match told[at] {
@@ -164,7 +164,7 @@ impl ShadowIndex {
         let view = self.with_what_is_asked(view, &scene, starts, side);
         let begin = Reading::now();
         let mut asked = AskedOfWhole::default();
-        let leaves = match view.tell(starts, side, &mut asked)[0] {
+        let leaves = match view.tell(occluders, starts, side, &mut asked)[0] {
             Told::Lit { .. } => {
                 counters.shadow.first_pass += targets.len() as u64;
                 None
@@ -263,7 +263,7 @@ impl ShadowIndex {
         let begin = Reading::now();
         for (number, starts) in starts.chunks(WHOLE_BLOCK).enumerate() {
             antumbra_task::check();
-            let told = view.tell(starts, side, &mut asked);
+            let told = view.tell(occluders, starts, side, &mut asked);
             for (at, start) in starts.iter().enumerate() {
                 let row = number * WHOLE_BLOCK + at;
                 let fraction = &mut fractions[row];
@@ -331,7 +331,7 @@ impl ShadowIndex {
         view.make_for(scene, &AskedOfWhole::default());
         let mut asked = AskedOfWhole::default();
         for starts in starts.chunks(WHOLE_BLOCK) {
-            view.tell(starts, side, &mut asked);
+            view.tell(scene.occluders, starts, side, &mut asked);
         }
         view.make_for(scene, &asked);
         view.anew()
