@@ -5,8 +5,8 @@
 
 use std::cell::Cell;
 
-/// One query or block in so many says what using lists has cost, for all of them.
-pub(crate) const SAMPLED: u64 = 16;
+/// One single query in so many that a map knows nothing of says what is to be made, for all of them.
+pub(crate) const SAMPLED: u64 = 64;
 /// One of so many single queries is timed: reading the clock takes as long as several rays.
 pub(crate) const TIMED: u64 = 256;
 

@@ -7,7 +7,7 @@ use antumbra_geometry::{DVec3, Start};
 use super::order::{self, Order, WINDOW};
 use super::voxel::{ByVoxel, NOTED, Rays};
 use crate::clock::Reading;
-use crate::draw::{SAMPLED, draw};
+use crate::draw::{SAMPLED, TIMED, draw};
 use crate::occlusion::{Found, Lists, MANY, Map, Spent};
 use crate::{Answer, Counters, Decided, QueryError};
 
@@ -37,11 +37,14 @@ impl<R: Rays> ByVoxel<'_, R> {
             let lists = known.as_deref().map(|known| &*known.lists);
             let map = lists.and_then(|lists| Some((lists, lists.map()?)));
             let map = map.filter(|_| self.values.is_map_worth_it(light, is_refining));
-            // What announcing takes counts, too.
-            let begin = is_refining.then(Reading::now);
             if let (true, Some(map), None) = (is_refining, map, &announced) {
+                let begin = Reading::now();
                 announced = Some(self.values.announce(map, self.occluders, left, light));
+                // That serves the whole call: charged to its first queries it would make the map look dear.
+                let made = Spent::making(begin.elapsed_ns());
+                self.values.spent(self.occluders, light, &made);
             }
+            let begin = is_refining.then(Reading::now);
             // Rays are put in order together, once it is known what they cost.
             if map.is_some() {
                 let is_scattered = || order::is_scattered(self.values, light, left);
@@ -194,10 +197,13 @@ impl<R: Rays> ByVoxel<'_, R> {
     pub(super) fn answer_one_by_map(&self, start: &Start, counters: &mut Counters) -> Answer {
         let light = self.light_number;
         let is_refining = self.values.is_refining();
-        let is_sampled =
-            is_refining && (self.values.is_made_when_queried() || draw().is_multiple_of(SAMPLED));
+        let is_one_in = |drawn: u64, count| {
+            is_refining && (self.values.is_made_when_queried() || drawn.is_multiple_of(count))
+        };
+        let drawn = if is_refining { draw() } else { 0 };
+        let (is_sampled, is_timed) = (is_one_in(drawn, SAMPLED), is_one_in(drawn, TIMED));
         // What reading the clock takes comes beside.
-        let begin = is_sampled.then(|| (Reading::now(), Reading::now()));
+        let begin = is_timed.then(|| (Reading::now(), Reading::now()));
         let known = self.values.known(light);
         let lists = known.as_deref().map(|known| &*known.lists);
         let map = lists.and_then(|lists| Some((lists, lists.map()?)));
@@ -231,13 +237,16 @@ impl<R: Rays> ByVoxel<'_, R> {
             };
             let took = second.elapsed_ns().saturating_sub(reading + made + by_ray);
             let spent = Spent {
-                queries: SAMPLED,
-                ns: SAMPLED * took,
+                queries: TIMED,
+                ns: TIMED * took,
                 made,
                 is_by_map: map.is_some(),
-                known: SAMPLED * u64::from(!found.is_nothing()),
+                known: TIMED * u64::from(!found.is_nothing()),
             };
             self.values.spent(self.occluders, light, &spent);
+        } else if made > 0 {
+            self.values
+                .spent(self.occluders, light, &Spent::making(made));
         }
         answer
     }

@@ -121,14 +121,7 @@ impl AdaptiveValues {
                     self.make_room(light);
                 }
             }
-            let made = Spent {
-                queries: 0,
-                ns: 0,
-                made: begin.elapsed_ns(),
-                is_by_map: false,
-                known: 0,
-            };
-            values.prices.note(&made);
+            values.prices.note(&Spent::making(begin.elapsed_ns()));
         }
     }
 

@@ -38,6 +38,19 @@ pub(crate) struct Spent {
     pub(crate) known: u64,
 }
 
+impl Spent {
+    /// What making something took, beside queries.
+    pub(crate) fn making(ns: u64) -> Self {
+        Self {
+            queries: 0,
+            ns: 0,
+            made: ns,
+            is_by_map: false,
+            known: 0,
+        }
+    }
+}
+
 /// Numbers of [`Prices::recent`].
 const BY_RAYS: usize = 0;
 const BY_MAP: usize = 1;

@@ -13,8 +13,8 @@ use crate::{Answer, Counters, Decided, QueryError, ReceiverSide, Refine, Shadow,
 
 /// Starts between two looks at whether rows pay.
 const LOOK: u32 = 256;
-/// One start in so many is timed: reading the clock takes about as long as a row.
-const TIMED: u32 = 8;
+/// One start in so many is timed: reading the clock takes as long as all lights of some starts.
+const TIMED: u32 = 32;
 
 /// Asks an index about all lights of one point after the other, and holds the answers of the last. Made once by a thread and
 /// asked again and again, so that points cost no memory of their own: [`ShadowIndex::lights_in_turn`].
