@@ -136,27 +136,26 @@ fn gaps_of_one_rounding_are_there() {
 }
 
 #[test]
-fn curved_surfaces_in_the_way_are_reported() {
+fn a_ball_and_a_plate_shade_together() {
     let mut builder = Occluders::builder();
-    let ball = crate::Sphere {
-        center: v(1.0, 0.0, 2.0),
-        radius: 0.5,
+    builder
+        .add_face(&plate(1.0, 2.0, 1.0), Opacity::Opaque)
+        .unwrap();
+    let ball = |x: f64, y: f64| crate::Sphere {
+        center: v(x, y, 2.0),
+        radius: 0.625,
     };
-    let number = builder.add_sphere(ball, Opacity::Opaque).unwrap();
+    // One touches the plate's shadow, one does not reach the segment, one shades less than it is wide.
+    for sphere in [ball(2.625, 0.0), ball(4.0, 0.625), ball(6.0, 0.375)] {
+        builder.add_sphere(sphere, Opacity::Opaque).unwrap();
+    }
     let occluders = builder.build();
-    let ask = |points| {
-        let mut shadows = SegmentShadows::new(&occluders, points, &UP);
-        for surface in occluders.surfaces() {
-            shadows.meet(surface);
-        }
-        shadows.finish(&mut Vec::new()).err()
-    };
-    let ball = occluders.surfaces_of(number).next();
-    assert_eq!(ask([v(0.0, 0.0, 0.0), v(8.0, 0.0, 0.0)]), ball);
-    // Beside it, before it and above it.
-    assert_eq!(ask([v(0.0, 0.6, 0.0), v(8.0, 0.6, 0.0)]), None);
-    assert_eq!(ask([v(-1.0, 0.0, 0.0), v(0.0, 0.0, 0.0)]), None);
-    assert_eq!(ask([v(0.0, 0.0, 3.0), v(8.0, 0.0, 3.0)]), None);
+    let points = [v(0.0, 0.0, 0.0), v(8.0, 0.0, 0.0)];
+    let expected = vec![[0.0, 0.125], [0.40625, 0.6875], [0.8125, 1.0]];
+    assert_eq!(lit(&occluders, points, UP), expected);
+    // Above the first ball nothing is in the way; in it all is dark.
+    let down = [v(2.625, 0.0, 3.0), v(2.625, 0.0, 1.0)];
+    assert_eq!(lit(&occluders, down, UP), vec![[0.0, 0.1875]]);
 }
 
 /// Numbers from -1 to 1 by a linear congruence: enough here.
@@ -195,7 +194,7 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         let surface = SurfaceId(0);
         let shadows = SegmentShadows::new(&occluders, points, &light);
         let span = shadows.shaded_by(surface, corners);
-        let reach = shadows.fan.as_ref().and_then(|fan| fan.reach(corners));
+        let reach = shadows.fan.as_ref().and_then(|fan| fan.reach(&corners));
         if shadows.hull.misses(&corners) {
             missed += 1;
             assert!(span.is_none(), "{corners:?} {points:?} {light:?}");
