@@ -3,7 +3,7 @@
 mod common;
 
 use antumbra::{DVec3, LightShape, LitIntervalsError, Method, ShadowIndex};
-use antumbra_geometry::{Coverage, Occluders, Opacity};
+use antumbra_geometry::{Coverage, Occluders};
 use antumbra_testkit::fixtures;
 use antumbra_testkit::nasty::{self, NastyScene};
 use antumbra_testkit::oracle::{
@@ -207,9 +207,7 @@ fn batches_have_the_intervals_of_their_segments() {
         .build()
         .unwrap();
     let random = &mut Random(7);
-    let ends: Vec<Ends> = (0..200)
-        .flat_map(|_| segments(&scene, random))
-        .collect();
+    let ends: Vec<Ends> = (0..200).flat_map(|_| segments(&scene, random)).collect();
     let (origins, lasts): (Vec<_>, Vec<_>) = ends.iter().map(|&[a, b]| (a, b)).unzip();
     let light = common::nasty::light(scene.lights[0]);
     let ask_all = |threads| {

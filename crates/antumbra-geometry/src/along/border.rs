@@ -151,14 +151,11 @@ impl Ends {
     pub(super) fn nearest_place(&self, occluders: &Occluders, border: &Border) -> f64 {
         let rounded = match border.form {
             Form::First | Form::Last => None,
-            Form::Face(surface, form) => {
-                self.rounded_share(corners_of(occluders, surface), form)
-            }
+            Form::Face(surface, form) => self.rounded_share(corners_of(occluders, surface), form),
             Form::Curved(surface, form, is_last) => {
                 let form = self.curved_form::<Refined>(occluders, surface, form);
-                form.pattern().and_then(|pattern| {
-                    form.shares(pattern.zeros)[usize::from(is_last)]?.nearest()
-                })
+                form.pattern()
+                    .and_then(|pattern| form.shares(pattern.zeros)[usize::from(is_last)]?.nearest())
             }
         };
         rounded.unwrap_or_else(|| self.exact_place(occluders, border.form))

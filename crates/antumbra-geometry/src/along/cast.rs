@@ -60,15 +60,19 @@ impl Cast<'_> {
         let side = self.track(CurvedForm::Product(End::Start, End::Light));
         let c = self.sign(CurvedForm::Product(End::Light, End::Light));
         let discriminant = self.track(CurvedForm::Discriminant);
-        self.cells([&inside, &side, &discriminant], &Span::WHOLE, |span, signs| {
-            let [a, b, discriminant] = signs;
-            let is_end_outside = a.is_positive() || c.is_positive();
-            let is_end_inside = a.is_negative() || c.is_negative();
-            let dips = b.is_negative() && discriminant.is_positive();
-            if is_end_outside && (is_end_inside || dips) {
-                visit(span);
-            }
-        });
+        self.cells(
+            [&inside, &side, &discriminant],
+            &Span::WHOLE,
+            |span, signs| {
+                let [a, b, discriminant] = signs;
+                let is_end_outside = a.is_positive() || c.is_positive();
+                let is_end_inside = a.is_negative() || c.is_negative();
+                let dips = b.is_negative() && discriminant.is_positive();
+                if is_end_outside && (is_end_inside || dips) {
+                    visit(span);
+                }
+            },
+        );
     }
 
     fn disk(&self, visit: &mut impl FnMut(Span)) {
@@ -93,11 +97,15 @@ impl Cast<'_> {
         let planes = [Plane::Base, Plane::Apex];
         let heights = planes.map(|plane| self.track(CurvedForm::Height(plane)));
         let of_light = planes.map(|plane| self.sign(CurvedForm::LightHeight(plane)));
-        self.cells([&heights[0], &heights[1]], &Span::WHOLE, |span, of_start| {
-            if let Some(clipped) = Clipped::new(of_start, of_light) {
-                self.clipped_tube(cone, &clipped, &span, visit);
-            }
-        });
+        self.cells(
+            [&heights[0], &heights[1]],
+            &Span::WHOLE,
+            |span, of_start| {
+                if let Some(clipped) = Clipped::new(of_start, of_light) {
+                    self.clipped_tube(cone, &clipped, &span, visit);
+                }
+            },
+        );
     }
 
     /// Visits what a tube shades of a span in which the line to the light crosses the same end planes.
@@ -115,11 +123,13 @@ impl Cast<'_> {
         let discriminant = self.track(CurvedForm::Discriminant);
         let is_b_flipped = clipped.is_flipped[0] != clipped.is_flipped[1];
         // Only where a line goes through a rim all along does it matter whether it touches the wall there.
-        let touch = [(Plane::Base, cone.base_radius), (Plane::Apex, cone.apex_radius)];
+        let touch = [
+            (Plane::Base, cone.base_radius),
+            (Plane::Apex, cone.apex_radius),
+        ];
         let touch = touch.map(|(plane, radius)| {
-            let is_in_rim = |end, track: &Track| {
-                end == End::At(plane) && track.before == Sign::Zero
-            };
+            let is_in_rim =
+                |end, track: &Track| end == End::At(plane) && track.before == Sign::Zero;
             let is_in_rim = is_in_rim(start, &a) || is_in_rim(light, &c);
             is_in_rim.then(|| {
                 let at = if radius == 0.0 {
@@ -137,23 +147,30 @@ impl Cast<'_> {
         let [base, apex] = touch
             .each_ref()
             .map(|touch| touch.as_ref().map_or(&none, |(track, _)| track));
-        self.cells([&a, &b, &c, &discriminant, base, apex], span, |span, signs| {
-            let [a, mut b, c, discriminant, base, apex] = signs;
-            if is_b_flipped {
-                b = b.flipped();
-            }
-            let takes = |wanted: Sign| {
-                a == wanted || c == wanted || (b == wanted && discriminant.is_positive())
-            };
-            let crosses_rim = touch.iter().zip([base, apex]).any(|(touch, sign)| match touch {
-                None => false,
-                Some((_, 0.0)) => sign.is_negative(),
-                Some(_) => sign != Sign::Zero,
-            });
-            if takes(Sign::Negative) && takes(Sign::Positive) || crosses_rim {
-                visit(span);
-            }
-        });
+        self.cells(
+            [&a, &b, &c, &discriminant, base, apex],
+            span,
+            |span, signs| {
+                let [a, mut b, c, discriminant, base, apex] = signs;
+                if is_b_flipped {
+                    b = b.flipped();
+                }
+                let takes = |wanted: Sign| {
+                    a == wanted || c == wanted || (b == wanted && discriminant.is_positive())
+                };
+                let crosses_rim = touch
+                    .iter()
+                    .zip([base, apex])
+                    .any(|(touch, sign)| match touch {
+                        None => false,
+                        Some((_, 0.0)) => sign.is_negative(),
+                        Some(_) => sign != Sign::Zero,
+                    });
+                if takes(Sign::Negative) && takes(Sign::Positive) || crosses_rim {
+                    visit(span);
+                }
+            },
+        );
     }
 
     fn cells<const FORMS: usize>(
@@ -200,8 +217,12 @@ impl Cast<'_> {
     #[cold]
     #[inline(never)]
     fn exact_pattern(&self, form: CurvedForm) -> Pattern {
-        let exact = self.ends.curved_form::<Exact>(self.occluders, self.surface, form);
-        exact.pattern().expect("exact arithmetic always knows the sign")
+        let exact = self
+            .ends
+            .curved_form::<Exact>(self.occluders, self.surface, form);
+        exact
+            .pattern()
+            .expect("exact arithmetic always knows the sign")
     }
 }
 
@@ -230,9 +251,9 @@ impl Clipped {
                 (Sign::Positive, Sign::Negative) => clipped.light = End::At(plane),
                 _ => continue,
             }
-            clipped.is_flipped[number] =
-                (clipped.start == End::At(plane) || clipped.light == End::At(plane))
-                    && of_light[number].is_negative();
+            clipped.is_flipped[number] = (clipped.start == End::At(plane)
+                || clipped.light == End::At(plane))
+                && of_light[number].is_negative();
         }
         Some(clipped)
     }

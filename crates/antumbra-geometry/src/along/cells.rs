@@ -23,11 +23,7 @@ pub(super) struct Track {
 
 impl Track {
     /// Returns the sign right behind a place.
-    fn sign_behind(
-        &self,
-        place: &Border,
-        compare: impl Fn(&Border, &Border) -> Ordering,
-    ) -> Sign {
+    fn sign_behind(&self, place: &Border, compare: impl Fn(&Border, &Border) -> Ordering) -> Sign {
         let zeros = self.zeros.iter().flatten();
         let passed = zeros.filter(|zero| compare(zero, place).is_le()).count();
         if passed == 1 {

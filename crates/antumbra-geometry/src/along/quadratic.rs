@@ -114,9 +114,9 @@ impl Quadratic<Refined> {
                 let square = middle.times(&middle).plus(&first.times(&last));
                 let sum = middle.plus(&square.root());
                 // With the sign of the last end the middle is on its side.
-                let is_on_last = self.middle.is_some_and(|middle| {
-                    (middle.rounded() > 0.0) == (self.last.rounded() > 0.0)
-                });
+                let is_on_last = self
+                    .middle
+                    .is_some_and(|middle| (middle.rounded() > 0.0) == (self.last.rounded() > 0.0));
                 let [over, under] = if is_on_last {
                     [first, sum]
                 } else {
@@ -220,6 +220,9 @@ mod tests {
         let third = quadratic::<Exact>([1.0, -2.0, 4.0]);
         assert_eq!(third.pattern(), Some(expected));
         let zero = Quadratic::linear(Exact::from_f64(0.0), Exact::from_f64(0.0));
-        assert_eq!(zero.pattern().map(|pattern| pattern.before), Some(Sign::Zero));
+        assert_eq!(
+            zero.pattern().map(|pattern| pattern.before),
+            Some(Sign::Zero)
+        );
     }
 }

@@ -216,9 +216,10 @@ impl<N: Measured> Quadric<N> {
             CurvedForm::Product(End::Light, End::Light) => {
                 constant(self.polar(&self.light, &self.light))
             }
-            CurvedForm::Product(End::Start, End::Light) => {
-                Quadratic::linear(self.polar(first, &self.light), self.polar(last, &self.light))
-            }
+            CurvedForm::Product(End::Start, End::Light) => Quadratic::linear(
+                self.polar(first, &self.light),
+                self.polar(last, &self.light),
+            ),
             CurvedForm::Product(one, other) if one == other => {
                 let [first, last] = self.points(one);
                 Quadratic {
@@ -268,9 +269,7 @@ impl<N: Measured> Quadric<N> {
                 let light_height = self.height(plane, light);
                 starts.map(|start| start.minus(&light_height, light, &self.height(plane, start)))
             }
-            End::Direction => {
-                starts.map(|start| light.minus(&start.weight, start, &light.weight))
-            }
+            End::Direction => starts.map(|start| light.minus(&start.weight, start, &light.weight)),
         }
     }
 

@@ -212,3 +212,77 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         "{shaded} {narrowed} {missed}"
     );
 }
+
+/// A ball, a disk or a cone.
+fn curved(number: usize, middle: DVec3, numbers: &mut Numbers) -> Occluders {
+    let mut builder = Occluders::builder();
+    let radius = numbers.next().abs();
+    let added = match number % 3 {
+        0 => builder.add_sphere(
+            crate::Sphere {
+                center: middle,
+                radius,
+            },
+            Opacity::Opaque,
+        ),
+        1 => builder.add_disk(
+            crate::Disk {
+                center: middle,
+                normal: numbers.point(),
+                radius,
+            },
+            Opacity::Opaque,
+        ),
+        _ => builder.add_cone(
+            crate::Cone {
+                base: middle,
+                base_radius: radius,
+                apex: middle + numbers.point(),
+                apex_radius: numbers.next().max(0.0),
+                is_closed: false,
+            },
+            Opacity::Opaque,
+        ),
+    };
+    added.unwrap();
+    builder.build()
+}
+
+#[test]
+fn curved_shadows_lie_where_the_fan_and_the_hull_say() {
+    let numbers = &mut Numbers(2);
+    let (mut shaded, mut missed) = (0, 0);
+    for number in 0..20_000 {
+        let place = [0.0, 0.0, 1e6][number / 15 % 3] * v(1.0, -2.0, 0.5);
+        let points = [(); 2].map(|()| place + numbers.point());
+        let light = match number / 3 % 5 {
+            0 | 1 => LightShape::Direction(numbers.point()),
+            2 => LightShape::Point(place + 1e4 * numbers.point()),
+            _ => LightShape::Point(place + 2.0 * numbers.point()),
+        };
+        let on_line = points[0] + (points[1] - points[0]) * (0.5 + numbers.next());
+        let towards = light.towards(on_line);
+        let aside = [0.1, 1.0, 3.0][number % 7 % 3] * numbers.point();
+        let middle = on_line + towards.normalize() * numbers.next().abs() + aside;
+        let occluders = curved(number, middle, numbers);
+        let surface = SurfaceId(0);
+        let shadows = SegmentShadows::new(&occluders, points, &light);
+        let bounds = occluders.surface_bounds(surface);
+        let reach = shadows
+            .fan
+            .as_ref()
+            .and_then(|fan| fan.reach(&bounds.corners()));
+        let is_missed = shadows.misses_curved(surface);
+        missed += usize::from(is_missed);
+        let label = format!("{bounds:?} {points:?} {light:?}");
+        for_each_shadow(&shadows.ends, &occluders, surface, |span| {
+            shaded += 1;
+            assert!(!is_missed, "{label}");
+            if let Some([least, most]) = reach {
+                assert!(least < span.begin.place + span.begin.error, "{label}");
+                assert!(span.end.place - span.end.error < most, "{label}");
+            }
+        });
+    }
+    assert!(shaded > 5_000 && missed > 1_000, "{shaded} {missed}");
+}

@@ -5,9 +5,9 @@ use super::{
     Surface, SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
-    DiskPlane, cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall,
-    own_sphere_blocks, own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side,
-    triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
+    DiskPlane, cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance,
+    is_behind_wall, own_sphere_blocks, own_tube_blocks, plane_side, sphere_blocks, sphere_distance,
+    sphere_side, triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
 };
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartSurface, largest_move_onto};
@@ -62,9 +62,7 @@ impl Occluders {
             }
             CurvedShape::Tube(cone) => is_solid(cone).then_some(RoundShape::Tube(*cone)),
             CurvedShape::Cap(disk, cone) => is_solid(cone).then_some(RoundShape::Disk(*disk)),
-            CurvedShape::Disk(disk, axis) => {
-                (*axis != NO_AXIS).then_some(RoundShape::Disk(*disk))
-            }
+            CurvedShape::Disk(disk, axis) => (*axis != NO_AXIS).then_some(RoundShape::Disk(*disk)),
         }
     }
 

@@ -40,7 +40,9 @@ impl Oracle {
         let mut places = vec![OraclePlace::end(0.0), OraclePlace::end(1.0)];
         for (surface, prepared) in self.surfaces.iter().zip(&self.prepared) {
             if surface.opaque {
-                let mut numbers = segments.each_ref().map(|x| prepared.decisive(x).into_iter());
+                let mut numbers = segments
+                    .each_ref()
+                    .map(|x| prepared.decisive(x).into_iter());
                 while let [Some(a), Some(b), Some(c), Some(d)] =
                     numbers.each_mut().map(|left| left.next())
                 {

@@ -248,9 +248,24 @@ impl OraclePlace {
             Common::None => false,
             Common::One(zero) => self.holds(&zero) && other.holds(&zero),
             Common::All => {
-                let larger = |a: &Exact, b: &Exact| if a.compare(b).is_gt() { a.clone() } else { b.clone() };
-                let smaller = |a: &Exact, b: &Exact| if a.compare(b).is_lt() { a.clone() } else { b.clone() };
-                let (low, high) = (larger(&self.low, &other.low), smaller(&self.high, &other.high));
+                let larger = |a: &Exact, b: &Exact| {
+                    if a.compare(b).is_gt() {
+                        a.clone()
+                    } else {
+                        b.clone()
+                    }
+                };
+                let smaller = |a: &Exact, b: &Exact| {
+                    if a.compare(b).is_lt() {
+                        a.clone()
+                    } else {
+                        b.clone()
+                    }
+                };
+                let (low, high) = (
+                    larger(&self.low, &other.low),
+                    smaller(&self.high, &other.high),
+                );
                 let signs = [&low, &high].map(|x| self.polynomial.sign_at(x));
                 low.compare(&high).is_lt() && signs[0] * signs[1] < 0
             }
@@ -364,7 +379,8 @@ mod tests {
 
     #[test]
     fn one_place_is_equal_however_it_is_made() {
-        let one = |coefficients, number: usize| polynomial(coefficients).zeros().swap_remove(number);
+        let one =
+            |coefficients, number: usize| polynomial(coefficients).zeros().swap_remove(number);
         // sqrt(1/2) twice, as the zero of a cube's factor times another, and of a linear form.
         let root = one([-0.5, 0.0, 1.0], 0);
         assert!(root.compare(&one([2.0, 0.0, -4.0], 0)).is_eq());
