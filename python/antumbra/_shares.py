@@ -188,8 +188,8 @@ class Shares:
             intervals: Shape (k, 2), float64: begin and end of each, as shares of the length from the origin, in order.
 
         Raises:
-            ValueError: A shape does not fit, a number is not finite, or a curved or alpha-tested surface may shade some of
-                a segment: its shadow has no closed form here.
+            ValueError: A shape does not fit, a number is not finite, or an alpha-tested surface may shade some of a segment: its
+                shadow has no closed form here.
             TypeError: A dtype does not fit, or the light has a size.
             IndexError: The light does not exist.
         """

@@ -19,12 +19,14 @@ mod laws;
 mod locate;
 #[cfg(test)]
 mod page;
+mod place;
 mod planar;
 mod point;
 mod quadric;
 mod share;
 mod surface;
 
+pub use place::OraclePlace;
 pub use point::OraclePoint;
 pub use share::OracleShare;
 
@@ -80,6 +82,18 @@ impl Prepared {
                 .map(|tube| Self::Tube(Box::new(tube))),
         }
         .unwrap_or(Self::Nothing)
+    }
+
+    /// The numbers by whose signs a free query is decided, and more. Each is a polynomial of the start, of degree two at most
+    /// along a line, for a start of scale one.
+    fn decisive(&self, segment: &Segment) -> Vec<Exact> {
+        match self {
+            Self::Nothing => Vec::new(),
+            Self::Triangle(triangle) => triangle.decisive(segment),
+            Self::Disk(disk) => disk.decisive(segment),
+            Self::Sphere(sphere) => sphere.decisive(segment),
+            Self::Tube(tube) => tube.decisive(segment),
+        }
     }
 }
 

@@ -3,10 +3,12 @@
 mod common;
 
 use antumbra::{DVec3, LightShape, LitIntervalsError, Method, ShadowIndex};
-use antumbra_geometry::{Occluders, Opacity, Sphere};
+use antumbra_geometry::{Coverage, Occluders};
 use antumbra_testkit::fixtures;
 use antumbra_testkit::nasty::{self, NastyScene};
-use antumbra_testkit::oracle::{Oracle, OracleLight, OracleShape, OracleShare, OracleSurface};
+use antumbra_testkit::oracle::{
+    Oracle, OracleLight, OraclePlace, OracleShape, OracleShare, OracleSurface,
+};
 use common::{METHODS, Random};
 
 type Ends = [[f64; 3]; 2];
@@ -26,16 +28,22 @@ fn ask(
     index.lit_intervals_along(origin, end, &common::nasty::light(light))
 }
 
-fn rounded(intervals: &[[OracleShare; 2]]) -> Vec<[f64; 2]> {
+fn rounded(intervals: &[[OraclePlace; 2]]) -> Vec<[f64; 2]> {
     let rounded = intervals.iter();
     rounded
-        .map(|interval| interval.each_ref().map(OracleShare::nearest))
+        .map(|interval| interval.each_ref().map(OraclePlace::nearest))
         .collect()
+}
+
+fn all_fixtures() -> impl Iterator<Item = fixtures::AlongFixture> {
+    fixtures::along()
+        .into_iter()
+        .chain(fixtures::along_curved())
 }
 
 #[test]
 fn fixtures_have_the_intervals_that_geometry_gives() {
-    for fixture in fixtures::along() {
+    for fixture in all_fixtures() {
         for index in indices(&fixture.surfaces) {
             let found = ask(&index, fixture.ends, fixture.light);
             let label = format!("{} {:?}", fixture.name, index.method());
@@ -44,37 +52,53 @@ fn fixtures_have_the_intervals_that_geometry_gives() {
     }
 }
 
-/// Scenes of triangles alone: others are left out.
-fn triangles(scene: &NastyScene) -> Vec<OracleSurface> {
-    let surfaces = scene.surfaces.iter().copied();
-    surfaces
-        .filter(|surface| matches!(surface.shape, OracleShape::Triangle(_)))
-        .collect()
+/// A point that a surface is made of, or one on its border or in its plane.
+fn point_of(shape: &OracleShape, random: &mut Random) -> [f64; 3] {
+    let plus = |center: [f64; 3], length: f64, random: &mut Random| {
+        let mut point = center;
+        point[random.below(3)] += random.pick(&[-1.0, 1.0]) * length;
+        point
+    };
+    let length = random.pick(&[0.0, 1.0, 1.0, 2.0]);
+    match *shape {
+        OracleShape::Triangle([a, b, c]) => match random.below(4) {
+            0 => [0, 1, 2].map(|axis| a[axis] + b[axis] - c[axis]),
+            corner => [a, b, c][corner - 1],
+        },
+        OracleShape::Sphere { center, radius } | OracleShape::Disk { center, radius, .. } => {
+            plus(center, length * radius, random)
+        }
+        OracleShape::Tube {
+            base,
+            base_radius,
+            apex,
+            apex_radius,
+        } => match random.below(2) {
+            0 => plus(base, length * base_radius, random),
+            _ => plus(apex, length * apex_radius, random),
+        },
+        OracleShape::Cap {
+            base, apex, radius, ..
+        } => plus(random.pick(&[base, apex]), length * radius, random),
+    }
 }
 
-/// Segments between points of a scene: on surfaces, at corners, in planes, at lights, along edges.
-fn segments(scene: &NastyScene, surfaces: &[OracleSurface], random: &mut Random) -> Vec<Ends> {
+/// Segments between points of a scene: on surfaces, at corners and middles, in planes, at lights, along edges.
+fn segments(scene: &NastyScene, random: &mut Random) -> Vec<Ends> {
     let queries: Vec<[f64; 3]> = scene.queries.iter().map(|query| query.point).collect();
-    let point = |random: &mut Random| {
-        let corners = match surfaces[random.below(surfaces.len())].shape {
-            OracleShape::Triangle(corners) => corners,
-            _ => unreachable!("triangles alone"),
-        };
-        match random.below(5) {
-            0 | 1 => random.pick(&queries),
-            2 => corners[random.below(3)],
-            3 => {
-                let [a, b, c] = corners;
-                [0, 1, 2].map(|axis| a[axis] + b[axis] - c[axis])
+    let point = |random: &mut Random| match random.below(5) {
+        0 | 1 => random.pick(&queries),
+        2 | 3 => point_of(
+            &scene.surfaces[random.below(scene.surfaces.len())].shape,
+            random,
+        ),
+        _ => match random.pick(&scene.lights) {
+            OracleLight::Point(position) => position,
+            OracleLight::Direction(direction) => {
+                let from = random.pick(&queries);
+                [0, 1, 2].map(|axis| from[axis] + direction[axis])
             }
-            _ => match random.pick(&scene.lights) {
-                OracleLight::Point(position) => position,
-                OracleLight::Direction(direction) => {
-                    let from = random.pick(&queries);
-                    [0, 1, 2].map(|axis| from[axis] + direction[axis])
-                }
-            },
-        }
+        },
     };
     (0..6).map(|_| [point(random), point(random)]).collect()
 }
@@ -93,14 +117,10 @@ fn nasty_scenes_have_the_oracles_intervals_for_every_method() {
     let mut counts = [0; 4];
     for seed in seeds(0..150) {
         let scene = nasty::scene(seed);
-        let surfaces = triangles(&scene);
-        if surfaces.is_empty() {
-            continue;
-        }
         let random = &mut Random(seed);
-        let indices = indices(&surfaces);
-        let oracle = Oracle::new(surfaces.clone());
-        for ends in segments(&scene, &surfaces, random) {
+        let indices = indices(&scene.surfaces);
+        let oracle = Oracle::new(scene.surfaces.clone());
+        for ends in segments(&scene, random) {
             for &light in &scene.lights {
                 let expected = rounded(&oracle.lit_intervals_along(ends, light));
                 counts[expected.len().min(3)] += 1;
@@ -156,7 +176,7 @@ fn a_march_of_exact_queries_agrees_at_every_step() {
             }
         }
     };
-    for fixture in fixtures::along() {
+    for fixture in all_fixtures() {
         check(
             &fixture.surfaces,
             &[(fixture.ends, fixture.light)],
@@ -165,17 +185,13 @@ fn a_march_of_exact_queries_agrees_at_every_step() {
     }
     for seed in seeds(0..24) {
         let scene = nasty::scene(seed);
-        let surfaces = triangles(&scene);
-        if surfaces.is_empty() {
-            continue;
-        }
         let random = &mut Random(seed);
-        let ends = segments(&scene, &surfaces, random);
+        let ends = segments(&scene, random);
         let cases: Vec<_> = ends
             .into_iter()
             .map(|ends| (ends, random.pick(&scene.lights)))
             .collect();
-        check(&surfaces, &cases, &scene.label());
+        check(&scene.surfaces, &cases, &scene.label());
     }
     assert!(
         asked > 10 * alone && dark > asked / 16,
@@ -185,16 +201,13 @@ fn a_march_of_exact_queries_agrees_at_every_step() {
 
 #[test]
 fn batches_have_the_intervals_of_their_segments() {
-    let scene = nasty::scene(5);
-    let surfaces = triangles(&scene);
-    let occluders = common::nasty::occluders(&surfaces);
+    let scene = nasty::scene(7);
+    let occluders = common::nasty::occluders(&scene.surfaces);
     let index = common::builder_of(&occluders, &[], Method::Auto)
         .build()
         .unwrap();
     let random = &mut Random(7);
-    let ends: Vec<Ends> = (0..200)
-        .flat_map(|_| segments(&scene, &surfaces, random))
-        .collect();
+    let ends: Vec<Ends> = (0..200).flat_map(|_| segments(&scene, random)).collect();
     let (origins, lasts): (Vec<_>, Vec<_>) = ends.iter().map(|&[a, b]| (a, b)).unzip();
     let light = common::nasty::light(scene.lights[0]);
     let ask_all = |threads| {
@@ -225,20 +238,30 @@ fn batches_have_the_intervals_of_their_segments() {
     );
 }
 
+/// Solid at the places of a chessboard.
+#[derive(Debug)]
+struct Sieve;
+
+impl Coverage for Sieve {
+    fn is_solid_at(&self, [u, v]: [f64; 2]) -> bool {
+        ((8.0 * u).floor() + (8.0 * v).floor()) % 2.0 == 0.0
+    }
+}
+
 #[test]
 fn what_has_no_answer_is_refused_by_name() {
     let mut builder = Occluders::builder();
-    common::add_face(
-        &mut builder,
-        &[(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 1.0)),
-    );
-    let ball = |x: f64| Sphere {
-        center: DVec3::new(x, 0.0, 2.0),
-        radius: 0.5,
+    let plate = |from: f64, to: f64, z: f64| {
+        [(from, -1.0), (to, -1.0), (to, 1.0), (from, 1.0)].map(|(x, y)| DVec3::new(x, y, z))
     };
-    builder.add_sphere(ball(0.0), Opacity::Opaque).unwrap();
-    builder.add_sphere(ball(5.0), Opacity::Opaque).unwrap();
-    builder.add_sphere(ball(7.0), Opacity::Transparent).unwrap();
+    common::add_face(&mut builder, &plate(-1.0, 1.0, 1.0));
+    let coverage = builder.add_coverage(std::sync::Arc::new(Sieve));
+    let uvs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    for (from, to) in [(-0.5, 0.5), (4.5, 5.5), (6.5, 7.5)] {
+        builder
+            .add_alpha_tested_face(&plate(from, to, 2.0), &uvs, coverage)
+            .unwrap();
+    }
     let occluders = std::sync::Arc::new(builder.build());
     let sun = LightShape::Direction(DVec3::Z);
     for method in METHODS {
@@ -246,17 +269,17 @@ fn what_has_no_answer_is_refused_by_name() {
         let along = |from: f64, to: f64| {
             index.lit_intervals_along(DVec3::new(from, 0.0, 0.0), DVec3::new(to, 0.0, 0.0), &sun)
         };
-        // The first ball is above the plate's shadow, which is all there is to it; glass shades nothing.
+        // The first sieve is above the plate's shadow, which is all there is to it.
         assert_eq!(along(-0.75, 0.75), Ok(vec![]));
-        assert_eq!(along(6.0, 8.0), Ok(vec![[0.0, 1.0]]));
+        assert_eq!(along(1.0, 4.0), Ok(vec![[0.0, 1.0]]));
         let Err(LitIntervalsError::NoClosedForm {
             segment: 0,
             surface,
         }) = along(2.0, 8.0)
         else {
-            panic!("a ball is in the way");
+            panic!("a sieve is in the way");
         };
-        assert_eq!(surface.0, 3);
+        assert_eq!(surface.0, 4);
         let bad = DVec3::new(0.0, f64::NAN, 0.0);
         let refused = index
             .lit_intervals_along(DVec3::ZERO, bad, &sun)

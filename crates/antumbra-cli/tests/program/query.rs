@@ -520,8 +520,26 @@ fn segments_have_lit_intervals() {
         "through.npy",
         &doubles(&[[8.0, -2.0, 1.0], [8.0, 2.0, 1.0]]),
     );
-    let said = bench.refusal(&[&["--intervals", &through][..], &lights].concat());
-    assert!(said.contains("segment 0: surface 2"), "{said}");
+    // The first leaves the ball's shadow last: that border is a square root.
+    let more = [&["--intervals", &through][..], &lights].concat();
+    let bytes = bench.array(&more, "<f8", "(7, 4,)");
+    let numbers = bytes.chunks_exact(8);
+    let numbers: Vec<f64> = numbers
+        .map(|x| f64::from_le_bytes(x.try_into().unwrap()))
+        .collect();
+    // (503 + 2 sqrt(623)) / 958, rounded once.
+    let out_of_the_ball = 0.577_160_684_652_812_9;
+    let expected = [
+        [0.0, 0.0, 0.0, 3.0 / 14.0],
+        [0.0, 0.0, out_of_the_ball, 1.0],
+        [0.0, 1.0, 0.0, 0.5],
+        [0.0, 1.0, 13.0 / 17.0, 1.0],
+        [1.0, 0.0, 0.0, 1.0],
+        [1.0, 1.0, 0.0, begin],
+        [1.0, 1.0, end, 1.0],
+    ];
+    assert_eq!(numbers, expected.as_flattened());
+    fs::remove_file(&bench.out).unwrap();
     let fewer = bench.file("fewer.npy", &doubles(&[[8.0, 2.0, -1.0]]));
     let said = bench.refusal(&["--intervals", &fewer]);
     assert!(said.contains("1 ends"), "{said}");

@@ -1,37 +1,38 @@
-//! Places on a segment where the plane of a face, or a plane through an edge and the light, crosses it.
+//! Places on a segment where the shadow of a surface may begin or end.
 //!
-//! In: two points and a light; a face's corners. Out: signs of the rule's forms at the points, and where on the segment a
-//! form is zero. Invariants: signs are exact; which of two places comes first is, too, and places are right to their
-//! error.
+//! In: the segment and its light; which form of which surface is zero. Out: about where that is, which of two such places
+//! comes first, and the share of the length that a place is, rounded once. Invariant: the order is exact; places are right to
+//! their error.
 
 use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::double::{self, Doubles};
-use crate::number::{Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
+use super::linear::{Ends, FaceForm, Values, ordered};
+use super::quadratic::Quadratic;
+use super::quadric::{CurvedForm, Measured, Quadric};
+use super::refined::Refined;
+use super::surd::Surd;
+use crate::number::{Exact, Number, Sign, UNIT_ROUNDOFF};
 use crate::{Occluders, SurfaceId};
 
 /// Places that err by more are computed exactly first.
 const LARGEST_ERROR: f64 = 1.0 / (1_u64 << 36) as f64;
 
-/// 2^-700: products above it have tails in the range of normal numbers.
-const SMALLEST: f64 = 1.90109156629516e-211;
-
-/// A form of the rule, linear in the point that asks.
+/// A zero of a form of the rule along the segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// The segment's own first end: no form.
     First,
     /// Its last end.
     Last,
-    /// The height over the plane of a face.
-    Plane(SurfaceId),
-    /// The side of the plane through the light and the edge that begins at this corner of a face.
-    Edge(SurfaceId, u8),
+    /// A linear form of a face.
+    Face(SurfaceId, FaceForm),
+    /// A form of a curved surface or a disk; of two zeros the last one, or not.
+    Curved(SurfaceId, CurvedForm, bool),
 }
 
-/// The zero of a form on the segment.
+/// A place on the segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Border {
     /// Share of the length from the first end.
@@ -61,135 +62,36 @@ impl Border {
     }
 }
 
-/// A form's values at both ends, up to one factor above zero, with bounds.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Values {
-    values: [f64; 2],
-    errors: [f64; 2],
-}
-
-/// The segment and the light, which forms are about.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ends {
-    pub(super) points: [DVec3; 2],
-    pub(super) light: (DVec3, f64),
-}
-
-/// Linear function of points: a normal, a point with the value zero, and what products its normal is made of.
-struct Linear {
-    normal: DVec3,
-    zero: DVec3,
-    size: f64,
-}
-
-impl Linear {
-    /// Makes the function of the plane through a point along two vectors, each rounded at most once.
-    fn new(first: DVec3, second: DVec3, zero: DVec3) -> Self {
-        Self {
-            normal: first.cross(second),
-            zero,
-            size: first.abs().max_element() * second.abs().max_element(),
-        }
-    }
-
-    /// Returns the value at a vector from the zero, rounded at most once, and a bound on its error.
-    ///
-    /// With `u` the unit roundoff and `s` the size: a component of the normal is a difference of two products of rounded
-    /// factors, so at most `2 s` and off by `8 u s`. Three products with a vector of largest component `w` add at most
-    /// `24 u s w` for that, `12 u s w` for their own and the vector's rounding and `12 u s w` for sums.
-    #[inline]
-    fn at(&self, from: DVec3) -> (f64, f64) {
-        let reach = from.abs().max_element();
-        let error = 64.0 * UNIT_ROUNDOFF * self.size * reach;
-        (
-            self.normal.dot(from),
-            error + f64::MIN_POSITIVE * (8.0 + 8.0 * reach),
-        )
-    }
-}
-
-/// Returns the sign of a value where its error leaves no doubt.
-#[inline]
-fn certain((value, error): (f64, f64)) -> Option<Sign> {
-    if value > error {
-        Some(Sign::Positive)
-    } else if -value > error {
-        Some(Sign::Negative)
-    } else {
-        None
-    }
-}
-
-impl Values {
-    #[inline]
-    fn of(function: &Linear, [first, last]: [DVec3; 2]) -> Self {
-        let ((a, a_error), (b, b_error)) = (
-            function.at(first - function.zero),
-            function.at(last - function.zero),
-        );
-        Self {
-            values: [a, b],
-            errors: [a_error, b_error],
-        }
-    }
-
-    /// Returns the signs at both ends where there is no doubt.
-    #[inline]
-    pub(super) fn signs(&self) -> [Option<Sign>; 2] {
-        [0, 1].map(|end| certain((self.values[end], self.errors[end])))
-    }
-}
-
 impl Ends {
-    /// Returns the height of the segment over a face's plane.
-    #[inline]
-    pub(super) fn heights(&self, [a, b, c]: [DVec3; 3]) -> Values {
-        Values::of(&Linear::new(b - a, c - a, a), self.points)
-    }
-
-    /// Returns the exact sign of the light's height over a face's plane.
-    #[inline]
-    pub(super) fn light_side(&self, corners: [DVec3; 3]) -> Sign {
-        let [a, b, c] = corners;
-        let (light, weight) = self.light;
-        let from = if weight == 0.0 { light } else { light - a };
-        certain(Linear::new(b - a, c - a, a).at(from)).unwrap_or_else(|| {
-            let light = Point4::from_f64(self.light);
-            exact_height(corners, &light).sign().unwrap_or(Sign::Zero)
-        })
-    }
-
-    /// Returns the sides of the segment as an edge and the light have them. The same edge gives the same numbers, up to
-    /// their sign, whichever way round its face goes.
-    #[inline]
-    pub(super) fn sides(&self, from: DVec3, to: DVec3) -> Values {
-        let [low, high] = ordered(from, to);
-        let (light, weight) = self.light;
-        let towards = if weight == 0.0 { light } else { light - low };
-        let mut values = Values::of(&Linear::new(towards, high - low, low), self.points);
-        if low != from {
-            values.values = values.values.map(|value| -value);
-        }
-        values
-    }
-
-    /// Returns the exact signs of a form at both ends.
+    /// Returns the exact signs of a face's form at both ends.
     #[cold]
     #[inline(never)]
-    pub(super) fn exact_signs(&self, occluders: &Occluders, form: Form) -> [Sign; 2] {
-        self.exact(occluders, form)
+    pub(super) fn exact_signs(
+        &self,
+        occluders: &Occluders,
+        surface: SurfaceId,
+        form: FaceForm,
+    ) -> [Sign; 2] {
+        self.exact_values(corners_of(occluders, surface), form)
             .map(|value| value.sign().unwrap_or(Sign::Zero))
     }
 
-    /// Returns where a form with opposite signs at the ends is zero.
+    /// Returns where a face's form with opposite signs at the ends is zero.
     #[inline]
-    pub(super) fn border(&self, occluders: &Occluders, form: Form, values: &Values) -> Border {
+    pub(super) fn border(
+        &self,
+        occluders: &Occluders,
+        surface: SurfaceId,
+        form: FaceForm,
+        values: &Values,
+    ) -> Border {
         let [a, b] = values.values;
         let length = a.abs() + b.abs();
         let error = values.errors[0].max(values.errors[1]);
         let place = a.abs() / length;
         // Both ends err by so much at most, and the quotient and the sum by a rounding each.
         let error = error / (length - 2.0 * error) * 1.001 + 4.0 * UNIT_ROUNDOFF * place;
+        let form = Form::Face(surface, form);
         // Not for NaN.
         if (0.0..=LARGEST_ERROR).contains(&error) {
             Border { place, error, form }
@@ -198,11 +100,31 @@ impl Ends {
         }
     }
 
+    /// Returns where a form of a curved surface is zero, from about where it is.
+    pub(super) fn curved_border(
+        &self,
+        occluders: &Occluders,
+        surface: SurfaceId,
+        form: CurvedForm,
+        is_last: bool,
+        share: Option<Refined>,
+    ) -> Border {
+        let form = Form::Curved(surface, form, is_last);
+        if let Some(share) = share {
+            let place = share.rounded();
+            let error = share.error() + UNIT_ROUNDOFF * place.abs();
+            // Not for NaN.
+            if (0.0..=LARGEST_ERROR).contains(&error) {
+                return Border { place, error, form };
+            }
+        }
+        self.exact_border(occluders, form)
+    }
+
     #[cold]
     #[inline(never)]
     fn exact_border(&self, occluders: &Occluders, form: Form) -> Border {
-        let [a, b] = self.exact(occluders, form);
-        let place = a.over_to_nearest(&a.minus(&b));
+        let place = self.exact_place(occluders, form);
         Border {
             place,
             error: UNIT_ROUNDOFF * place + f64::MIN_POSITIVE,
@@ -210,57 +132,33 @@ impl Ends {
         }
     }
 
-    /// Returns the number nearest to where a border is.
-    pub(super) fn nearest_place(&self, occluders: &Occluders, border: &Border) -> f64 {
-        match border.form {
+    fn exact_place(&self, occluders: &Occluders, form: Form) -> f64 {
+        match form {
             Form::First => 0.0,
             Form::Last => 1.0,
-            form => self
-                .rounded_place(occluders, form)
-                .unwrap_or_else(|| self.exact_border(occluders, form).place),
+            Form::Face(surface, form) => {
+                let [a, b] = self.exact_values(corners_of(occluders, surface), form);
+                a.over_to_nearest(&a.minus(&b))
+            }
+            Form::Curved(surface, form, is_last) => {
+                let form = self.curved_form::<Exact>(occluders, surface, form);
+                form.zero(is_last).nearest_share()
+            }
         }
     }
 
-    /// Returns the same by numbers of twice the bits; `None` where they leave a doubt.
-    fn rounded_place(&self, occluders: &Occluders, form: Form) -> Option<f64> {
-        let (surface, corner) = match form {
-            Form::Plane(surface) => (surface, None),
-            Form::Edge(surface, corner) => (surface, Some(usize::from(corner))),
-            Form::First | Form::Last => return None,
-        };
-        let corners = corners_of(occluders, surface);
-        let from = corners[corner.unwrap_or(0)];
-        let along = |corner: usize| double::difference(corners[corner % 3], from);
-        let (light, weight) = self.light;
-        let (first, second) = match corner {
-            None => (along(1), along(2)),
-            Some(corner) if weight == 0.0 => {
-                (double::difference(light, DVec3::ZERO), along(corner + 1))
+    /// Returns the number nearest to where a border is.
+    pub(super) fn nearest_place(&self, occluders: &Occluders, border: &Border) -> f64 {
+        let rounded = match border.form {
+            Form::First | Form::Last => None,
+            Form::Face(surface, form) => self.rounded_share(corners_of(occluders, surface), form),
+            Form::Curved(surface, form, is_last) => {
+                let form = self.curved_form::<Refined>(occluders, surface, form);
+                form.pattern()
+                    .and_then(|pattern| form.shares(pattern.zeros)[usize::from(is_last)]?.nearest())
             }
-            Some(corner) => (double::difference(light, from), along(corner + 1)),
         };
-        let normal = double::cross(&first, &second);
-        let seen = self.points.map(|point| double::difference(point, from));
-        let [f, f_last] = seen.each_ref().map(|seen| double::dot(&normal, seen));
-        let length = f.minus(f_last);
-        let place = f.over(length);
-        // Each form errs by less than 2^-96 of the product of the three vectors' largest components, each quotient by less
-        // than 2^-98 of itself besides.
-        const ERROR: f64 = 1.0 / (1_u128 << 96) as f64;
-        let largest = |v: &Doubles| v.iter().map(|x| x.high.abs()).fold(0.0, f64::max);
-        let size = largest(&first) * largest(&second);
-        let reach = size * (largest(&seen[0]) + largest(&seen[1]));
-        // What products lose to underflow is less than that error then.
-        if size.min(reach) < SMALLEST {
-            return None;
-        }
-        let error = 2.0 * ERROR * reach / (length.high.abs() - 2.0 * ERROR * reach);
-        let error = 1.01 * (error + ERROR * place.high.abs());
-        // Not for NaN.
-        let is_fine = error > 0.0
-            && place.high + (place.low + error) == place.high
-            && place.high + (place.low - error) == place.high;
-        is_fine.then_some(place.high)
+        rounded.unwrap_or_else(|| self.exact_place(occluders, border.form))
     }
 
     /// Returns which of two borders is nearer to the first end.
@@ -283,55 +181,54 @@ impl Ends {
     #[cold]
     #[inline(never)]
     fn compare_exactly(&self, occluders: &Occluders, one: Form, other: Form) -> Ordering {
-        // f / d and g / e, with d and e not zero.
-        let [f, f_last] = self.exact(occluders, one);
-        let [g, g_last] = self.exact(occluders, other);
-        let (d, e) = (f.minus(&f_last), g.minus(&g_last));
-        let sign = |x: &Exact| x.sign().unwrap_or(Sign::Zero);
-        let mut order = sign(&f.times(&e).minus(&g.times(&d)));
-        if sign(&d).is_negative() != sign(&e).is_negative() {
-            order = order.flipped();
-        }
-        order.to_i8().cmp(&0)
+        // Zeros are strictly between the ends.
+        let rank = |form| match form {
+            Form::First => 0,
+            Form::Face(..) | Form::Curved(..) => 1,
+            Form::Last => 2,
+        };
+        rank(one).cmp(&rank(other)).then_with(|| {
+            let zeros = (self.zero(occluders, one), self.zero(occluders, other));
+            match zeros {
+                (Some(one), Some(other)) => one.compare(&other),
+                // Both are one end.
+                _ => Ordering::Equal,
+            }
+        })
     }
 
-    /// Returns a form's exact values at both ends, up to one factor above zero.
-    fn exact(&self, occluders: &Occluders, form: Form) -> [Exact; 2] {
-        let points = self.points.map(|point| Point4::from_f64((point, 1.0)));
+    /// Returns the exact zero of a form; `None` for the segment's ends.
+    fn zero(&self, occluders: &Occluders, form: Form) -> Option<Surd> {
         match form {
-            Form::First => [0.0, 1.0].map(Exact::from_f64),
-            Form::Last => [1.0, 0.0].map(Exact::from_f64),
-            Form::Plane(surface) => {
-                let corners = corners_of(occluders, surface);
-                points.each_ref().map(|point| exact_height(corners, point))
+            Form::First | Form::Last => None,
+            Form::Face(surface, form) => {
+                let [first, last] = self.exact_values(corners_of(occluders, surface), form);
+                Some(Surd::quotient(&first, &last))
             }
-            Form::Edge(surface, corner) => {
-                let corners = corners_of(occluders, surface);
-                let corner = usize::from(corner);
-                let from = Vector::from_f64(corners[corner]);
-                let along = Vector::from_f64(corners[(corner + 1) % 3]).minus(&from);
-                let towards = Point4::from_f64(self.light).seen_from(&from);
-                let normal = towards.cross(&along);
-                points.map(|point| normal.dot(&point.seen_from(&from)))
+            Form::Curved(surface, form, is_last) => {
+                let form = self.curved_form::<Exact>(occluders, surface, form);
+                Some(form.zero(is_last))
             }
         }
     }
-}
 
-/// Returns two points in an order of their own.
-#[inline]
-fn ordered(one: DVec3, other: DVec3) -> [DVec3; 2] {
-    if (one.x, one.y, one.z) <= (other.x, other.y, other.z) {
-        [one, other]
-    } else {
-        [other, one]
+    /// Returns a form of a curved surface.
+    pub(super) fn curved_form<N: Measured>(
+        &self,
+        occluders: &Occluders,
+        surface: SurfaceId,
+        form: CurvedForm,
+    ) -> Quadratic<N> {
+        let shape = occluders.round_shape(surface);
+        let shape = shape.expect("curved forms are those of curved surfaces");
+        Quadric::new(&shape, self.points, self.light).form(form)
     }
 }
 
 fn corners_of(occluders: &Occluders, surface: SurfaceId) -> [DVec3; 3] {
     occluders
         .triangle_positions(surface)
-        .expect("borders are those of triangles")
+        .expect("faces' borders are those of triangles")
 }
 
 /// Returns whether two forms are about the same edge, of two faces: nearly all ties are that.
@@ -342,16 +239,9 @@ fn is_one_edge(occluders: &Occluders, one: Form, other: Form) -> bool {
 
 /// Returns the edge that a form is about, in an order of its own.
 fn edge(occluders: &Occluders, form: Form) -> Option<[DVec3; 2]> {
-    let Form::Edge(surface, corner) = form else {
+    let Form::Face(surface, FaceForm::Edge(corner)) = form else {
         return None;
     };
     let (corners, corner) = (corners_of(occluders, surface), usize::from(corner));
     Some(ordered(corners[corner], corners[(corner + 1) % 3]))
-}
-
-fn exact_height([a, b, c]: [DVec3; 3], point: &Point4<Exact>) -> Exact {
-    let from = Vector::from_f64(a);
-    let first = Vector::from_f64(b).minus(&from);
-    let normal = first.cross(&Vector::from_f64(c).minus(&from));
-    normal.dot(&point.seen_from(&from))
 }

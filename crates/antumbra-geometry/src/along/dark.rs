@@ -18,6 +18,14 @@ pub(super) struct Span {
     pub(super) end: Border,
 }
 
+impl Span {
+    /// All of the segment.
+    pub(super) const WHOLE: Self = Self {
+        begin: Border::FIRST,
+        end: Border::LAST,
+    };
+}
+
 /// Intervals, most of them in order and apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Dark {

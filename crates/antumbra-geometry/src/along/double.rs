@@ -1,4 +1,4 @@
-//! Numbers of twice the bits of `f64`, for rounding a quotient once.
+//! Numbers of twice the bits of `f64`, for rounding a quotient or a root once.
 //!
 //! In: sums, differences and products of `f64`s. Out: an unevaluated sum of two. Invariant: each operation is right to
 //! 2^-100 of what it is made of, as long as nothing leaves the range of normal numbers. (Dekker 1971; Hida, Li and Bailey
@@ -42,10 +42,24 @@ impl Double {
 
     #[inline]
     pub(super) fn minus(self, other: Self) -> Self {
-        self.plus(Self {
-            high: -other.high,
-            low: -other.low,
-        })
+        self.plus(other.negated())
+    }
+
+    #[inline]
+    pub(super) fn negated(self) -> Self {
+        Self {
+            high: -self.high,
+            low: -self.low,
+        }
+    }
+
+    /// Returns the number times a power of two.
+    #[inline]
+    pub(super) fn scaled(self, power: f64) -> Self {
+        Self {
+            high: self.high * power,
+            low: self.low * power,
+        }
     }
 
     #[inline]
@@ -64,6 +78,15 @@ impl Double {
         }
         .times(other);
         two_sum(first, self.minus(product).high / other.high)
+    }
+
+    /// Returns the square root of a number above zero.
+    #[inline]
+    pub(super) fn root(self) -> Self {
+        let high = self.high.sqrt();
+        let first = Self { high, low: 0.0 };
+        let rest = self.minus(first.times(first)).high;
+        two_sum(high, rest / (2.0 * high))
     }
 }
 

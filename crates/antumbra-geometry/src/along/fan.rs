@@ -1,7 +1,7 @@
-//! Which stretch of a segment a triangle can shade at most, before any of its planes is made.
+//! Which stretch of a segment a surface can shade at most, before any of its forms is made.
 //!
-//! In: the segment's ends, the light, a triangle's corners. Out: two shares of the length that the triangle's shadow lies
-//! between, or nothing. Invariant: the shadow is between them. Where that is dark already the triangle changes nothing; of a
+//! In: the segment's ends, the light, corners around a surface. Out: two shares of the length that the surface's shadow lies
+//! between, or nothing. Invariant: the shadow is between them. Where that is dark already the surface changes nothing; of a
 //! fine mesh most triangles do not.
 
 use glam::DVec3;
@@ -61,11 +61,11 @@ impl Fan {
         })
     }
 
-    /// Returns two shares that the shadow of a triangle lies between; `None` where it may be anywhere.
+    /// Returns two shares that the shadow of what is between some corners lies between; `None` where it may be anywhere.
     #[inline]
-    pub(super) fn reach(&self, corners: [DVec3; 3]) -> Option<[f64; 2]> {
+    pub(super) fn reach(&self, corners: &[DVec3]) -> Option<[f64; 2]> {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for corner in corners {
+        for &corner in corners {
             let [rising, falling] = self.zeros.map(|zero| corner - zero);
             let size = rising.abs().max_element() + falling.abs().max_element();
             let (rising, falling) = (self.rising.dot(rising), self.falling.dot(falling));

@@ -6,32 +6,51 @@
 //! Absent here: which surfaces may shade some, which whoever has a tree knows. Paper 9.4; shadow volumes along view rays
 //! are those of Max (1986) and Nishita, Miyawaki and Nakamae (1987).
 //!
-//! All forms of the rule are linear in the point that asks, so a triangle shades an interval: what is behind its plane and
-//! inside of the planes through the light and its edges. It is the dual of a linear light seen from one point (`lit`):
-//! there the light is a segment, here the points are.
+//! A triangle's forms are linear in the point that asks, so it shades an interval: what is behind its plane and inside of the
+//! planes through the light and its edges. It is the dual of a linear light seen from one point (`lit`): there the light
+//! is a segment, here the points are. Those of spheres, disks and tubes are quadratic at most, so their shadows begin and
+//! end at square roots.
 //!
 //! | module | in | out |
 //! |---|---|---|
-//! | `border` | the forms of a face | exact signs at both ends, and where between them a form is zero |
+//! | `linear` | a face's corners | its forms at both ends, with bounds or exactly |
+//! | `quadric` | a sphere, a disk or a tube | its forms as quadratic functions |
+//! | `quadratic` | a quadratic function | its sign and its zeros |
+//! | `surd` | exact coefficients | exact zeros, compared and rounded |
+//! | `border` | forms and their zeros | which is nearer, and where |
+//! | `cells` | zeros of several forms | pieces with the signs there |
+//! | `cast` | a curved surface | the spans that it shades |
 //! | `dark` | shaded intervals, one after another | those that are apart, in order |
-//! | `double` | `f64`s | sums, products and quotients of twice their bits |
-//! | `fan` | a triangle's corners | a stretch that holds its shadow |
+//! | `double`, `refined` | `f64`s | sums, products, quotients and roots of twice their bits, with or without a bound |
+//! | `fan` | corners | a stretch that holds their shadow |
 //! | `hull` | segment and light | planes around all shadow rays |
 
 mod border;
+mod cast;
+mod cells;
 mod dark;
 mod double;
 mod fan;
 mod hull;
+mod linear;
+mod quadratic;
+mod quadric;
+mod refined;
+mod surd;
 
 use glam::DVec3;
 
-use self::border::{Border, Ends, Form, Values};
+use self::border::Border;
+use self::cast::for_each_shadow;
 use self::dark::{Dark, Span};
 use self::fan::Fan;
 use self::hull::Hull;
+use self::linear::{Ends, FaceForm, Values};
 use crate::number::Sign;
 use crate::{LightShape, Occluders, SurfaceId};
+
+/// More than what a box around a curved surface errs, as a share of its largest coordinate.
+const BOX_ROOM: f64 = 1.0 / (1_u64 << 44) as f64;
 
 /// A segment of points in space under a light without size, with the shadows that surfaces cast on it.
 #[derive(Debug)]
@@ -41,10 +60,8 @@ pub struct SegmentShadows<'a> {
     hull: Hull,
     fan: Option<Fan>,
     dark: Dark,
-    /// Spans that triangles with holes may shade, and the surface with the lowest number that may shade some and has no closed
-    /// form.
+    /// Spans that triangles with holes may shade.
     doubtful: Vec<(Span, SurfaceId)>,
-    unclear: Option<SurfaceId>,
 }
 
 impl<'a> SegmentShadows<'a> {
@@ -59,7 +76,6 @@ impl<'a> SegmentShadows<'a> {
             fan: Fan::new(points, light),
             dark: Dark::default(),
             doubtful: Vec::new(),
-            unclear: None,
         }
     }
 
@@ -87,12 +103,14 @@ impl<'a> SegmentShadows<'a> {
         }
         let Some(corners) = occluders.triangle_positions(surface) else {
             if !self.misses_curved(surface) {
-                let lowest = self.unclear.map_or(surface, |other| other.min(surface));
-                self.unclear = Some(lowest);
+                let (ends, dark) = (self.ends, &mut self.dark);
+                for_each_shadow(&ends, occluders, surface, |span| {
+                    dark.add(span, |one, other| ends.compare(occluders, one, other));
+                });
             }
             return;
         };
-        if self.is_known(corners)
+        if self.is_known(&corners)
             || self.hull.misses(&corners)
             || occluders.triangle_vertices(surface).is_none()
         {
@@ -109,25 +127,28 @@ impl<'a> SegmentShadows<'a> {
         }
     }
 
-    /// Returns whether a triangle's shadow is surely beside the segment, or where it is dark.
+    /// Returns whether the shadow of what is between some corners is surely beside the segment, or where it is dark.
     #[inline]
-    fn is_known(&self, corners: [DVec3; 3]) -> bool {
+    fn is_known(&self, corners: &[DVec3]) -> bool {
         let reach = self.fan.as_ref().and_then(|fan| fan.reach(corners));
         reach.is_some_and(|[least, most]| {
             most < 0.0 || least > 1.0 || self.dark.covers([least, most])
         })
     }
 
+    /// Returns whether a surface that is no triangle surely shades nothing that is not dark.
     fn misses_curved(&self, surface: SurfaceId) -> bool {
-        match self.occluders.sphere(surface) {
-            Some(sphere) => {
-                sphere.radius == 0.0 || self.hull.misses_ball(sphere.center, sphere.radius)
-            }
-            None => {
-                let corners = self.occluders.surface_bounds(surface).corners();
-                self.hull.misses(&corners)
-            }
+        let is_missed = self
+            .occluders
+            .sphere(surface)
+            .is_some_and(|sphere| self.hull.misses_ball(sphere.center, sphere.radius));
+        if is_missed {
+            return true;
         }
+        let bounds = self.occluders.surface_bounds(surface);
+        let room = BOX_ROOM * bounds.largest_coordinate() + f64::MIN_POSITIVE;
+        let corners = bounds.inflated(DVec3::splat(room)).corners();
+        self.hull.misses(&corners) || self.is_known(&corners)
     }
 
     /// Returns the interval that a triangle shades, if that has any length.
@@ -138,16 +159,13 @@ impl<'a> SegmentShadows<'a> {
         }
         // Points in shadow are on the other side of the plane, and on the light's side of all edges.
         let heights = self.ends.heights(corners);
-        let whole = Span {
-            begin: Border::FIRST,
-            end: Border::LAST,
-        };
-        let plane = Form::Plane(surface);
-        let mut span = self.clipped(whole, plane, &heights, light_side.flipped(), false)?;
+        let behind = (light_side.flipped(), false);
+        let height = (surface, FaceForm::Height);
+        let mut span = self.clipped(Span::WHOLE, height, &heights, behind)?;
         for corner in 0..3 {
             let values = self.ends.sides(corners[corner], corners[(corner + 1) % 3]);
-            let edge = Form::Edge(surface, corner as u8);
-            span = self.clipped(span, edge, &values, light_side, true)?;
+            let edge = (surface, FaceForm::Edge(corner as u8));
+            span = self.clipped(span, edge, &values, (light_side, true))?;
         }
         Some(span)
     }
@@ -158,14 +176,13 @@ impl<'a> SegmentShadows<'a> {
     fn clipped(
         &self,
         span: Span,
-        form: Form,
+        (surface, form): (SurfaceId, FaceForm),
         values: &Values,
-        wanted: Sign,
-        is_closed: bool,
+        (wanted, is_closed): (Sign, bool),
     ) -> Option<Span> {
         let signs = match values.signs() {
             [Some(first), Some(last)] => [first, last],
-            _ => self.ends.exact_signs(self.occluders, form),
+            _ => self.ends.exact_signs(self.occluders, surface, form),
         };
         let signs = signs.map(|sign| {
             if wanted.is_negative() {
@@ -181,7 +198,7 @@ impl<'a> SegmentShadows<'a> {
             }
             [Sign::Negative | Sign::Zero, Sign::Negative] | [Sign::Negative, Sign::Zero] => None,
             [Sign::Negative, Sign::Positive] => {
-                let border = self.ends.border(self.occluders, form, values);
+                let border = self.ends.border(self.occluders, surface, form, values);
                 let compare = |one: &Border, other| self.ends.compare(self.occluders, one, other);
                 if compare(&border, &span.end).is_ge() {
                     None
@@ -195,7 +212,7 @@ impl<'a> SegmentShadows<'a> {
                 }
             }
             [Sign::Positive, Sign::Negative] => {
-                let border = self.ends.border(self.occluders, form, values);
+                let border = self.ends.border(self.occluders, surface, form, values);
                 let compare = |one: &Border, other| self.ends.compare(self.occluders, one, other);
                 if compare(&border, &span.begin).is_le() {
                     None
@@ -215,8 +232,8 @@ impl<'a> SegmentShadows<'a> {
     /// the exact one.
     ///
     /// # Errors
-    /// A sphere, cone or disk, or a triangle with holes, may shade a lit point and has no closed form: the one with the lowest
-    /// number. Nothing is written then.
+    /// A triangle with holes may shade a lit point and has no closed form: the one with the lowest number. Nothing is written
+    /// then.
     pub fn finish(mut self, intervals: &mut Vec<[f64; 2]>) -> Result<(), SurfaceId> {
         let (occluders, ends) = (self.occluders, self.ends);
         let compare = |one: &Border, other: &Border| ends.compare(occluders, one, other);
@@ -226,8 +243,7 @@ impl<'a> SegmentShadows<'a> {
         }
         let doubtful = self.doubtful.iter();
         let doubtful = doubtful.filter(|(span, _)| !self.dark.holds(span, compare));
-        let surfaces = doubtful.map(|&(_, surface)| surface);
-        if let Some(lowest) = surfaces.chain(self.unclear).min() {
+        if let Some(lowest) = doubtful.map(|&(_, surface)| surface).min() {
             return Err(lowest);
         }
         let nearest = |border: &Border| ends.nearest_place(occluders, border);

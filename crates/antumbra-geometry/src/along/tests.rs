@@ -136,27 +136,26 @@ fn gaps_of_one_rounding_are_there() {
 }
 
 #[test]
-fn curved_surfaces_in_the_way_are_reported() {
+fn a_ball_and_a_plate_shade_together() {
     let mut builder = Occluders::builder();
-    let ball = crate::Sphere {
-        center: v(1.0, 0.0, 2.0),
-        radius: 0.5,
+    builder
+        .add_face(&plate(1.0, 2.0, 1.0), Opacity::Opaque)
+        .unwrap();
+    let ball = |x: f64, y: f64| crate::Sphere {
+        center: v(x, y, 2.0),
+        radius: 0.625,
     };
-    let number = builder.add_sphere(ball, Opacity::Opaque).unwrap();
+    // One touches the plate's shadow, one does not reach the segment, one shades less than it is wide.
+    for sphere in [ball(2.625, 0.0), ball(4.0, 0.625), ball(6.0, 0.375)] {
+        builder.add_sphere(sphere, Opacity::Opaque).unwrap();
+    }
     let occluders = builder.build();
-    let ask = |points| {
-        let mut shadows = SegmentShadows::new(&occluders, points, &UP);
-        for surface in occluders.surfaces() {
-            shadows.meet(surface);
-        }
-        shadows.finish(&mut Vec::new()).err()
-    };
-    let ball = occluders.surfaces_of(number).next();
-    assert_eq!(ask([v(0.0, 0.0, 0.0), v(8.0, 0.0, 0.0)]), ball);
-    // Beside it, before it and above it.
-    assert_eq!(ask([v(0.0, 0.6, 0.0), v(8.0, 0.6, 0.0)]), None);
-    assert_eq!(ask([v(-1.0, 0.0, 0.0), v(0.0, 0.0, 0.0)]), None);
-    assert_eq!(ask([v(0.0, 0.0, 3.0), v(8.0, 0.0, 3.0)]), None);
+    let points = [v(0.0, 0.0, 0.0), v(8.0, 0.0, 0.0)];
+    let expected = vec![[0.0, 0.125], [0.40625, 0.6875], [0.8125, 1.0]];
+    assert_eq!(lit(&occluders, points, UP), expected);
+    // Above the first ball nothing is in the way; in it all is dark.
+    let down = [v(2.625, 0.0, 3.0), v(2.625, 0.0, 1.0)];
+    assert_eq!(lit(&occluders, down, UP), vec![[0.0, 0.1875]]);
 }
 
 /// Numbers from -1 to 1 by a linear congruence: enough here.
@@ -195,7 +194,7 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         let surface = SurfaceId(0);
         let shadows = SegmentShadows::new(&occluders, points, &light);
         let span = shadows.shaded_by(surface, corners);
-        let reach = shadows.fan.as_ref().and_then(|fan| fan.reach(corners));
+        let reach = shadows.fan.as_ref().and_then(|fan| fan.reach(&corners));
         if shadows.hull.misses(&corners) {
             missed += 1;
             assert!(span.is_none(), "{corners:?} {points:?} {light:?}");
@@ -212,4 +211,78 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         shaded > 5_000 && narrowed > 1_000 && missed > 1_000,
         "{shaded} {narrowed} {missed}"
     );
+}
+
+/// A ball, a disk or a cone.
+fn curved(number: usize, middle: DVec3, numbers: &mut Numbers) -> Occluders {
+    let mut builder = Occluders::builder();
+    let radius = numbers.next().abs();
+    let added = match number % 3 {
+        0 => builder.add_sphere(
+            crate::Sphere {
+                center: middle,
+                radius,
+            },
+            Opacity::Opaque,
+        ),
+        1 => builder.add_disk(
+            crate::Disk {
+                center: middle,
+                normal: numbers.point(),
+                radius,
+            },
+            Opacity::Opaque,
+        ),
+        _ => builder.add_cone(
+            crate::Cone {
+                base: middle,
+                base_radius: radius,
+                apex: middle + numbers.point(),
+                apex_radius: numbers.next().max(0.0),
+                is_closed: false,
+            },
+            Opacity::Opaque,
+        ),
+    };
+    added.unwrap();
+    builder.build()
+}
+
+#[test]
+fn curved_shadows_lie_where_the_fan_and_the_hull_say() {
+    let numbers = &mut Numbers(2);
+    let (mut shaded, mut missed) = (0, 0);
+    for number in 0..20_000 {
+        let place = [0.0, 0.0, 1e6][number / 15 % 3] * v(1.0, -2.0, 0.5);
+        let points = [(); 2].map(|()| place + numbers.point());
+        let light = match number / 3 % 5 {
+            0 | 1 => LightShape::Direction(numbers.point()),
+            2 => LightShape::Point(place + 1e4 * numbers.point()),
+            _ => LightShape::Point(place + 2.0 * numbers.point()),
+        };
+        let on_line = points[0] + (points[1] - points[0]) * (0.5 + numbers.next());
+        let towards = light.towards(on_line);
+        let aside = [0.1, 1.0, 3.0][number % 7 % 3] * numbers.point();
+        let middle = on_line + towards.normalize() * numbers.next().abs() + aside;
+        let occluders = curved(number, middle, numbers);
+        let surface = SurfaceId(0);
+        let shadows = SegmentShadows::new(&occluders, points, &light);
+        let bounds = occluders.surface_bounds(surface);
+        let reach = shadows
+            .fan
+            .as_ref()
+            .and_then(|fan| fan.reach(&bounds.corners()));
+        let is_missed = shadows.misses_curved(surface);
+        missed += usize::from(is_missed);
+        let label = format!("{bounds:?} {points:?} {light:?}");
+        for_each_shadow(&shadows.ends, &occluders, surface, |span| {
+            shaded += 1;
+            assert!(!is_missed, "{label}");
+            if let Some([least, most]) = reach {
+                assert!(least < span.begin.place + span.begin.error, "{label}");
+                assert!(span.end.place - span.end.error < most, "{label}");
+            }
+        });
+    }
+    assert!(shaded > 5_000 && missed > 1_000, "{shaded} {missed}");
 }

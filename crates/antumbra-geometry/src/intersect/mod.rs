@@ -17,7 +17,8 @@ pub(crate) use box_shapes::{
     box_meets_cone, box_meets_disk, box_meets_sphere, cone_bounds, disk_bounds, unit_of,
 };
 pub(crate) use box_triangle::box_meets_triangle;
-use quadratic::{SignsTaken, near_one, signs_in_quadrant};
+pub(crate) use quadratic::near_one;
+use quadratic::{SignsTaken, signs_in_quadrant};
 pub(crate) use segment_cone::{
     cone_distance, cone_is_outside, cone_meets_interior, is_behind_wall, own_tube_blocks,
     tube_blocks, tube_side, wall_exit,

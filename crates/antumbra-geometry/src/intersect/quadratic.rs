@@ -4,7 +4,7 @@ use crate::number::{Number, Sign};
 
 /// Returns a power of two that brings a length near 1, so that its fourth power keeps its bits: to
 /// scale lengths by it rounds nothing.
-pub(super) fn near_one(largest: f64) -> f64 {
+pub(crate) fn near_one(largest: f64) -> f64 {
     // The exponent's bits, so that no logarithm is needed for each hit.
     let exponent = (largest.to_bits() >> 52) as i32 - 1023;
     if largest.is_finite() && (-1022..=1022).contains(&exponent) {

@@ -22,8 +22,8 @@ pub use data::{Element, ElementKind, Occluders, Opacity};
 pub(crate) use data::{NO_AXIS, Triangle};
 pub use identity::UnidentifiedCoverage;
 pub use nearest::Gap;
-pub(crate) use query::OwnShape;
 pub use query::StartTriangle;
+pub(crate) use query::{OwnShape, RoundShape};
 pub use rounding::Precision;
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use super::{
     Surface, SurfaceId, Triangle, is_too_small,
 };
 use crate::intersect::{
-    cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance, is_behind_wall,
-    own_sphere_blocks, own_tube_blocks, plane_side, sphere_blocks, sphere_distance, sphere_side,
-    triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
+    DiskPlane, cap_exit, cone_distance, cone_is_outside, disk_blocks, disk_distance,
+    is_behind_wall, own_sphere_blocks, own_tube_blocks, plane_side, sphere_blocks, sphere_distance,
+    sphere_side, triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
 };
 use crate::number::Sign;
 use crate::segment::{Plane, Segment, StartSurface, largest_move_onto};
@@ -41,7 +41,31 @@ pub(crate) enum OwnShape {
     Other,
 }
 
+/// A curved surface or a disk that may block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum RoundShape {
+    Ball(Sphere),
+    Disk(DiskPlane),
+    /// The wall of a cone, whether its ends are closed or not.
+    Tube(Cone),
+}
+
 impl Occluders {
+    /// Returns the shape of a surface that is no triangle; `None` for those that are never hit.
+    pub(crate) fn round_shape(&self, surface: SurfaceId) -> Option<RoundShape> {
+        let Surface::Curved(curved) = self.surface(surface) else {
+            return None;
+        };
+        match &curved.shape {
+            CurvedShape::Sphere(sphere) => {
+                (sphere.radius > 0.0).then_some(RoundShape::Ball(*sphere))
+            }
+            CurvedShape::Tube(cone) => is_solid(cone).then_some(RoundShape::Tube(*cone)),
+            CurvedShape::Cap(disk, cone) => is_solid(cone).then_some(RoundShape::Disk(*disk)),
+            CurvedShape::Disk(disk, axis) => (*axis != NO_AXIS).then_some(RoundShape::Disk(*disk)),
+        }
+    }
+
     /// Returns what starts on a surface need to know of it.
     pub(crate) fn own_shape(&self, surface: SurfaceId) -> OwnShape {
         match self.surface(surface) {

@@ -1,13 +1,14 @@
 //! Which points of a segment a light reaches (EXACTNESS.md, "Lit intervals along a segment").
 //!
-//! No interval of any triangle is computed here. Every place where an answer may change is a zero of one of the page's
-//! forms, so between two neighbours of them the free query of one point answers for all: the rule itself is asked, at
-//! rational points.
+//! No interval of any surface is computed here. Every place where an answer may change is a zero of a number that some
+//! surface decides by, so between two neighbours of them the free query of one point answers for all: the rule itself is
+//! asked, at rational points. The numbers are taken at four places each, and the polynomials are those through them.
 
+use super::place::{OraclePlace, Polynomial};
 use super::share::OracleShare;
 use super::surface::{Light, Segment, Start};
-use super::{Oracle, OracleLight, OracleShape};
-use crate::exact::Vec3;
+use super::{Oracle, OracleLight};
+use crate::exact::{Exact, Vec3};
 
 impl Oracle {
     /// Says whether a place of a segment is in shadow: the free query of that point, which need not be a point of `f64`s.
@@ -21,12 +22,7 @@ impl Oracle {
         share: &OracleShare,
         light: OracleLight,
     ) -> bool {
-        let [first, last] = ends.map(Vec3::new);
-        let start = Start {
-            scaled: &first.scale(&(&share.under - &share.over)) + &last.scale(&share.over),
-            scale: share.under.clone(),
-        };
-        let segment = Segment::new(start, Light::new(light), None);
+        let segment = segment_at(ends, &share.0, light);
         (0..self.surfaces.len()).any(|t| self.blocks_segment(t, None, &segment))
     }
 
@@ -34,21 +30,28 @@ impl Oracle {
     ///
     /// # Panics
     ///
-    /// As [`Oracle::is_blocked`], and when an opaque surface is no triangle.
+    /// As [`Oracle::is_blocked`].
     pub fn lit_intervals_along(
         &self,
         ends: [[f64; 3]; 2],
         light: OracleLight,
-    ) -> Vec<[OracleShare; 2]> {
-        let mut places = vec![OracleShare::new(0.0), OracleShare::new(1.0)];
-        for surface in self.surfaces.iter().filter(|surface| surface.opaque) {
-            let OracleShape::Triangle(corners) = surface.shape else {
-                panic!("lit intervals are those between shadows of triangles");
-            };
-            places.extend(changes(corners, ends, light));
+    ) -> Vec<[OraclePlace; 2]> {
+        let segments = [-1.0, 0.0, 1.0, 2.0].map(|t| segment_at(ends, &Exact::new(t), light));
+        let mut places = vec![OraclePlace::end(0.0), OraclePlace::end(1.0)];
+        for (surface, prepared) in self.surfaces.iter().zip(&self.prepared) {
+            if surface.opaque {
+                let mut numbers = segments
+                    .each_ref()
+                    .map(|x| prepared.decisive(x).into_iter());
+                while let [Some(a), Some(b), Some(c), Some(d)] =
+                    numbers.each_mut().map(|left| left.next())
+                {
+                    places.extend(Polynomial::through([a, b, c, d]).zeros());
+                }
+            }
         }
-        places.sort_by(OracleShare::compare);
-        let mut lit: Vec<[OracleShare; 2]> = Vec::new();
+        places.sort_by(OraclePlace::compare);
+        let mut lit: Vec<[OraclePlace; 2]> = Vec::new();
         let mut was_lit = false;
         for pair in places.windows(2) {
             let [from, to] = pair else { continue };
@@ -67,32 +70,12 @@ impl Oracle {
     }
 }
 
-/// The places strictly between the ends where the segment crosses the plane of a triangle, or a plane through one of its
-/// edges and the light.
-fn changes(
-    corners: [[f64; 3]; 3],
-    ends: [[f64; 3]; 2],
-    light: OracleLight,
-) -> impl Iterator<Item = OracleShare> {
-    let corners = corners.map(Vec3::new);
+/// The line from a place of a segment to a light.
+fn segment_at(ends: [[f64; 3]; 2], share: &Exact, light: OracleLight) -> Segment {
     let [first, last] = ends.map(Vec3::new);
-    let light = Light::new(light);
-    let edges = [0, 1, 2].map(|i: usize| &corners[(i + 1) % 3] - &corners[i]);
-    let planes = [0, 1, 2, 3].map(|i: usize| match i {
-        3 => (edges[0].cross(&edges[1]), corners[0].clone()),
-        _ => {
-            let towards = &light.position - &corners[i].scale(&light.weight);
-            (towards.cross(&edges[i]), corners[i].clone())
-        }
-    });
-    let along = &last - &first;
-    planes.into_iter().filter_map(move |(normal, point)| {
-        let rate = normal.dot(&along);
-        if rate.is_zero() {
-            return None;
-        }
-        let share = OracleShare::of(normal.dot(&(&point - &first)), rate);
-        let is_between = share.over.sign() > 0 && share.over.compare(&share.under).is_lt();
-        is_between.then_some(share)
-    })
+    let start = Start {
+        scaled: &first + &(&last - &first).scale(share),
+        scale: Exact::ONE,
+    };
+    Segment::new(start, Light::new(light), None)
 }

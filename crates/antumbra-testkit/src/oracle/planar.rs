@@ -149,6 +149,17 @@ impl Triangle {
         Some(self.edges().map(turn).collect())
     }
 
+    /// The height of the start, and on which side of the planes through the light and the edges it is.
+    pub(super) fn decisive(&self, segment: &Segment) -> Vec<Exact> {
+        let (start, light) = (&segment.start.scaled, &segment.light);
+        let side = |(from, to): (&Vec3, &Vec3)| {
+            let towards = &light.position - &from.scale(&light.weight);
+            towards.cross(&(to - from)).dot(&(start - from))
+        };
+        let height = &self.plane.normal.dot(start) - &self.plane.offset;
+        self.edges().map(side).chain([height]).collect()
+    }
+
     /// Three times the middle of the corners.
     pub(super) fn three_centroids(&self) -> Vec3 {
         let [a, b, c] = &self.corners;
@@ -238,5 +249,17 @@ impl Disk {
         let from_center = &crossing.scaled - &self.center.scale(&crossing.scale);
         let reach = &self.radius * &crossing.scale;
         from_center.norm_squared().compare(&reach.square()).is_le()
+    }
+
+    /// The height of the start, and by how much the crossing with the plane is beyond the rim.
+    pub(super) fn decisive(&self, segment: &Segment) -> Vec<Exact> {
+        let (start, delta) = (&segment.start.scaled, &segment.delta);
+        let height = &self.plane.normal.dot(start) - &self.plane.offset;
+        let rate = self.plane.normal.dot(delta);
+        // rate (start - height / rate delta - center)
+        let from_center = &(start - &self.center).scale(&rate) - &delta.scale(&height);
+        let reach = &self.radius * &rate;
+        let beyond = &from_center.norm_squared() - &reach.square();
+        vec![height, beyond]
     }
 }

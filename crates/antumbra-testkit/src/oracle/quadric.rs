@@ -127,6 +127,30 @@ impl Quadratic {
             .unwrap_or(0)
     }
 
+    /// The numbers that say which signs it takes between 0 and 1, or from 0 on: values at the ends, slopes there, and the
+    /// discriminant.
+    fn decisive(&self) -> Vec<Exact> {
+        let Self { c0, c1, c2 } = self;
+        vec![
+            c0.clone(),
+            c1.clone(),
+            c2.clone(),
+            &(c0 + c1) + c2,
+            c1 + &c2.double(),
+            &c1.square() - &(&Exact::new(4.0) * &(c0 * c2)),
+        ]
+    }
+
+    /// The same where `v` is `-room / rate`: its value there, times `rate^2`, and its slope, times `rate`.
+    fn decisive_at(&self, room: &Exact, rate: &Exact) -> [Exact; 2] {
+        let Self { c0, c1, c2 } = self;
+        let linear = &(c0 * rate) - &(c1 * room);
+        [
+            &(&linear * rate) + &(c2 * &room.square()),
+            &(c1 * rate) - &(&c2.double() * room),
+        ]
+    }
+
     /// Whether it is strictly negative somewhere and strictly positive somewhere in the interval.
     /// A quadratic takes its extreme values at the ends and at its vertex.
     fn takes_both_signs(&self, interval: &Interval) -> bool {
@@ -173,15 +197,23 @@ impl Sphere {
 
     /// Whether the open segment has points strictly inside and points strictly outside.
     pub(super) fn is_crossed(&self, segment: &Segment) -> bool {
+        self.excess(segment)
+            .takes_both_signs(&Interval::of(segment))
+    }
+
+    /// `scale^2 (distance from the centre squared - radius squared)` along the segment.
+    fn excess(&self, segment: &Segment) -> Quadratic {
         let Segment { start, delta, .. } = segment;
         let from_center = &start.scaled - &self.center.scale(&start.scale);
-        // scale^2 (distance from the centre squared - radius squared) along the segment
-        let excess = Quadratic {
+        Quadratic {
             c0: from_center.norm_squared() - &self.radius_squared * &start.scale.square(),
             c1: from_center.dot(delta).double(),
             c2: delta.norm_squared(),
-        };
-        excess.takes_both_signs(&Interval::of(segment))
+        }
+    }
+
+    pub(super) fn decisive(&self, segment: &Segment) -> Vec<Exact> {
+        self.excess(segment).decisive()
     }
 
     /// On which side of the tangent plane at the start the light is.
@@ -236,6 +268,15 @@ struct InTube {
 /// `across . across - reach reach` for two points: the polar form of the double cone.
 fn polar(p: &InTube, q: &InTube) -> Exact {
     p.across.dot(&q.across) - &p.reach * &q.reach
+}
+
+/// By how much the points of a segment are outside of the double cone.
+fn excess(start: &InTube, change: &InTube) -> Quadratic {
+    Quadratic {
+        c0: polar(start, start),
+        c1: polar(start, change).double(),
+        c2: polar(change, change),
+    }
 }
 
 impl Tube {
@@ -308,11 +349,7 @@ impl Tube {
         else {
             return false;
         };
-        let excess = Quadratic {
-            c0: polar(&start, &start),
-            c1: polar(&start, &change).double(),
-            c2: polar(&change, &change),
-        };
+        let excess = excess(&start, &change);
         if excess.takes_both_signs(&between) {
             return true;
         }
@@ -339,6 +376,21 @@ impl Tube {
                         excess.slope_at(&v) != 0
                     }
             })
+    }
+
+    /// Heights over the end planes and the rate at which they change; what decides along the whole segment, and at its
+    /// crossings with the planes.
+    pub(super) fn decisive(&self, segment: &Segment) -> Vec<Exact> {
+        let start = self.start(segment);
+        let change = self.locate(&segment.delta, &Exact::ZERO);
+        let top = &self.axis_squared * &segment.start.scale;
+        let under_top = &top - &start.along;
+        let excess = excess(&start, &change);
+        let mut numbers = excess.decisive();
+        numbers.extend(excess.decisive_at(&start.along, &change.along));
+        numbers.extend(excess.decisive_at(&under_top, &-&change.along));
+        numbers.extend([start.along, under_top, change.along]);
+        numbers
     }
 
     /// Whether a segment that starts on this open tube goes in and out again through its wall.

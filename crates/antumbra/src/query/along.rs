@@ -66,9 +66,9 @@ pub enum LitIntervalsError {
         /// Number of ends.
         found: usize,
     },
-    /// A surface that may shade some of a segment has no closed form: a sphere, cone or disk, or an alpha-tested triangle.
+    /// An alpha-tested triangle that may shade some of a segment has no closed form.
     #[error(
-        "segment {segment}: surface {} may shade some of it and is curved or alpha-tested; its shadow has no closed form here",
+        "segment {segment}: surface {} may shade some of it and is alpha-tested; its shadow has no closed form here",
         surface.0
     )]
     NoClosedForm {
@@ -87,7 +87,8 @@ impl ShadowIndex {
     /// (EXACTNESS.md, "Lit intervals along a segment"). Points are asked as points of space, those at both ends, too. The
     /// light need not be one of the index's. A segment without length is lit as a whole, or not at all.
     ///
-    /// Costs one walk of the tree, and about 0.1 microseconds for each triangle near the plane through segment and light;
+    /// Costs one walk of the tree, and about 0.1 microseconds for each triangle near the plane through segment and light,
+    /// some microseconds for each sphere, disk or cone;
     /// [`Method::Grid`], [`Method::Voxel1990`] and [`Method::Naive`] test every surface. Needs no values and changes none.
     /// [`ShadowIndex::lit_intervals`] asks the reverse: what part of a linear light one point sees.
     ///
@@ -106,8 +107,8 @@ impl ShadowIndex {
     /// ```
     ///
     /// # Errors
-    /// A number is not finite or beyond 2^100, the light's direction is zero, or a curved or alpha-tested surface may shade
-    /// some of the segment.
+    /// A number is not finite or beyond 2^100, the light's direction is zero, or an alpha-tested surface may shade some of
+    /// the segment.
     pub fn lit_intervals_along(
         &self,
         origin: DVec3,

@@ -61,7 +61,7 @@ pub(super) fn work(
             };
             let help = match &error {
                 LitIntervalsError::NoClosedForm { .. } => {
-                    "leave out segments that curved or alpha-tested surfaces may shade"
+                    "leave out segments that alpha-tested surfaces may shade"
                 }
                 _ => "",
             };
