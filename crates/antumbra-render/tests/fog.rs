@@ -395,7 +395,7 @@ fn small_lights_are_points_and_directions_in_the_limit() {
         of(vec![white(lamp(place))], vec![]),
     );
     assert!(
-        (large.x / (1e-12 * small.x) - 1.0).abs() < 0.03,
+        (large.x / (1e-12 * small.x) - 1.0).abs() < 0.05,
         "{large} {small}"
     );
 
@@ -478,10 +478,11 @@ fn foggy_pictures_are_the_same_for_any_method_and_number_of_threads() {
             .unwrap();
         let settings = RenderSettings {
             sampling: Sampling::Stratified { samples: 2 },
+            light_samples: 2,
             ..settings(fog(0.2, 0.6))
         };
         pool.install(|| {
-            let rendered = shot(&prepared(scene(), method), &camera(), [24, 18], settings);
+            let rendered = shot(&prepared(scene(), method), &camera(), [12, 9], settings);
             (rendered.picture, rendered.tally.air)
         })
     };

@@ -343,12 +343,12 @@ fn the_phase_function_has_the_integral_1_and_the_mean_cosine_g() {
             let peak = g.signum();
             let of = |off: f64| {
                 let cosine = peak - peak * off;
-                2.0 * std::f64::consts::PI * fog.phase(cosine) * cosine.powi(power)
+                2.0 * std::f64::consts::PI * fog.phase(cosine) * (1.0 + cosine).powi(power)
             };
             by_pieces(&of, 1e-3, [0.0, 2.0], &[])
         };
         assert!(
-            (of(0) - 1.0).abs() < 1e-10 && (of(1) - g).abs() < 1e-10,
+            (of(0) - 1.0).abs() < 1e-10 && (of(1) - 1.0 - g).abs() < 1e-10,
             "{g}"
         );
     }
