@@ -8,8 +8,8 @@
 
 use antumbra_geometry::DVec3;
 
-use super::Fog;
 use super::emission::{Beam, Shine};
+use super::medium::Fog;
 use super::quadrature::integral;
 use crate::vector::unit;
 

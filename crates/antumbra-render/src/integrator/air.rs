@@ -13,6 +13,7 @@ use antumbra_geometry::{
 use antumbra_scene::model::{AreaLight, Color, Light, LightKind};
 use antumbra_task::check;
 
+use super::seen_air::Air;
 use super::{FINE, Integrator, SurfacePoint, Work};
 use crate::fog::{Fog, PointView, Shine};
 use crate::vector::unit;
@@ -22,44 +23,6 @@ const PARTS: u32 = 128;
 
 /// Largest coordinate that is asked about; the air ends there.
 const LARGEST: f64 = (1_u128 << 100) as f64;
-
-/// Effect of the air on what is seen through it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Air {
-    /// Light that it scatters towards the ray's origin.
-    pub light: Color,
-    /// Share of the light from behind that it leaves.
-    pub transmittance: f64,
-}
-
-impl Default for Air {
-    /// Returns clear air.
-    fn default() -> Self {
-        Self {
-            light: Color::ZERO,
-            transmittance: 1.0,
-        }
-    }
-}
-
-/// Counts of what was asked about segments of rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AirTally {
-    /// One for each segment and light, or sample of a light with size, whose lit stretches were asked.
-    pub segments: u64,
-    /// Of `segments`, those without a closed form, that were asked part by part.
-    pub by_parts: u64,
-    /// Lit stretches of all segments.
-    pub intervals: u64,
-}
-
-impl AirTally {
-    pub(super) fn add(&mut self, other: &Self) {
-        self.segments += other.segments;
-        self.by_parts += other.by_parts;
-        self.intervals += other.intervals;
-    }
-}
 
 /// A stretch of a ray, with air all along.
 #[derive(Clone, Copy)]

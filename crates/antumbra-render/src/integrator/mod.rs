@@ -18,6 +18,7 @@ mod air;
 mod area;
 mod area_query;
 mod at_once;
+mod seen_air;
 mod surface_point;
 mod tally;
 mod terms;
@@ -32,8 +33,8 @@ use crate::prepare::{Look, Prepared};
 use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
 
-pub use air::{Air, AirTally};
 pub use area_query::{AreaQuery, AreaTally, Region};
+pub use seen_air::{Air, AirTally};
 pub use surface_point::SurfacePoint;
 pub use tally::Tally;
 pub use work::Work;

@@ -2,8 +2,8 @@
 
 use antumbra::Counters;
 
-use super::air::AirTally;
 use super::area_query::AreaTally;
+use super::seen_air::AirTally;
 
 /// Counts of rays and queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
