@@ -41,7 +41,7 @@ fn fog_changes_the_picture_and_no_mask() {
         assert!(fs::read(file).unwrap().starts_with(b"\x89PNG"), "{layer}");
     }
     // False colors show queries about surfaces, which fog does not change.
-    let show = ["--show", "occlusion"];
+    let show = ["--show", "occlusion", "--shadows", "bvh"];
     let clear = rendered(&folder, &scene, &show);
     assert!(rendered(&folder, &scene, &[&show[..], &["--fog", "0.05"]].concat()) == clear);
 }
@@ -54,8 +54,12 @@ fn openexr_has_the_layers_of_the_fog() {
         let arguments = ["render", text(&scene), "-o", text(&path), "--size", "8x8"];
         assert_code(&antumbra(&[&arguments[..], more].concat()), 0);
         let bytes = fs::read(&path).unwrap();
-        let has = |name: &[u8]| bytes.windows(name.len()).any(|window| window == name);
-        [has(b"fog\0"), has(b"transmittance\0")]
+        // The name of a part stands behind its length.
+        let has = |name: &str| {
+            let needle = [&(name.len() as u32).to_le_bytes()[..], name.as_bytes()].concat();
+            bytes.windows(needle.len()).any(|window| window == needle)
+        };
+        [has("fog"), has("transmittance")]
     };
     assert_eq!(names(&["--fog", "0.05"]), [true, true]);
     assert_eq!(names(&["--fog", "0.05", "--aov", "shadow"]), [false, false]);
