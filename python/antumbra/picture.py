@@ -33,6 +33,7 @@ class PictureSettings(TypedDict):
     area_lights: list[AreaTuple]
     shows_occlusion: bool
     background: Sequence[float] | None
+    fog: tuple[float, float, float] | None
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,14 @@ def _path_of(path: str | os.PathLike[str], ending: str) -> str:
     return name
 
 
+def _fog_of(fog: float | Sequence[float]) -> tuple[float, float, float]:
+    numbers = np.atleast_1d(as_array("fog", fog))
+    if numbers.ndim != 1 or not 1 <= len(numbers) <= 3:
+        raise ValueError(f"fog: expected a density, or density, albedo and g, found shape {numbers.shape}")
+    density, albedo, g = [*map(float, numbers), *(1.0, 0.0)[len(numbers) - 1 :]]
+    return density, albedo, g
+
+
 def render(
     scene: SceneLike,
     *,
@@ -145,6 +154,7 @@ def render(
     seed: int = 0,
     show: Literal["scene", "occlusion"] = "scene",
     background: Any = None,
+    fog: float | Sequence[float] | None = None,
     method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
     refine: Literal["lazy", "eager", "queried"] = "lazy",
     resolution: int = 2048,
@@ -169,6 +179,9 @@ def render(
         seed: Changes the samples' places.
         show: `"scene"`, or `"occlusion"`: in false colors, how shadow queries were decided.
         background: What a ray sees that hits nothing, linear RGB; by default the scene's.
+        fog: A medium between all surfaces, in which light scatters once: its density, the extinction coefficient for each
+            unit of length; or density and albedo (0 to 1, else 1); or these and the mean cosine of scattering (above -1,
+            below 1, else 0). Stretches that lights reach are exact.
         method: As of `ShadowIndex`, like all that follow. The picture does not depend on them.
         refine: When values are made.
         resolution: Finest voxels.
@@ -210,6 +223,7 @@ def render(
         "area_lights": areas,
         "shows_occlusion": show == "occlusion",
         "background": None if background is None else vector("background", background),
+        "fog": None if fog is None else _fog_of(fog),
     }
     made = settings(
         method=method,

@@ -128,3 +128,33 @@ def test_a_png_that_cannot_be_written_is_an_os_error(file: Path, tmp_path: Path)
     picture = antumbra.render(antumbra.Scene.load(file), size=(2, 2))
     with pytest.raises(OSError, match=r"missing.*a\.png"):
         picture.save_png(tmp_path / "missing" / "a.png")
+
+
+def test_fog_is_the_program_s(file: Path, tmp_path: Path) -> None:
+    scene = antumbra.Scene.load(file)
+    antumbra.render(scene, fog=(0.05, 0.9, 0.3)).save_png(tmp_path / "ours.png")
+    output = str(tmp_path / "program.png")
+    program = [sys.executable, "-m", "antumbra", "render", str(file), "--fog", "0.05,0.9,0.3", "-o", output]
+    subprocess.run(program, check=True, timeout=120)
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "program.png").read_bytes()
+    clear, none = antumbra.render(scene), antumbra.render(scene, fog=0.0)
+    assert np.array_equal(clear.color, none.color)
+    thin = antumbra.render(scene, fog=0.05)
+    assert np.array_equal(thin.color, antumbra.render(scene, fog=[0.05, 1, 0]).color)
+    assert not np.array_equal(thin.color, clear.color) and np.array_equal(thin.shadow, clear.shadow)
+
+
+@pytest.mark.parametrize(
+    ("fog", "message"),
+    [
+        (-1, "fog: the density is -1"),
+        ((0.1, 2), "fog: the albedo is 2"),
+        ((0.1, 1, 1), "fog: g is 1"),
+        ((0.1, 1, 0, 0), "fog: expected a density"),
+        ((), "fog: expected a density"),
+        ([[0.1]], "fog: expected a density"),
+    ],
+)
+def test_what_is_no_fog_is_refused(file: Path, fog: object, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        antumbra.render(antumbra.Scene.load(file), fog=fog)  # type: ignore[arg-type]

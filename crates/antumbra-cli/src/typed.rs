@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use antumbra::{QuickCheck, Volume};
 use antumbra_render::film::Show;
+use antumbra_render::fog::Fog;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -91,12 +92,18 @@ pub struct Render {
     #[command(flatten)]
     pub more_lights: MoreLights,
 
+    /// Fog between all surfaces: its density is the share of light that it takes in each unit of length, of short lengths;
+    /// ALBEDO is the share of that which it scatters, 0 to 1; G says where to, -1 to 1: above 0 forwards, so that it is
+    /// bright towards lights. Lights show in it, shadows too; docs/fog.md describes it [default: none; 1 and 0 behind]
+    #[arg(long, help_heading = "Scene and lights", value_name = "DENSITY[,ALBEDO[,G]]", value_parser = values::fog, allow_hyphen_values = true)]
+    pub fog: Option<Fog>,
+
     /// Picture to write, .png or .exr; with --orbit, -0001 and so on is inserted before the ending
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]
     pub output: PathBuf,
 
-    /// Layers to write, separated by commas: beside a PNG as NAME.shadow.LIGHT.png and
-    /// NAME.decided-by.png, in OpenEXR as parts [default: all in OpenEXR, none beside PNG]
+    /// Layers to write, separated by commas: beside a PNG as NAME.shadow.LIGHT.png, NAME.decided-by.png, NAME.fog.png
+    /// and NAME.transmittance.png, in OpenEXR as parts [default: all in OpenEXR, none beside PNG]
     #[arg(
         long,
         help_heading = "Output",
@@ -423,6 +430,8 @@ pub enum Aov {
     Shadow,
     /// How shadow questions were decided, as shares
     Decided,
+    /// Light that the air adds, and the share that it leaves; with --fog
+    Fog,
     /// No layer
     None,
 }

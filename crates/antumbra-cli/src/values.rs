@@ -3,6 +3,7 @@
 //! Every error text says what was expected. Invariant: what comes out is finite and in range.
 
 use antumbra::GridResolution;
+use antumbra_render::fog::Fog;
 use antumbra_scene::model::Color;
 
 use antumbra_geometry::{DVec3, Short};
@@ -67,6 +68,23 @@ pub fn numbers<const N: usize>(text: &str, pattern: &str) -> Result<[f64; N], St
 
 pub fn triple(text: &str) -> Result<DVec3, String> {
     numbers::<3>(text, "X,Y,Z").map(DVec3::from_array)
+}
+
+/// Reads `DENSITY[,ALBEDO[,G]]`.
+pub fn fog(text: &str) -> Result<Fog, String> {
+    let values = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+    let [density, albedo, g] = match values[..] {
+        [density] => [density, 1.0, 0.0],
+        [density, albedo] => [density, albedo, 0.0],
+        [density, albedo, g] => [density, albedo, g],
+        _ => {
+            let found = values.len();
+            return Err(format!(
+                "expected DENSITY[,ALBEDO[,G]], found {found} numbers in `{text}`"
+            ));
+        }
+    };
+    Fog::new(density, albedo, g).map_err(|error| error.to_string())
 }
 
 /// Reads `WIDTHxHEIGHT`.
@@ -313,6 +331,30 @@ mod tests {
                 error, "expected WIDTHxHEIGHT with 1 to 16384 pixels each, such as 640x480",
                 "{bad}"
             );
+        }
+    }
+
+    #[test]
+    fn fogs() {
+        let made = |density, albedo, g| Ok(Fog::new(density, albedo, g).unwrap());
+        assert_eq!(fog("0.5"), made(0.5, 1.0, 0.0));
+        assert_eq!(fog("0,0.9"), made(0.0, 0.9, 0.0));
+        assert_eq!(fog("1e-3, 1, -0.5"), made(1e-3, 1.0, -0.5));
+        for (bad, message) in [
+            ("", "expected a finite number, found ``"),
+            ("inf", "expected a finite number, found `inf`"),
+            (
+                "-1",
+                "the density is -1: expected a finite number, 0 or above",
+            ),
+            ("1,2", "the albedo is 2: expected 0 to 1"),
+            ("1,1,1", "g is 1: expected above -1 and below 1"),
+            (
+                "1,1,0,0",
+                "expected DENSITY[,ALBEDO[,G]], found 4 numbers in `1,1,0,0`",
+            ),
+        ] {
+            assert_eq!(fog(bad), Err(message.to_owned()), "{bad}");
         }
     }
 

@@ -25,9 +25,9 @@ mod umbra;
 
 pub use along::SegmentShadows;
 pub use area::{
-    AreaError, AreaSample, AreaShape, Directions, DiskLight, MAX_LIGHT_SAMPLES, MeshLight,
-    PolygonLight, RectangleLight, SamplePattern, SegmentLight, Sky, SphereLight, SunDisc,
-    TriangleLight,
+    AreaError, AreaSample, AreaShape, Directions, DiskLight, Emission, EmittingPoint,
+    MAX_LIGHT_SAMPLES, MeshLight, PolygonLight, RectangleLight, SamplePattern, SegmentLight, Sky,
+    SphereLight, SunDisc, TriangleLight,
 };
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};

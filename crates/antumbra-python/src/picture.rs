@@ -11,6 +11,7 @@ use antumbra_geometry::DVec3;
 use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, Layer};
 use antumbra_render::camera::View;
 use antumbra_render::film::{self, Picture, RenderSettings, Rendered, Sampling, Show, Watch};
+use antumbra_render::fog::Fog;
 use antumbra_render::prepare::Prepared;
 use antumbra_render::{exr_file, image_file};
 use antumbra_scene::defaults;
@@ -45,6 +46,8 @@ pub(crate) struct PictureSettings {
     area_lights: Vec<AreaTuple>,
     shows_occlusion: bool,
     background: Option<[f64; 3]>,
+    /// Density, albedo, g.
+    fog: Option<[f64; 3]>,
 }
 
 /// Renders a picture. Lights and camera left out are the scene's, or a sun and a camera that frames the scene.
@@ -93,6 +96,10 @@ pub(crate) fn render<'py>(
         }),
     };
     let view = View::new(&camera, size).map_err(|error| error.to_python())?;
+    let fog = picture.fog.map(|[density, albedo, g]| {
+        Fog::new(density, albedo, g).map_err(|error| PyValueError::new_err(format!("fog: {error}")))
+    });
+    let fog = fog.transpose()?;
     let shown = RenderSettings {
         sampling: Sampling::Stratified {
             samples: picture.samples,
@@ -100,6 +107,7 @@ pub(crate) fn render<'py>(
         max_depth: picture.max_depth,
         light_samples: picture.light_samples,
         exact_fractions: picture.exact_fractions,
+        fog,
         seed: picture.seed,
         show: if picture.shows_occlusion {
             Show::Occlusion
@@ -109,6 +117,7 @@ pub(crate) fn render<'py>(
         aovs: Aovs {
             shadow: true,
             decided: true,
+            fog: false,
         },
     };
     let progress = Progress::new(progress);

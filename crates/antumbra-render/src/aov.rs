@@ -10,6 +10,8 @@
 //! - `decided-by`: for each [`DecidedBy`] the share of shadow questions that ended so, all lights
 //!   together; a sample that hits nothing counts for `no_hit`. Of a light with size, the share of it
 //!   that was asked about counts for `ray`, the rest for `facing_away`. The sum is 1.
+//! - `fog`: the light that the air scatters towards the eye, linear RGB, and `transmittance`: the share of the light from
+//!   behind that it leaves, up to what is seen first. Black and 1 in clear air.
 //!
 //! Invariant: asking costs nothing: the layers use the answers that the picture uses.
 
@@ -18,7 +20,7 @@ use std::collections::{HashMap, HashSet};
 use antumbra::{Decided, Shadow};
 use antumbra_scene::model::{Light, Scene};
 
-use crate::integrator::{AreaQuery, LightQuery, Seen};
+use crate::integrator::{Air, AreaQuery, LightQuery, Seen};
 
 /// Returns how many lights have a shadow layer.
 pub fn light_count(scene: &Scene) -> usize {
@@ -32,6 +34,8 @@ pub struct Aovs {
     pub shadow: bool,
     /// How questions were decided.
     pub decided: bool,
+    /// Light that the air adds, and the share that it leaves.
+    pub fog: bool,
 }
 
 /// Outcome of a query about a light.
@@ -97,6 +101,15 @@ impl From<&LightQuery> for DecidedBy {
 /// The name of the layer that `decided` makes.
 pub const DECIDED_LAYER: &str = "decided-by";
 
+/// The name of the layer of what the air adds, which `fog` makes.
+pub const FOG_LAYER: &str = "fog";
+
+/// The name of the layer of what the air leaves, which `fog` makes.
+pub const TRANSMITTANCE_LAYER: &str = "transmittance";
+
+/// Channels of both.
+const FOG_CHANNELS: usize = 4;
+
 /// One layer of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
@@ -115,10 +128,11 @@ impl Aovs {
         } else {
             0
         };
-        shadow + decided
+        let fog = if self.fog { FOG_CHANNELS } else { 0 };
+        shadow + decided + fog
     }
 
-    /// Adds a sample to the sums of a pixel: one a light, then one a way to decide.
+    /// Adds a sample to the sums of a pixel: one a light, then one a way to decide, then the air.
     /// `counts` are those of the lights without size and with.
     pub(crate) fn add_sample(
         self,
@@ -128,7 +142,23 @@ impl Aovs {
     ) {
         let counts = if self.shadow { counts } else { [0; 2] };
         let (masks, rest) = sums.split_at_mut(counts[0]);
-        let (areas, decided) = rest.split_at_mut(counts[1]);
+        let (areas, rest) = rest.split_at_mut(counts[1]);
+        let ways = if self.decided {
+            DecidedBy::ALL.len()
+        } else {
+            0
+        };
+        let (decided, air) = rest.split_at_mut(ways);
+        if self.fog {
+            let Air {
+                light,
+                transmittance,
+            } = seen.air;
+            let values = light.to_array().into_iter().chain([transmittance]);
+            for (sum, value) in air.iter_mut().zip(values) {
+                *sum += value;
+            }
+        }
         for (light, sum) in areas.iter_mut().enumerate() {
             *sum += seen
                 .areas
@@ -164,28 +194,35 @@ impl Aovs {
     pub(crate) fn layers(self, scene: &Scene, values: &[f32]) -> Vec<Layer> {
         let stride = self.channel_count(light_count(scene));
         let plane = |channel: usize| values.iter().skip(channel).step_by(stride).copied();
-        let layer = |(number, name): (usize, String)| Layer {
-            channels: if name == DECIDED_LAYER {
-                let ways = DecidedBy::ALL.into_iter();
-                let plane = |way| plane(number + way as usize).collect();
-                ways.map(|way| (way.channel_name(), plane(way))).collect()
-            } else {
-                vec![("Y", plane(number).collect())]
-            },
-            name,
+        let mut first = 0;
+        let layer = |name: String| {
+            let channels: Vec<&'static str> = match name.as_str() {
+                DECIDED_LAYER => DecidedBy::ALL.map(DecidedBy::channel_name).into(),
+                FOG_LAYER => vec!["R", "G", "B"],
+                _ => vec!["Y"],
+            };
+            let numbers = first..;
+            first += channels.len();
+            let planes = channels.into_iter().zip(numbers);
+            let channels = planes.map(|(channel, number)| (channel, plane(number).collect()));
+            Layer {
+                channels: channels.collect(),
+                name,
+            }
         };
-        let names = self.layer_names(scene);
-        names.into_iter().enumerate().map(layer).collect()
+        self.layer_names(scene).into_iter().map(layer).collect()
     }
 
     /// Returns the names of the layers, in their order: those of the lights, then of the lights with size, then that of
-    /// all ways.
+    /// all ways, then those of the air.
     pub fn layer_names(self, scene: &Scene) -> Vec<String> {
         let of_lights = self.shadow.then(|| all_light_names(scene));
         let of_lights = of_lights.unwrap_or_default().into_iter();
         let decided = self.decided.then(|| DECIDED_LAYER.to_owned());
         let shadow = of_lights.map(|name| format!("shadow.{name}"));
-        shadow.chain(decided).collect()
+        let fog = [FOG_LAYER, TRANSMITTANCE_LAYER].map(str::to_owned);
+        let fog = fog.into_iter().filter(|_| self.fog);
+        shadow.chain(decided).chain(fog).collect()
     }
 }
 
@@ -288,6 +325,7 @@ mod tests {
         let aovs = Aovs {
             shadow: true,
             decided: true,
+            fog: false,
         };
         let mut sums = [0.0; 9];
         aovs.add_sample(&Seen::default(), [2, 0], &mut sums);
@@ -297,7 +335,7 @@ mod tests {
         let away = Seen {
             is_surface: true,
             queries: vec![LightQuery::FacingAway, LightQuery::OutOfCone],
-            areas: Vec::new(),
+            ..Seen::default()
         };
         aovs.add_sample(&away, [2, 0], &mut sums);
         [expected[3], expected[7]] = [0.5; 2];
@@ -309,6 +347,7 @@ mod tests {
         let aovs = Aovs {
             shadow: true,
             decided: true,
+            fog: false,
         };
         let mut sums = [0.0; 8];
         let seen = Seen {
@@ -320,10 +359,38 @@ mod tests {
                 lit: 4,
                 exact: None,
             }],
+            ..Seen::default()
         };
         aovs.add_sample(&seen, [0, 1], &mut sums);
         let mut expected = [0.0; 8];
         [expected[0], expected[2], expected[7]] = [0.25, 0.25, 0.75];
         assert_eq!(sums, expected);
+    }
+
+    #[test]
+    fn the_air_has_its_own_layers_behind_the_others() {
+        let aovs = Aovs {
+            fog: true,
+            ..Aovs::default()
+        };
+        let mut sums = [0.0; 4];
+        let seen = Seen {
+            air: Air {
+                light: Color::new(1.0, 2.0, 3.0),
+                transmittance: 0.25,
+            },
+            ..Seen::default()
+        };
+        aovs.add_sample(&seen, [5, 1], &mut sums);
+        assert_eq!(sums, [1.0, 2.0, 3.0, 0.25]);
+        let values = sums.map(|sum| sum as f32);
+        let layers = aovs.layers(&Scene::default(), &values);
+        let plane = |value| vec![value];
+        let channels = [("R", plane(1.0)), ("G", plane(2.0)), ("B", plane(3.0))];
+        assert_eq!(layers[0].name, FOG_LAYER);
+        assert_eq!(layers[0].channels, channels);
+        assert_eq!(layers[1].name, TRANSMITTANCE_LAYER);
+        assert_eq!(layers[1].channels, [("Y", plane(0.25))]);
+        assert_eq!(layers.len(), 2);
     }
 }

@@ -16,6 +16,7 @@ use crate::aov::{Aovs, Layer};
 use crate::camera::View;
 use crate::exposure::Metering;
 use crate::false_color;
+use crate::fog::Fog;
 use crate::integrator::{DEFAULT_LIGHT_SAMPLES, Integrator, Seen, Tally, Work};
 use crate::prepare::Prepared;
 use crate::sampler::Sampler;
@@ -50,7 +51,7 @@ pub enum Show {
 }
 
 /// Everything but the camera that a picture depends on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
     /// Places in a pixel that rays go through.
     pub sampling: Sampling,
@@ -61,6 +62,8 @@ pub struct RenderSettings {
     pub light_samples: u32,
     /// Whether lights with size have their exact visible fraction where that has a closed form; samples answer elsewhere.
     pub exact_fractions: bool,
+    /// The medium between surfaces, if there is one.
+    pub fog: Option<Fog>,
     /// Changes the jitter, and the samples of lights with size.
     pub seed: u64,
     /// Subject of the picture.
@@ -76,6 +79,7 @@ impl Default for RenderSettings {
             max_depth: 5,
             light_samples: DEFAULT_LIGHT_SAMPLES,
             exact_fractions: false,
+            fog: None,
             seed: 0,
             show: Show::Scene,
             aovs: Aovs::default(),
@@ -248,7 +252,8 @@ impl<'a> Tile<'a> {
         let light_count = light_count(prepared.scene());
         let integrator = Integrator::new(prepared, settings.max_depth)
             .with_light_samples(settings.light_samples, settings.seed)
-            .with_exact_fractions(settings.exact_fractions);
+            .with_exact_fractions(settings.exact_fractions)
+            .with_fog(settings.fog);
         Self {
             work: integrator.work(),
             integrator,
@@ -351,6 +356,7 @@ mod tests {
         let aovs = Aovs {
             shadow: true,
             decided: true,
+            fog: false,
         };
         let one = Sampling::Stratified { samples: 1 };
         assert_eq!(predict_bytes([2, 1], one, aovs, 3), 2 * (12 + 2 * 4 * 10));

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | scene meets accelerator | [`prepare`] | `Scene` | [`Prepared`](prepare::Prepared) |
 //! | eye rays | [`camera`], [`sampler`], [`orbit`] | `Camera`, pixel, sample | `Ray` |
+//! | light in the air | [`fog`] | lit stretches of a ray | airlight |
 //! | shading | [`integrator`], [`false_color`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
 //! | picture | [`film`], [`aov`] | all samples | [`Picture`](film::Picture), [`Layer`](aov::Layer)s |
 //! | exposure | [`exposure`] | finished pixels | stops |
@@ -16,10 +17,12 @@
 
 pub mod aov;
 pub mod camera;
+mod cone;
 pub mod exposure;
 pub mod exr_file;
 pub mod false_color;
 pub mod film;
+pub mod fog;
 pub mod image_file;
 pub mod integrator;
 pub mod orbit;

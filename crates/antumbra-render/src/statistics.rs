@@ -37,6 +37,8 @@ pub struct Statistics {
     pub shadow: ShadowQueries,
     /// Samples of lights with size.
     pub light_samples: LightSampleCounts,
+    /// Segments of rays in fog, `null` without.
+    pub fog: Option<FogCounts>,
     /// Work in the grid and the tree, all rays.
     pub traversal: Traversal,
     /// Wall-clock times.
@@ -69,6 +71,8 @@ pub struct Settings {
     pub light_samples: u32,
     /// Whether lights with size had their exact visible fraction where that has a closed form.
     pub exact_fractions: bool,
+    /// Density, albedo and g of the fog, `null` without.
+    pub fog: Option<[f64; 3]>,
     /// Whether rays went through pixel corners instead.
     pub corner_rays: bool,
     /// The longest chain of rays.
@@ -83,7 +87,7 @@ pub struct Settings {
     pub exposure: String,
     /// The stops by which the picture was brightened; all frames have the first one's.
     pub exposure_stops: f64,
-    /// The layers made beside the picture: `shadow`, `decided`.
+    /// The layers made beside the picture: `shadow`, `decided`, `fog`.
     pub aovs: Vec<String>,
 }
 
@@ -146,6 +150,17 @@ pub struct LightSampleCounts {
     pub blocked: u64,
     /// Points that the exact visible fraction answered, without samples.
     pub exact: u64,
+}
+
+/// Counts of segments of rays in fog.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FogCounts {
+    /// One for each ray and light, or sample of a light with size, whose lit stretches were asked.
+    pub segments: u64,
+    /// Lit stretches of all segments.
+    pub intervals: u64,
+    /// Of `segments`, those whose lit stretches have no closed form: points between were asked.
+    pub by_parts: u64,
 }
 
 /// Work in the grid and the tree.
@@ -259,6 +274,17 @@ impl From<&Tally> for LightSampleCounts {
     }
 }
 
+impl From<&Tally> for FogCounts {
+    fn from(tally: &Tally) -> Self {
+        let air = &tally.air;
+        Self {
+            segments: air.segments,
+            intervals: air.intervals,
+            by_parts: air.by_parts,
+        }
+    }
+}
+
 impl From<&Tally> for Traversal {
     fn from(tally: &Tally) -> Self {
         Self {
@@ -291,6 +317,7 @@ mod tests {
                 spp: 1,
                 light_samples: 16,
                 exact_fractions: false,
+                fog: Some([0.5, 1.0, 0.0]),
                 corner_rays: false,
                 max_depth: 5,
                 seed: 0,
@@ -310,6 +337,7 @@ mod tests {
                 .into(),
             shadow: (&Tally::default()).into(),
             light_samples: (&Tally::default()).into(),
+            fog: Some((&Tally::default()).into()),
             traversal: (&Tally::default()).into(),
             time: Times::default(),
             memory: MemoryUse::default(),
@@ -340,6 +368,10 @@ mod tests {
             "/light_samples/asked",
             "/light_samples/blocked",
             "/light_samples/exact",
+            "/fog/segments",
+            "/fog/intervals",
+            "/fog/by_parts",
+            "/settings/fog",
             "/settings/exact_fractions",
             "/settings/light_samples",
             "/traversal/steps",

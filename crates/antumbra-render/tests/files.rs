@@ -65,6 +65,7 @@ fn settings() -> RenderSettings {
         aovs: Aovs {
             shadow: true,
             decided: true,
+            fog: false,
         },
         ..RenderSettings::default()
     }

@@ -59,6 +59,7 @@ fn with_layers() -> RenderSettings {
         aovs: Aovs {
             shadow: true,
             decided: true,
+            fog: false,
         },
         ..RenderSettings::default()
     }

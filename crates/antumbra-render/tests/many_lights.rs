@@ -26,6 +26,7 @@ fn shot(prepared: &Prepared, threads: usize, show: Show) -> Rendered {
         aovs: Aovs {
             shadow: true,
             decided: false,
+            fog: false,
         },
         ..RenderSettings::default()
     };

@@ -2,6 +2,7 @@
 
 mod attack;
 mod files;
+mod fog;
 mod foreign;
 mod help;
 mod interrupts;

@@ -68,9 +68,12 @@ impl DiskLight {
     }
 
     pub(super) fn sample(&self, receiver: DVec3, u: f64, v: f64) -> Option<AreaSample> {
+        self.plane.sample(receiver, self.point_at(u, v))
+    }
+
+    pub(super) fn point_at(&self, u: f64, v: f64) -> DVec3 {
         let place = warp::disk(u, v) * self.radius;
         let [across, along] = self.frame;
-        let point = self.plane.origin + across * place.x + along * place.y;
-        self.plane.sample(receiver, point)
+        self.plane.origin + across * place.x + along * place.y
     }
 }

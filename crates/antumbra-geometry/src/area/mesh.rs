@@ -125,12 +125,24 @@ impl MeshLight {
             return None;
         }
         let side = side_of(triangle, receiver);
-        let [a, b, c] = *triangle;
-        let normal = (b - a).cross(c - a);
-        let point = not_behind(triangle, normal, point_of(triangle, u, v), side)?;
-        let unit = normal / normal.length();
+        let (point, unit) = on_side(triangle, u, v, side)?;
         Some(from_plane(receiver, point, unit, self.fan.area()))
     }
+
+    /// Returns a place for receivers on one side of its triangle, and the unit normal to that side.
+    pub(super) fn point_at(&self, u: f64, v: f64, side: i8) -> Option<(DVec3, DVec3)> {
+        let (number, u) = self.fan.choose(u);
+        let (point, unit) = on_side(self.fan.triangle(number), u, v, side)?;
+        Some((point, f64::from(side) * unit))
+    }
+}
+
+/// Returns a point of a triangle that is not behind it, seen from one side, and its unit normal.
+fn on_side(triangle: &[DVec3; 3], u: f64, v: f64, side: i8) -> Option<(DVec3, DVec3)> {
+    let [a, b, c] = *triangle;
+    let normal = (b - a).cross(c - a);
+    let point = not_behind(triangle, normal, point_of(triangle, u, v), side)?;
+    Some((point, normal / normal.length()))
 }
 
 /// Returns on which side of a triangle a point is, exactly: 1 in front.

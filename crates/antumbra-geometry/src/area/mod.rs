@@ -10,12 +10,14 @@
 //! | `segment`, `rectangle`, `polygon`, `triangle`, `disk`, `sphere` | lights given by numbers |
 //! | `sun_disc`, `sky` | directions |
 //! | `directions` | directions around a receiver point, which are no light |
+//! | `emitting` | places of a light without a receiver |
 //! | `mesh` | emitting triangles of the scene |
 //! | `warp` | square to disk, square to cap |
 //! | `pattern` | which numbers sample `i` of a receiver point has |
 
 mod directions;
 mod disk;
+mod emitting;
 mod mesh;
 mod pattern;
 mod polygon;
@@ -36,6 +38,7 @@ use glam::DVec3;
 
 pub use directions::Directions;
 pub use disk::DiskLight;
+pub use emitting::{Emission, EmittingPoint};
 pub use mesh::MeshLight;
 pub use pattern::{MAX_LIGHT_SAMPLES, SamplePattern};
 pub use polygon::PolygonLight;

@@ -73,9 +73,12 @@ impl PolygonLight {
     }
 
     pub(super) fn sample(&self, receiver: DVec3, u: f64, v: f64) -> Option<AreaSample> {
+        self.plane.sample(receiver, self.point_at(u, v))
+    }
+
+    pub(super) fn point_at(&self, u: f64, v: f64) -> DVec3 {
         let (triangle, u) = self.fan.choose(u);
-        let point = super::triangle::point_of(self.fan.triangle(triangle), u, v);
-        self.plane.sample(receiver, point)
+        super::triangle::point_of(self.fan.triangle(triangle), u, v)
     }
 }
 

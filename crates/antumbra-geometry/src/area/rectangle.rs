@@ -60,8 +60,11 @@ impl RectangleLight {
     }
 
     pub(super) fn sample(&self, receiver: DVec3, u: f64, v: f64) -> Option<AreaSample> {
+        self.plane.sample(receiver, self.point_at(u, v))
+    }
+
+    pub(super) fn point_at(&self, u: f64, v: f64) -> DVec3 {
         let [first, second] = self.edges;
-        let point = self.plane.origin + first * (u - 0.5) + second * (v - 0.5);
-        self.plane.sample(receiver, point)
+        self.plane.origin + first * (u - 0.5) + second * (v - 0.5)
     }
 }

@@ -47,9 +47,18 @@ impl SegmentLight {
         self.length
     }
 
-    pub(super) fn sample(&self, receiver: DVec3, u: f64) -> Option<AreaSample> {
+    /// Returns the unit vector from the first end to the second.
+    pub fn direction(&self) -> DVec3 {
+        self.direction
+    }
+
+    pub(super) fn point_at(&self, u: f64) -> DVec3 {
         let [first, second] = self.ends;
-        let point = first + (second - first) * u;
+        first + (second - first) * u
+    }
+
+    pub(super) fn sample(&self, receiver: DVec3, u: f64) -> Option<AreaSample> {
+        let point = self.point_at(u);
         let back = receiver - point;
         let square = back.length_squared();
         if square == 0.0 {

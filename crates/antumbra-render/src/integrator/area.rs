@@ -111,7 +111,9 @@ impl<'a> Integrator<'a> {
             })
             .filter(|sample| side_of(&sample.target) > 0)
             .map(|sample| {
-                share_of(light, &sample) * local_term(look, point, front_normal, &sample.target)
+                let left = self.left_of(&sample.target, start.point);
+                let share = share_of(light, &sample) * left;
+                share * local_term(look, point, front_normal, &sample.target)
             })
             .fold(Color::ZERO, |sum, term| sum + term);
         light.color * sum * (exact.fraction / exact.queried / f64::from(count))
@@ -129,7 +131,10 @@ impl<'a> Integrator<'a> {
         let sum = samples
             .lit()
             .map(|sample| {
-                share_of(light, sample) * local_term(look, point, front_normal, &sample.target)
+                let left = self.left_of(&sample.target, point.hit.point);
+                share_of(light, sample)
+                    * left
+                    * local_term(look, point, front_normal, &sample.target)
             })
             .fold(Color::ZERO, |sum, term| sum + term);
         light.color * sum / f64::from(samples.total())

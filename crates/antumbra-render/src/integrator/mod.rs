@@ -5,7 +5,8 @@
 //! light a Lambertian and a Phong term if the light is in front, inside its cone and not blocked;
 //! for each light with size the mean of such terms over its samples that are lit, or its exact visible fraction of their
 //! mean over all samples (`area`);
-//! then a mirrored and a refracted ray. Where a surface covers only part of what is behind, the
+//! then a mirrored and a refracted ray. With fog each ray gains the light that the air before its hit scatters, and what is
+//! behind is weakened (`air`). Where a surface covers only part of what is behind, the
 //! ray goes on straight and both are mixed by coverage.
 //!
 //! Invariants: each shaded hit asks one shadow query per light, unless the light is behind the
@@ -13,9 +14,11 @@
 //! direction; a hit that covers nothing is not shaded. What is queried depends on geometry and
 //! coverage alone: not on shading normals, colors or earlier answers.
 
+mod air;
 mod area;
 mod area_query;
 mod at_once;
+mod seen_air;
 mod surface_point;
 mod tally;
 mod terms;
@@ -25,11 +28,13 @@ use antumbra::{Answer, LightId, Shadow, ShadowIndex};
 use antumbra_geometry::{DVec3, Ray, Start};
 use antumbra_scene::model::{Color, Facing, Scene};
 
+use crate::fog::Fog;
 use crate::prepare::{Look, Prepared};
 use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
 
 pub use area_query::{AreaQuery, AreaTally, Region};
+pub use seen_air::{Air, AirTally};
 pub use surface_point::SurfacePoint;
 pub use tally::Tally;
 pub use work::Work;
@@ -63,6 +68,8 @@ pub struct Seen {
     pub queries: Vec<LightQuery>,
     /// Queries of the lights with size, in the same order as these.
     pub areas: Vec<AreaQuery>,
+    /// The air up to it, or as far as it goes; its light is that of the whole straight way of the eye ray.
+    pub air: Air,
 }
 
 impl Seen {
@@ -70,6 +77,7 @@ impl Seen {
         self.is_surface = false;
         self.queries.clear();
         self.areas.clear();
+        self.air = Air::default();
     }
 }
 
@@ -93,6 +101,7 @@ pub struct Integrator<'a> {
     max_depth: u32,
     light_samples: u32,
     is_exact: bool,
+    fog: Option<Fog>,
     seed: u64,
     sample_number: u64,
 }
@@ -110,6 +119,7 @@ impl<'a> Integrator<'a> {
             max_depth,
             light_samples: DEFAULT_LIGHT_SAMPLES,
             is_exact: false,
+            fog: None,
             seed: 0,
             sample_number: 0,
         }
@@ -127,6 +137,11 @@ impl<'a> Integrator<'a> {
     /// Takes the exact visible fraction of each light with size where it has a closed form, or samples everywhere.
     pub fn with_exact_fractions(self, is_exact: bool) -> Self {
         Self { is_exact, ..self }
+    }
+
+    /// Fills the space between surfaces with a medium, or leaves it clear.
+    pub fn with_fog(self, fog: Option<Fog>) -> Self {
+        Self { fog, ..self }
     }
 
     /// Returns an integrator for one sample of a picture. Its number chooses the samples of lights with size.
@@ -203,8 +218,21 @@ impl<'a> Integrator<'a> {
         // The share of what is seen from here on.
         let mut share = 1.0;
         let mut is_first_of_eye = seen.is_some();
+        let mut is_first_shaded = true;
         loop {
-            let Some(point) = self.nearest(&ray, &mut work.tally) else {
+            let found = self.nearest(&ray, &mut work.tally);
+            if let Some(fog) = &self.fog {
+                let air = self.air(fog, &ray, found.as_ref(), work);
+                color += share * air.light;
+                if let Some(seen) = &mut seen {
+                    seen.air.light += share * air.light;
+                    if is_first_shaded {
+                        seen.air.transmittance *= air.transmittance;
+                    }
+                }
+                share *= air.transmittance;
+            }
+            let Some(point) = found else {
                 return color + share * self.prepared.scene().background;
             };
             work.tally.primary_hits += u64::from(is_first_of_eye);
@@ -217,8 +245,10 @@ impl<'a> Integrator<'a> {
                 1.0
             };
             if coverage > 0.0 {
-                let shaded = self.shade(&point, &look, &ray, chain, seen.take(), work);
+                let noted = seen.as_deref_mut().filter(|_| is_first_shaded);
+                let shaded = self.shade(&point, &look, &ray, chain, noted, work);
                 color += share * coverage * shaded;
+                is_first_shaded = false;
             }
             if coverage >= 1.0 {
                 return color;
@@ -312,7 +342,8 @@ impl<'a> Integrator<'a> {
                 && answer.shadow == Shadow::Lit
             {
                 let shape = &self.index().lights()[number];
-                let power = cone_share * power_at(light, shape, point.hit.point);
+                let left = self.left_of(shape, point.hit.point);
+                let power = cone_share * left * power_at(light, shape, point.hit.point);
                 color += power * local_term(look, point, front_normal, shape);
             }
         }

@@ -3,6 +3,7 @@
 use antumbra::Counters;
 
 use super::area_query::AreaTally;
+use super::seen_air::AirTally;
 
 /// Counts of rays and queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct Tally {
     pub out_of_cone: u64,
     /// Samples of lights with size, which do not count under `queries`.
     pub area: AreaTally,
+    /// Segments of rays in fog.
+    pub air: AirTally,
     /// Counts of the shadow index, or of its stand-in.
     pub counters: Counters,
     /// Number of candidates that a stand-in found listed where its queries looked; 0 without one.
@@ -43,6 +46,7 @@ impl Tally {
         self.facing_away += other.facing_away;
         self.out_of_cone += other.out_of_cone;
         self.area.add(&other.area);
+        self.air.add(&other.air);
         self.counters.add(&other.counters);
         self.candidates += other.candidates;
     }

@@ -4,6 +4,7 @@ use antumbra_geometry::{DVec3, LightShape};
 use antumbra_scene::model::{Color, Light, LightKind};
 
 use super::SurfacePoint;
+use crate::cone;
 use crate::prepare::Look;
 use crate::vector::unit;
 
@@ -21,15 +22,7 @@ pub(super) fn cone_share(kind: &LightKind, point_in_world: DVec3) -> f64 {
     let (Some(axis), Some(direction)) = (unit(axis), unit(point_in_world - position)) else {
         return 1.0;
     };
-    let cosine = axis.dot(direction);
-    if cosine >= inner_cosine {
-        1.0
-    } else if cosine <= outer_cosine {
-        0.0
-    } else {
-        let t = (cosine - outer_cosine) / (inner_cosine - outer_cosine);
-        t * t * (3.0 - 2.0 * t)
-    }
+    cone::share_at(axis.dot(direction), inner_cosine, outer_cosine)
 }
 
 /// Returns a light's color at a point, weakened by distance if it weakens: with the color in

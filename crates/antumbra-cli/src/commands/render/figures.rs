@@ -5,8 +5,8 @@ use std::time::Duration;
 use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::Prepared;
 use antumbra_render::statistics::{
-    LightSampleCounts, MemoryUse, Rays, SCHEMA, Settings, ShadowQueries, Statistics, Times,
-    Traversal, Verdict,
+    FogCounts, LightSampleCounts, MemoryUse, Rays, SCHEMA, Settings, ShadowQueries, Statistics,
+    Times, Traversal, Verdict,
 };
 
 use super::files::Format;
@@ -49,6 +49,7 @@ impl Run {
             rays: Rays::from(&self.tally),
             shadow: ShadowQueries::from(&self.tally),
             light_samples: LightSampleCounts::from(&self.tally),
+            fog: typed.fog.map(|_| FogCounts::from(&self.tally)),
             traversal: Traversal::from(&self.tally),
             time: Times {
                 load_s: self.load_time.as_secs_f64(),
@@ -84,6 +85,9 @@ impl Run {
             spp: typed.spp,
             light_samples: typed.more_lights.soft.samples(),
             exact_fractions: typed.more_lights.soft.is_exact(),
+            fog: typed
+                .fog
+                .map(|fog| [fog.extinction(), fog.albedo(), fog.g()]),
             corner_rays: typed.corner_rays,
             max_depth: typed.max_depth,
             seed: typed.seed,
@@ -122,6 +126,7 @@ fn table(statistics: &Statistics) -> String {
         rays,
         shadow,
         light_samples,
+        fog,
         traversal,
         time,
         memory,
@@ -139,6 +144,13 @@ fn table(statistics: &Statistics) -> String {
     let count = |count: u64| format!("{count:>14}");
     let seconds = |seconds: f64| format!("{seconds:>14.3} s");
     let peak = memory.peak_bytes.map_or("unknown".into(), format_bytes);
+    let of_fog = fog.map(|fog| {
+        [
+            ("segments in fog, lights", count(fog.segments)),
+            ("  by points between", count(fog.by_parts)),
+            ("  lit intervals", count(fog.intervals)),
+        ]
+    });
     let rows = [
         ("frames", count(statistics.frames.into())),
         ("preparations", count(statistics.preparations.into())),
@@ -196,6 +208,9 @@ fn table(statistics: &Statistics) -> String {
         ),
         ("memory at most", format!("{peak:>14}")),
     ];
-    rows.map(|(name, value)| format!("{name:<26}{value}"))
-        .join("\n")
+    let rows = rows.into_iter().chain(of_fog.into_iter().flatten());
+    let rows: Vec<_> = rows
+        .map(|(name, value)| format!("{name:<26}{value}"))
+        .collect();
+    rows.join("\n")
 }

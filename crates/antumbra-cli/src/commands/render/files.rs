@@ -2,13 +2,13 @@
 //!
 //! | ending | picture | layers |
 //! |---|---|---|
-//! | `.png` | 8-bit sRGB after exposure | beside it: `name.shadow.<light>.png`, grey, 255 where all samples are lit; `name.decided-by.png`, the colors of `--show occlusion` mixed by shares |
-//! | `.exr` | part `beauty`, linear | parts `shadow.<light>` and `decided-by` |
+//! | `.png` | 8-bit sRGB after exposure | beside it: `name.shadow.<light>.png`, grey, 255 where all samples are lit; `name.decided-by.png`, the colors of `--show occlusion` mixed by shares; `name.fog.png`, exposed as the picture; `name.transmittance.png`, grey, 255 where the air leaves all light |
+//! | `.exr` | part `beauty`, linear | parts `shadow.<light>`, `decided-by`, `fog` and `transmittance` |
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, Layer};
+use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, FOG_LAYER, Layer};
 use antumbra_render::exr_file::write_exr;
 use antumbra_render::false_color::decided_color;
 use antumbra_render::film::{Picture, Rendered};
@@ -46,19 +46,28 @@ impl Format {
         }
     }
 
-    /// Returns the layers to make: as typed, else all in OpenEXR and none beside PNG.
-    pub(super) fn aovs(self, typed: &[Aov]) -> Aovs {
+    /// Returns the layers to make: as typed, else all in OpenEXR and none beside PNG. Where the picture shows no fog there
+    /// are no layers of it.
+    pub(super) fn aovs(self, typed: &[Aov], shows_fog: bool) -> Result<Aovs, Failure> {
         if typed.is_empty() {
             let is_exr = self == Self::Exr;
-            return Aovs {
+            return Ok(Aovs {
                 shadow: is_exr,
                 decided: is_exr,
-            };
+                fog: is_exr && shows_fog,
+            });
         }
-        Aovs {
+        if typed.contains(&Aov::Fog) && !shows_fog {
+            return Err(Failure::input(
+                "--aov fog: the picture shows no fog",
+                "give --fog DENSITY, without --show occlusion",
+            ));
+        }
+        Ok(Aovs {
             shadow: typed.contains(&Aov::Shadow),
             decided: typed.contains(&Aov::Decided),
-        }
+            fog: typed.contains(&Aov::Fog),
+        })
     }
 
     /// Returns the files of the layers beside a picture.
@@ -83,9 +92,9 @@ impl Format {
         let written = match self {
             Self::Exr => write_exr(path, picture, layers),
             Self::Png => write_png(path, picture, exposure_in_stops).and_then(|()| {
-                layers
-                    .iter()
-                    .try_for_each(|layer| write_layer_png(path, picture.size, layer))
+                layers.iter().try_for_each(|layer| {
+                    write_layer_png(path, picture.size, layer, exposure_in_stops)
+                })
             }),
         };
         written.map_err(|error| Failure::system(error.to_string()))
@@ -93,14 +102,28 @@ impl Format {
 }
 
 /// Writes a layer beside the picture at `path`.
-fn write_layer_png(path: &Path, size: [u32; 2], layer: &Layer) -> Result<(), ImageFileError> {
+fn write_layer_png(
+    path: &Path,
+    size: [u32; 2],
+    layer: &Layer,
+    exposure_in_stops: f64,
+) -> Result<(), ImageFileError> {
     let path = beside(path, &layer.name);
+    let pixel_count = size[0] as usize * size[1] as usize;
+    if layer.name == FOG_LAYER {
+        let plane = |channel: usize, pixel: usize| layer.channels[channel].1[pixel];
+        let color = |pixel: usize| [0, 1, 2].map(|channel| plane(channel, pixel));
+        let picture = Picture {
+            size,
+            pixels: (0..pixel_count).map(color).collect(),
+        };
+        return write_png(&path, &picture, exposure_in_stops);
+    }
     if layer.name != DECIDED_LAYER {
         let mask = layer.channels.first().map_or(&[][..], |(_, mask)| mask);
         return write_mask_png(&path, size, mask);
     }
     let colors = DecidedBy::ALL.map(decided_color);
-    let pixel_count = size[0] as usize * size[1] as usize;
     let mixed = |pixel: usize| {
         let parts = layer.channels.iter().zip(colors);
         parts

@@ -69,7 +69,8 @@ impl Meant {
         } else {
             Sampling::Stratified { samples: typed.spp }
         };
-        let aovs = format.aovs(&typed.aov);
+        let shows_fog = typed.fog.is_some() && typed.show == ShowWhat::Scene;
+        let aovs = format.aovs(&typed.aov, shows_fog)?;
         let light_count = film::light_count(scene);
         let file_bytes = match format {
             // Eight bits a channel; layers follow one by one.
@@ -85,6 +86,7 @@ impl Meant {
                 max_depth: typed.max_depth,
                 light_samples: typed.more_lights.soft.samples(),
                 exact_fractions: typed.more_lights.soft.is_exact(),
+                fog: typed.fog,
                 seed: typed.seed,
                 show: typed.show.show(),
                 aovs,
@@ -122,8 +124,12 @@ impl Meant {
 
     /// Returns the names of the layers in the figures.
     pub(super) fn layer_names(&self) -> Vec<String> {
-        let Aovs { shadow, decided } = self.settings.aovs;
-        [(shadow, "shadow"), (decided, "decided")]
+        let Aovs {
+            shadow,
+            decided,
+            fog,
+        } = self.settings.aovs;
+        [(shadow, "shadow"), (decided, "decided"), (fog, "fog")]
             .into_iter()
             .filter(|&(is_on, _)| is_on)
             .map(|(_, name)| name.to_owned())
