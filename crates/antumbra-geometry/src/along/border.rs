@@ -395,7 +395,10 @@ fn flat_sign([a, b, c]: [DVec3; 3], from: DVec3) -> Option<Sign> {
     let (first, second) = (b - a, c - a);
     let size = first.abs().max_element() * second.abs().max_element();
     let normal = first[next] * second[last] - first[last] * second[next];
-    let side = certain((normal, 16.0 * UNIT_ROUNDOFF * size + 8.0 * f64::MIN_POSITIVE))?;
+    let side = certain((
+        normal,
+        16.0 * UNIT_ROUNDOFF * size + 8.0 * f64::MIN_POSITIVE,
+    ))?;
     Some(if from[axis] > 0.0 {
         side
     } else {
