@@ -22,16 +22,13 @@ use antumbra_cli::failure::{Failure, Outcome};
 use antumbra_cli::screen::Screen;
 
 use super::head::Head;
-use super::measure::{self, Measured, SLICE, Stopwatch};
+use super::measure::{self, Measured, SLICE, Stopwatch, Way};
 use super::record::Aim;
 use super::typed::Lights;
 use super::{record, subject};
 
 /// Points a call of ours.
 const POINTS: usize = 1024;
-
-/// A round of a way takes so long at least.
-const LEAST_TIME: std::time::Duration = std::time::Duration::from_millis(50);
 
 /// The reference answers so many pairs, evenly among all.
 const CHECKED_PAIRS: usize = 4096;
@@ -182,9 +179,6 @@ fn ask(index: &ShadowIndex, starts: &[Start], visible: &mut [u64]) -> Counters {
     counters
 }
 
-/// A way to answer all pairs once: its name, and what returns how many answers are not the expected ones.
-type Way<'a> = (&'static str, Box<dyn FnMut() -> u64 + 'a>);
-
 /// Measures rooms with so many lights.
 fn scene(
     count: u32,
@@ -248,7 +242,7 @@ fn scene(
         }
     }
     let names: Vec<_> = ways.iter().map(|(name, _)| *name).collect();
-    let all = interleave(
+    let all = measure::interleave_ways(
         &mut ways,
         questions.is_occluded.len(),
         typed.rounds,
@@ -309,35 +303,6 @@ fn by_embree<'a>(
     Box::new(move || {
         measure::count_differences(&*loaded, 0, expected, &mut found, SLICE, stopwatch)
     })
-}
-
-/// Lets all ways take turns. Each round begins with another one.
-fn interleave(
-    ways: &mut [Way<'_>],
-    pair_count: usize,
-    rounds: u32,
-    stopwatch: Stopwatch,
-) -> Vec<Measured> {
-    let mut all = vec![Measured::default(); ways.len()];
-    for round in 0..rounds as usize {
-        for turn in 0..ways.len() {
-            let number = (round + turn) % ways.len();
-            let way = &mut ways[number].1;
-            let ((passes, differences), time) = stopwatch.time(|| {
-                let begin = Instant::now();
-                let (mut passes, mut differences) = (0_u32, 0);
-                while passes == 0 || begin.elapsed() < LEAST_TIME {
-                    differences = way().max(differences);
-                    passes += 1;
-                }
-                (passes, differences)
-            });
-            let pairs = f64::from(passes) * pair_count.max(1) as f64;
-            all[number].rounds_ns.push(time.as_secs_f64() * 1e9 / pairs);
-            all[number].differences = all[number].differences.max(differences);
-        }
-    }
-    all
 }
 
 impl SceneReport {

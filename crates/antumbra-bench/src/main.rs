@@ -14,6 +14,7 @@
 //! | the whole for one scene after the other | [`shadows`], [`report`], [`head`] |
 //! | lights with a size, by samples | [`soft`] |
 //! | all lights of a point at once, in rooms | [`lights`] |
+//! | view rays through the air, by intervals and by marches | [`fog`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
 //! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
@@ -24,6 +25,7 @@ mod aims;
 mod break_even;
 mod cold;
 mod contender;
+mod fog;
 mod frames;
 mod frames_report;
 mod head;
@@ -64,6 +66,7 @@ fn run(typed: &typed::Bench, screen: &Screen, interrupt: &Interrupt) -> Result<O
         typed::What::Shadows(typed) => shadows::run(typed, screen),
         typed::What::Soft(typed) => soft::run(typed, screen),
         typed::What::Lights(typed) => lights::run(typed, screen),
+        typed::What::Fog(typed) => fog::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
         typed::What::Paper(typed) => paper::run(typed, screen, interrupt),
         typed::What::Kept(typed) => kept::run(typed, screen),

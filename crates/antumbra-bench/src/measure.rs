@@ -15,6 +15,12 @@ pub(super) const SLICE: usize = 16_384;
 /// What a method does in a round at least; small batches are repeated.
 const LEAST_TIME: Duration = Duration::from_millis(20);
 
+/// The same for ways that answer everything at once.
+const LEAST_TIME_OF_WAYS: Duration = Duration::from_millis(50);
+
+/// A way to answer everything once: its name, and what returns how many answers are not the expected ones.
+pub(super) type Way<'a> = (&'static str, Box<dyn FnMut() -> u64 + 'a>);
+
 /// How time is taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stopwatch {
@@ -26,6 +32,11 @@ impl Stopwatch {
         Self {
             is_one_thread: thread_count == 1,
         }
+    }
+
+    /// Returns whether the time of one thread is measured, which all work has to be on.
+    pub(super) fn is_one_thread(self) -> bool {
+        self.is_one_thread
     }
 
     /// Returns what is measured, for tables.
@@ -143,6 +154,37 @@ pub(super) fn interleave(
             let measured = &mut all[number];
             measured.rounds_ns.push(time.as_secs_f64() * 1e9 / queries);
             measured.differences = measured.differences.max(differences);
+        }
+    }
+    all
+}
+
+/// Lets all ways take turns, each of which gives so many answers. Each round begins with another one.
+pub(super) fn interleave_ways(
+    ways: &mut [Way<'_>],
+    count: usize,
+    rounds: u32,
+    stopwatch: Stopwatch,
+) -> Vec<Measured> {
+    let mut all = vec![Measured::default(); ways.len()];
+    for round in 0..rounds as usize {
+        for turn in 0..ways.len() {
+            let number = (round + turn) % ways.len();
+            let way = &mut ways[number].1;
+            let ((passes, differences), time) = stopwatch.time(|| {
+                let begin = Instant::now();
+                let (mut passes, mut differences) = (0_u32, 0);
+                while passes == 0 || begin.elapsed() < LEAST_TIME_OF_WAYS {
+                    differences = way().max(differences);
+                    passes += 1;
+                }
+                (passes, differences)
+            });
+            let answers = f64::from(passes) * count.max(1) as f64;
+            all[number]
+                .rounds_ns
+                .push(time.as_secs_f64() * 1e9 / answers);
+            all[number].differences = all[number].differences.max(differences);
         }
     }
     all

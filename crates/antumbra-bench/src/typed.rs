@@ -43,6 +43,8 @@ pub(crate) enum What {
     Kept(Kept),
     /// Time shadow rays to many samples of a light with a size
     Soft(Soft),
+    /// Time what share of a view ray's way a light reaches, by intervals and by marching
+    Fog(Fog),
     /// Time the question which of many lights reach a point, in rooms
     Lights(Lights),
     /// Count rays that leak through the vertices and edges they are aimed at
@@ -257,6 +259,48 @@ pub(crate) struct Soft {
     /// Number of rounds, in each of which all methods take turns; figures are medians
     #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rounds: u32,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Fog {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Size of the frame whose eye rays are asked about
+    #[arg(help_heading = "Queries", long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub(crate) size: [u32; 2],
+
+    /// Number of the frame's tiles of 8 by 8 pixels to take, chosen by the seed
+    #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 64, value_parser = positive_count)]
+    pub(crate) tiles: usize,
+
+    /// Numbers of steps that marches take along a ray
+    #[arg(help_heading = "Queries", long, value_name = "N", value_delimiter = ',', default_value = "64,256", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) steps: Vec<u32>,
+
+    /// Number of steps of the exact march that errors are told by, a power of two up to 65536
+    #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 4096, value_parser = power_of_two)]
+    pub(crate) reference: u32,
+
+    /// Number of rounds, in each of which all ways take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+}
+
+/// Reads a number of at least 1.
+fn positive_count(typed: &str) -> Result<usize, String> {
+    match typed.parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("give a whole number of at least 1".into()),
+    }
+}
+
+/// Reads a power of two up to 2^16.
+fn power_of_two(typed: &str) -> Result<u32, String> {
+    match typed.parse::<u32>() {
+        Ok(steps) if steps.is_power_of_two() && steps <= 1 << 16 => Ok(steps),
+        _ => Err("give a power of two up to 65536".into()),
+    }
 }
 
 #[derive(Args, Debug)]

@@ -270,6 +270,43 @@ fn samples_of_lights_with_a_size_have_the_bits_of_single_rays() {
 }
 
 #[test]
+fn intervals_in_the_air_agree_with_every_step_of_a_march() {
+    let folder = tempfile::tempdir().unwrap();
+    generate(folder.path(), "city", 30, "city.nff");
+    generate(folder.path(), "sphereflake", 2, "flake.nff");
+    let mut arguments = vec!["fog", "city.nff", "--size", "64x64", "--tiles", "6"];
+    arguments.extend(["--rounds", "1", "--steps", "8,32", "--reference", "512"]);
+    arguments.extend(["--json", "fog.json"]);
+    let output = bench(folder.path(), &arguments, Some("/nowhere/libembree4.so"));
+    assert_success(&output);
+    let figures = json(&folder.path().join("fog.json"));
+    let scenes = figures["scenes"].as_array().unwrap();
+    assert_eq!(scenes.len(), 2);
+    for (scene, steps) in scenes.iter().zip([8, 32]) {
+        assert_eq!(scene["name"], "city");
+        assert_eq!(scene["steps"], steps);
+        assert_eq!(scene["mismatches"], 0);
+        assert_eq!(scene["march_mismatches"], 0);
+        assert_eq!(scene["refused"], 0);
+        assert!(scene["segments"].as_u64().unwrap() > 100);
+        assert!(scene["embree_march_ns"].is_null() && scene["embree_best_march_ns"].is_null());
+        for time in ["ours_ns", "own_march_ns", "auto_march_ns", "map_march_ns"] {
+            assert!(scene[time].as_f64().unwrap() > 0.0, "{time}");
+        }
+        let error = |of: &str| scene["rms"][of].as_f64().unwrap();
+        assert!(error("ours") < 0.002 && error("ours") < 0.5 * error("march"));
+    }
+    // Balls have no closed form. Where nothing has an answer that is an error, elsewhere it is told.
+    let flake = ["fog", "flake.nff", "--size", "32x32", "--tiles", "4"];
+    let output = bench(folder.path(), &flake, None);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("segments are left out"), "{said}");
+    let steps = ["fog", "city.nff", "--reference", "100"];
+    let output = bench(folder.path(), &steps, None);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn rivals_are_rows_where_they_are_named() {
     let folder = tempfile::tempdir().unwrap();
     generate(folder.path(), "tetra", 2, "tetra.nff");

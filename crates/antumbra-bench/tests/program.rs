@@ -46,7 +46,7 @@ fn generated(folder: &TempDir, name: &str, size: u32) -> PathBuf {
 
 #[test]
 fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
-    let commands: [Expected<'_>; 8] = [
+    let commands: [Expected<'_>; 9] = [
         (&[], &["Commands:", "Exit codes"]),
         (
             &["shadows"],
@@ -60,6 +60,10 @@ fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
             &["soft"],
             &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
         ),
+        (
+            &["fog"],
+            &["Scenes and lights:", "Queries:", "Rounds:", "Output:"],
+        ),
         (&["paper"], &["Scenes:", "Rounds:", "Output:"]),
         (&["watertight"], &["Scenes and lights:", "Output:"]),
         (&["kept"], &["Output:"]),
@@ -70,7 +74,8 @@ fn no_line_of_help_has_more_than_100_columns_and_every_command_has_headings() {
 
 #[test]
 fn north_is_stated_wherever_a_sun_can_be_typed() {
-    assert_states_north(help, &["shadows", "frames", "soft", "watertight", "kept"]);
+    let commands = ["shadows", "frames", "soft", "fog", "watertight", "kept"];
+    assert_states_north(help, &commands);
 }
 
 #[test]

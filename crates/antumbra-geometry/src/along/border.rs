@@ -63,7 +63,7 @@ impl Border {
 }
 
 impl Ends {
-    /// Returns the exact signs of a face's form at both ends.
+    /// Returns the exact signs of a face's form at both ends, where rounded values leave a doubt.
     #[cold]
     #[inline(never)]
     pub(super) fn exact_signs(
@@ -72,7 +72,11 @@ impl Ends {
         surface: SurfaceId,
         form: FaceForm,
     ) -> [Sign; 2] {
-        self.exact_values(corners_of(occluders, surface), form)
+        let corners = corners_of(occluders, surface);
+        if let Some(signs) = self.doubled_signs(corners, form) {
+            return signs;
+        }
+        self.exact_values(corners, form)
             .map(|value| value.sign().unwrap_or(Sign::Zero))
     }
 

@@ -31,6 +31,8 @@ impl Span {
 pub(super) struct Dark {
     merged: Vec<Span>,
     waiting: Vec<Span>,
+    /// How often intervals were merged.
+    merges: u32,
 }
 
 impl Dark {
@@ -55,6 +57,7 @@ impl Dark {
         if self.waiting.is_empty() {
             return;
         }
+        self.merges += 1;
         self.merged.append(&mut self.waiting);
         // Exact signs order them, so no comparison contradicts another.
         self.merged
@@ -66,6 +69,30 @@ impl Dark {
             }
             touches
         });
+    }
+
+    /// Returns a number that changes whenever what is merged does.
+    #[inline]
+    pub(super) fn merges(&self) -> u32 {
+        self.merges
+    }
+
+    /// Returns shares between which all is surely inside of what is merged, of the `N` widest such intervals; `None` stands for
+    /// an end of the segment.
+    pub(super) fn widest<const N: usize>(&self) -> impl Iterator<Item = [Option<f64>; 2]> {
+        let mut widest = [(0.0, [None; 2]); N];
+        for Span { begin, end } in &self.merged {
+            let from = (!begin.is_first()).then_some(begin.place + begin.error);
+            let to = (!end.is_last()).then_some(end.place - end.error);
+            let mut next = (to.unwrap_or(1.0) - from.unwrap_or(0.0), [from, to]);
+            for kept in &mut widest {
+                if next.0 > kept.0 {
+                    std::mem::swap(kept, &mut next);
+                }
+            }
+        }
+        let is_some = |(width, _): &(f64, _)| *width > 0.0;
+        widest.into_iter().filter(is_some).map(|(_, shares)| shares)
     }
 
     /// Returns whether all of the segment between two shares is surely inside of what is merged.

@@ -61,6 +61,34 @@ impl Fan {
         })
     }
 
+    /// Returns a half-space around whose points, as far as they are within `reach` of a point along each axis, shadows fall
+    /// beyond a share, or before it: an outward normal whose largest component is 1, and what is lower than the plane is over
+    /// the point.
+    ///
+    /// What is at `x = p(t) + w (light - p(t))` has the value `(1 - w) (t - share)`, with `w` below 1: it shades `t`, and the
+    /// sign tells on which side that is.
+    pub(super) fn half_space(
+        &self,
+        share: f64,
+        is_beyond: bool,
+        point: DVec3,
+        reach: f64,
+    ) -> Option<(DVec3, f64)> {
+        let normal = (1.0 - share) * self.rising - share * self.falling;
+        let [rising, falling] = self.zeros.map(|zero| point - zero);
+        let value = (1.0 - share) * self.rising.dot(rising) - share * self.falling.dot(falling);
+        let size = rising.abs().max_element() + falling.abs().max_element() + 2.0 * reach;
+        let (normal, value) = if is_beyond {
+            (-normal, value)
+        } else {
+            (normal, -value)
+        };
+        let largest = normal.abs().max_element();
+        let height = (value - 2.0 * self.room * size) / largest;
+        let is_fine = largest > 0.0 && height.is_finite();
+        is_fine.then(|| (normal / largest, height))
+    }
+
     /// Returns two shares that the shadow of what is between some corners lies between; `None` where it may be anywhere.
     #[inline]
     pub(super) fn reach(&self, corners: &[DVec3]) -> Option<[f64; 2]> {

@@ -5,11 +5,15 @@
 
 use glam::DVec3;
 
-use super::double::{self, Doubles};
+use super::double::{self, Double, Doubles};
 use crate::number::{Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
 
 /// 2^-700: products above it have tails in the range of normal numbers.
 const SMALLEST: f64 = 1.90109156629516e-211;
+
+/// What values of twice the bits err at most, as a share of the product of the largest components of the three vectors that
+/// they are made of.
+const DOUBLED_ERROR: f64 = 1.0 / (1_u128 << 96) as f64;
 
 /// A linear form of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +29,12 @@ pub(super) enum FaceForm {
 pub(super) struct Values {
     pub(super) values: [f64; 2],
     pub(super) errors: [f64; 2],
+}
+
+/// The same by numbers of twice the bits, with one bound for both.
+struct Doubled {
+    values: [Double; 2],
+    error: f64,
 }
 
 /// The segment and the light, which forms are about.
@@ -113,9 +123,15 @@ impl Ends {
         let (light, weight) = self.light;
         let from = if weight == 0.0 { light } else { light - a };
         certain(Linear::new(b - a, c - a, a).at(from)).unwrap_or_else(|| {
-            let light = Point4::from_f64(self.light);
-            exact_height(corners, &light).sign().unwrap_or(Sign::Zero)
+            flat_sign(corners, from).unwrap_or_else(|| self.exact_light_side(corners))
         })
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_light_side(&self, corners: [DVec3; 3]) -> Sign {
+        let light = Point4::from_f64(self.light);
+        exact_height(corners, &light).sign().unwrap_or(Sign::Zero)
     }
 
     /// Returns the sides of the segment as an edge and the light have them. The same edge gives the same numbers, up to
@@ -132,9 +148,39 @@ impl Ends {
         values
     }
 
+    /// Returns the exact signs of a form at both ends by numbers of twice the bits; `None` where these leave a doubt.
+    pub(super) fn doubled_signs(&self, corners: [DVec3; 3], form: FaceForm) -> Option<[Sign; 2]> {
+        if form == FaceForm::Height {
+            let signs = self
+                .points
+                .map(|point| flat_sign(corners, point - corners[0]));
+            if let [Some(first), Some(last)] = signs {
+                return Some([first, last]);
+            }
+        }
+        let found = self.doubled(corners, form)?;
+        let [first, last] = found.values.map(|value| certain((value.high, found.error)));
+        Some([first?, last?])
+    }
+
     /// Returns the share of the length at which a form is zero, rounded by numbers of twice the bits; `None` where they leave a
     /// doubt.
     pub(super) fn rounded_share(&self, corners: [DVec3; 3], form: FaceForm) -> Option<f64> {
+        let Doubled { values, error } = self.doubled(corners, form)?;
+        let length = values[0].minus(values[1]);
+        let place = values[0].over(length);
+        // Both values err by so much, and the quotient by less than 2^-98 of itself besides.
+        let error = 2.0 * error / (length.high.abs() - 2.0 * error);
+        let error = 1.01 * (error + DOUBLED_ERROR * place.high.abs());
+        // Not for NaN.
+        let is_fine = error > 0.0
+            && place.high + (place.low + error) == place.high
+            && place.high + (place.low - error) == place.high;
+        is_fine.then_some(place.high)
+    }
+
+    /// Returns a form's values at both ends by numbers of twice the bits; `None` where these are too small.
+    fn doubled(&self, corners: [DVec3; 3], form: FaceForm) -> Option<Doubled> {
         let corner = match form {
             FaceForm::Height => None,
             FaceForm::Edge(corner) => Some(usize::from(corner)),
@@ -151,26 +197,15 @@ impl Ends {
         };
         let normal = double::cross(&first, &second);
         let seen = self.points.map(|point| double::difference(point, from));
-        let [f, f_last] = seen.each_ref().map(|seen| double::dot(&normal, seen));
-        let length = f.minus(f_last);
-        let place = f.over(length);
-        // Each form errs by less than 2^-96 of the product of the three vectors' largest components, each quotient by less
-        // than 2^-98 of itself besides.
-        const ERROR: f64 = 1.0 / (1_u128 << 96) as f64;
+        let values = seen.each_ref().map(|seen| double::dot(&normal, seen));
         let largest = |v: &Doubles| v.iter().map(|x| x.high.abs()).fold(0.0, f64::max);
         let size = largest(&first) * largest(&second);
         let reach = size * (largest(&seen[0]) + largest(&seen[1]));
         // What products lose to underflow is less than that error then.
-        if size.min(reach) < SMALLEST {
-            return None;
-        }
-        let error = 2.0 * ERROR * reach / (length.high.abs() - 2.0 * ERROR * reach);
-        let error = 1.01 * (error + ERROR * place.high.abs());
-        // Not for NaN.
-        let is_fine = error > 0.0
-            && place.high + (place.low + error) == place.high
-            && place.high + (place.low - error) == place.high;
-        is_fine.then_some(place.high)
+        (size.min(reach) >= SMALLEST).then_some(Doubled {
+            values,
+            error: DOUBLED_ERROR * reach,
+        })
     }
 
     /// Returns a form's exact values at both ends, up to one factor above zero.
@@ -198,6 +233,28 @@ pub(super) fn ordered(one: DVec3, other: DVec3) -> [DVec3; 2] {
     } else {
         [other, one]
     }
+}
+
+/// Returns the sign of the height over a face whose plane is square to an axis, if it is: of something whose difference from
+/// the first corner, or direction, has these signs. Houses have many faces that are in one plane with what is asked.
+fn flat_sign([a, b, c]: [DVec3; 3], from: DVec3) -> Option<Sign> {
+    let axis = (0..3).find(|&axis| a[axis] == b[axis] && a[axis] == c[axis])?;
+    if from[axis] == 0.0 {
+        return Some(Sign::Zero);
+    }
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (first, second) = (b - a, c - a);
+    let size = first.abs().max_element() * second.abs().max_element();
+    let normal = first[next] * second[last] - first[last] * second[next];
+    let side = certain((
+        normal,
+        16.0 * UNIT_ROUNDOFF * size + 8.0 * f64::MIN_POSITIVE,
+    ))?;
+    Some(if from[axis] > 0.0 {
+        side
+    } else {
+        side.flipped()
+    })
 }
 
 fn exact_height([a, b, c]: [DVec3; 3], point: &Point4<Exact>) -> Exact {

@@ -89,6 +89,33 @@ impl<'a> SegmentShadows<'a> {
         self.hull.heights_over(point, reach)
     }
 
+    /// Returns a number that changes whenever more of the segment is known to be in shadow.
+    pub fn dark_version(&self) -> u32 {
+        self.dark.merges()
+    }
+
+    /// Returns pairs of half-spaces, at most `N`: triangles within both, as far as they are within `reach` of a point along each
+    /// axis, shade only what is known to be in shadow. Each is an outward normal whose largest component is 1, and the
+    /// height over the point that all of it is below; `None` stands for all of space.
+    pub fn dark_sides_over<const N: usize>(
+        &self,
+        point: DVec3,
+        reach: f64,
+    ) -> impl Iterator<Item = [Option<(DVec3, f64)>; 2]> {
+        let fan = self.fan.as_ref();
+        let wedges = fan.into_iter().flat_map(|fan| {
+            let shares = self.dark.widest::<N>();
+            shares.map(move |shares| (fan, shares))
+        });
+        wedges.filter_map(move |(fan, [from, to])| {
+            let side = |share: Option<f64>, is_beyond| match share {
+                None => Some(None),
+                Some(share) => fan.half_space(share, is_beyond, point, reach).map(Some),
+            };
+            Some([side(from, true)?, side(to, false)?])
+        })
+    }
+
     /// Returns whether the whole segment is known to be in shadow by now, so that no other surface matters.
     pub fn is_all_dark(&self) -> bool {
         self.dark.is_all()

@@ -175,7 +175,7 @@ impl Numbers {
 #[test]
 fn shadows_lie_where_the_fan_and_the_hull_say() {
     let numbers = &mut Numbers(1);
-    let (mut shaded, mut narrowed, mut missed) = (0, 0, 0);
+    let (mut shaded, mut narrowed, mut missed, mut sided) = (0, 0, 0, [0; 2]);
     for number in 0..30_000 {
         let size = [1.0, 0.1, 10.0][number % 3];
         let place = [0.0, 0.0, 1e6][number / 7 % 3] * v(1.0, -2.0, 0.5);
@@ -206,11 +206,32 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         let is_inside =
             least < span.begin.place + span.begin.error && span.end.place - span.end.error < most;
         assert!(is_inside, "{corners:?} {points:?} {light:?}");
+        // What is around the corners is on one side of planes that are far enough from the shadow, and on no other.
+        let reaches = corners.map(|corner| (corner - middle).abs().max_element());
+        let reach = reaches.into_iter().fold(0.0, f64::max);
+        for is_beyond in [true, false] {
+            let share = if is_beyond { least } else { most } + 0.1 * numbers.next();
+            let fan = shadows.fan.as_ref().expect("it has a reach");
+            let Some((normal, height)) = fan.half_space(share, is_beyond, middle, reach) else {
+                continue;
+            };
+            let is_below = |&corner: &DVec3| normal.dot(corner - middle) < height;
+            if corners.iter().all(is_below) {
+                sided[usize::from(is_beyond)] += 1;
+                let is_there = if is_beyond {
+                    share < span.begin.place + span.begin.error
+                } else {
+                    span.end.place - span.end.error < share
+                };
+                assert!(is_there, "{corners:?} {points:?} {light:?} {share}");
+            }
+        }
     }
     assert!(
         shaded > 5_000 && narrowed > 1_000 && missed > 1_000,
         "{shaded} {narrowed} {missed}"
     );
+    assert!(sided.iter().all(|&count| count > 1_000), "{sided:?}");
 }
 
 /// A ball, a disk or a cone.

@@ -9,7 +9,8 @@ use std::ops::ControlFlow;
 
 use antumbra_geometry::{DVec3, LightShape, SegmentShadows, Short, SurfaceId};
 
-use crate::accel::bvh::{Bvh, Region};
+use crate::accel::bvh::{Bvh, Region, Visitor, WEDGES};
+use crate::accel::frame::Frame;
 use crate::limits::is_fine;
 use crate::query::lists::lists;
 use crate::{Coordinates, Counters, Method, ShadowIndex};
@@ -179,31 +180,74 @@ impl ShadowIndex {
         light: &LightShape,
         counters: &mut Counters,
     ) -> SegmentShadows<'_> {
-        let mut shadows = SegmentShadows::new(self.occluders(), points, light);
+        let occluders = self.occluders();
         let tree = match self.method() {
             Method::Auto | Method::Voxel | Method::Bvh => self.bvh(),
             Method::Voxel1990 | Method::Grid | Method::Naive => None,
         };
-        let region = tree.and_then(|tree| region_of(tree, &shadows));
-        let mut show = |surface: SurfaceId| {
-            counters.intersections += 1;
-            shadows.meet(surface);
-            if shadows.is_all_dark() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+        let mut shown = Shown {
+            shadows: SegmentShadows::new(occluders, points, light),
+            // Something without a closed form is to be named even where all that it may shade is dark.
+            frame: tree
+                .filter(|_| occluders.triangle_count() == occluders.surface_count())
+                .map(Bvh::frame),
+            version: 0,
+            counters,
         };
-        let walked = match (tree, &region) {
-            (Some(tree), Some(region)) => tree.visit_wedge(region, &mut Vec::new(), &mut show),
+        let region = tree.and_then(|tree| region_of(tree, &shown.shadows));
+        let walked = match (tree, region) {
+            (Some(tree), Some(mut region)) => {
+                tree.visit_wedge(&mut region, &mut Vec::new(), &mut shown)
+            }
             (Some(_), None) => ControlFlow::Continue(()),
-            (None, _) => self.parts.near.present_surfaces().try_for_each(&mut show),
+            (None, _) => {
+                let mut surfaces = self.parts.near.present_surfaces();
+                surfaces.try_for_each(|surface| shown.visit(surface))
+            }
         };
         if walked.is_continue() {
             // Broken off where nothing is left to shade.
-            let _ = self.parts.far_surfaces().try_for_each(&mut show);
+            let mut surfaces = self.parts.far_surfaces();
+            let _ = surfaces.try_for_each(|surface| shown.visit(surface));
         }
-        shadows
+        shown.shadows
+    }
+}
+
+/// A segment that surfaces are shown to.
+struct Shown<'a, 'b> {
+    shadows: SegmentShadows<'a>,
+    /// Frame of the tree, if what is dark may be left out of it.
+    frame: Option<&'a Frame>,
+    version: u32,
+    counters: &'b mut Counters,
+}
+
+impl Visitor for Shown<'_, '_> {
+    fn visit(&mut self, surface: SurfaceId) -> ControlFlow<()> {
+        self.counters.intersections += 1;
+        self.shadows.meet(surface);
+        if self.shadows.is_all_dark() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    fn narrow(&mut self, region: &mut Region) {
+        self.counters.steps += 1;
+        let (Some(frame), version) = (self.frame, self.shadows.dark_version()) else {
+            return;
+        };
+        if self.version == version {
+            return;
+        }
+        self.version = version;
+        let pairs = self
+            .shadows
+            .dark_sides_over::<WEDGES>(frame.center, REACH / frame.scale);
+        let in_frame = |(normal, height): (DVec3, f64)| (normal, height * frame.scale);
+        region.leave_out(pairs.map(|pair| pair.map(|side| side.map(in_frame))));
     }
 }
 

@@ -12,12 +12,18 @@ use fearless_simd::{Simd, dispatch, f32x8};
 use super::data::{Bvh, Child, ChildKind, Node};
 use crate::accel::frame::Frame;
 
+/// Pairs of half-spaces that are left out of a region at most.
+pub(crate) const WEDGES: usize = 2;
+
 /// The planes of a shaft and its box, in the frame's units.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
     /// Outward normals with largest component 1, and offsets: four planes, coordinate by coordinate.
     fours: [[[f32; 4]; 4]; 3],
     plane_count: usize,
+    /// Pairs of half-spaces: what is within both of a pair does not matter.
+    without: [[[f32; 4]; 2]; WEDGES],
+    without_count: usize,
     min: [f32; 3],
     max: [f32; 3],
 }
@@ -58,6 +64,8 @@ impl Region {
         Self {
             fours,
             plane_count,
+            without: [[[0.0; 4]; 2]; WEDGES],
+            without_count: 0,
             min: [f32::NEG_INFINITY; 3],
             max: [f32::INFINITY; 3],
         }
@@ -79,9 +87,40 @@ impl Region {
         Self {
             fours,
             plane_count,
+            without: [[[0.0; 4]; 2]; WEDGES],
+            without_count: 0,
             min: [f32::NEG_INFINITY; 3],
             max: [f32::INFINITY; 3],
         }
+    }
+}
+
+impl Region {
+    /// Leaves out what is within both half-spaces of a pair, which have outward normals with largest component 1 and heights
+    /// of what lies on them, all in the frame's units; `None` is all of space.
+    pub(crate) fn leave_out(&mut self, pairs: impl IntoIterator<Item = [Option<(DVec3, f64)>; 2]>) {
+        self.without_count = 0;
+        for pair in pairs.into_iter().take(WEDGES) {
+            let planes = pair.map(|side| match side {
+                // Below everything, and above it.
+                None => Some([0.0, 0.0, 0.0, -1.0]),
+                Some((_, height)) if height > 9.0 => Some([0.0, 0.0, 0.0, -1.0]),
+                Some((n, height)) if height > -9.0 => {
+                    Some([n.x as f32, n.y as f32, n.z as f32, -height as f32])
+                }
+                Some(_) => None,
+            });
+            if let [Some(one), Some(other)] = planes {
+                self.without[self.without_count] = [one, other];
+                self.without_count += 1;
+            }
+        }
+    }
+
+    /// Returns the pairs that are left out.
+    #[inline(always)]
+    pub(super) fn without(&self) -> &[[[f32; 4]; 2]] {
+        &self.without[..self.without_count]
     }
 }
 
@@ -112,7 +151,11 @@ impl Region {
     /// Returns the planes: outward normals and offsets.
     #[inline(always)]
     pub(super) fn planes(&self) -> impl Iterator<Item = [f32; 4]> {
-        let plane = |number: usize| self.fours[number / 4].map(|row| row[number % 4]);
+        // Spelled out: `map` is a function of its own, which is not made for this instruction set.
+        let plane = |number: usize| {
+            let ([x, y, z, offset], lane) = (&self.fours[number / 4], number % 4);
+            [x[lane], y[lane], z[lane], offset[lane]]
+        };
         (0..self.plane_count).map(plane)
     }
 
@@ -223,19 +266,24 @@ fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
 /// A bit for each child whose box may meet the shaft.
 #[inline(always)]
 pub(super) fn meets_planes<S: Simd>(simd: S, node: &Node, region: &Region) -> u32 {
-    let row = |row: usize| f32x8::from_slice(simd, &node.planes[row]);
-    let (low, high) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
+    let [x, y, z, to_x, to_y, to_z] = &node.planes;
+    let low = [
+        f32x8::from_slice(simd, x),
+        f32x8::from_slice(simd, y),
+        f32x8::from_slice(simd, z),
+    ];
+    let high = [
+        f32x8::from_slice(simd, to_x),
+        f32x8::from_slice(simd, to_y),
+        f32x8::from_slice(simd, to_z),
+    ];
     let mut is_met = u32::MAX;
     for [x, y, z, offset] in region.planes() {
         // The corner that lies deepest behind the plane.
-        let lowest = |axis: usize, n: f32| {
-            if n > 0.0 {
-                low[axis] * n
-            } else {
-                high[axis] * n
-            }
-        };
-        let height = lowest(0, x) + lowest(1, y) + (lowest(2, z) + offset);
+        let nearest = if x > 0.0 { low[0] } else { high[0] } * x;
+        let next = if y > 0.0 { low[1] } else { high[1] } * y;
+        let last = if z > 0.0 { low[2] } else { high[2] } * z;
+        let height = nearest + next + (last + offset);
         is_met &= height.simd_le(BOUND).to_bitmask() as u32;
     }
     is_met

@@ -34,6 +34,7 @@ mod walk;
 mod wedge;
 
 pub(crate) use beam::{Asked, Block, Memory, TARGETS};
-pub(crate) use cull::{Leaf, Region};
+pub(crate) use cull::{Leaf, Region, WEDGES};
 pub(crate) use data::Bvh;
 pub(crate) use topology::{Topology, Tree};
+pub(crate) use wedge::Visitor;

@@ -8,26 +8,36 @@ use std::ops::ControlFlow;
 
 use antumbra_geometry::SurfaceId;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x4};
+use fearless_simd::{Simd, dispatch, f32x4, f32x8};
 
 use super::cull::{BOUND, Region, meets_planes};
-use super::data::{Bvh, Child, ChildKind, LANES, TriangleGroup};
+use super::data::{Bvh, Child, ChildKind, LANES, Node, TriangleGroup};
+
+/// Who is shown surfaces.
+pub(crate) trait Visitor {
+    /// Looks at a surface, and says whether to go on.
+    fn visit(&mut self, surface: SurfaceId) -> ControlFlow<()>;
+
+    /// Leaves out of a region what does not matter any more.
+    fn narrow(&mut self, region: &mut Region);
+}
 
 impl Bvh {
     /// Calls `visit` with every opaque surface that may meet a region, as long as it says so.
     pub(crate) fn visit_wedge(
         &self,
-        region: &Region,
+        region: &mut Region,
         pending: &mut Vec<usize>,
-        mut visit: impl FnMut(SurfaceId) -> ControlFlow<()>,
+        visitor: &mut impl Visitor,
     ) -> ControlFlow<()> {
         pending.clear();
         if !self.nodes.is_empty() {
             pending.push(0);
         }
         while let Some(index) = pending.pop() {
+            visitor.narrow(region);
             let node = &self.nodes[index];
-            let mut met = dispatch!(self.level, simd => meets_planes(simd, node, region));
+            let mut met = dispatch!(self.level, simd => meets_region(simd, node, region));
             while met != 0 {
                 let number = met.trailing_zeros() as usize;
                 met &= met - 1;
@@ -43,7 +53,7 @@ impl Bvh {
                         continue;
                     }
                     ChildKind::Other => {
-                        visit(self.others[child.index()])?;
+                        visitor.visit(self.others[child.index()])?;
                         continue;
                     }
                     ChildKind::Triangles => {
@@ -58,12 +68,60 @@ impl Bvh {
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize;
                     lanes &= lanes - 1;
-                    visit(members.surfaces[lane])?;
+                    visitor.visit(members.surfaces[lane])?;
                 }
             }
         }
         ControlFlow::Continue(())
     }
+}
+
+/// Returns a bit for each child whose box may meet a region.
+#[inline(always)]
+fn meets_region<S: Simd>(simd: S, node: &Node, region: &Region) -> u32 {
+    let mut is_met = meets_planes(simd, node, region);
+    let [x, y, z, to_x, to_y, to_z] = &node.planes;
+    let low = [
+        f32x8::from_slice(simd, x),
+        f32x8::from_slice(simd, y),
+        f32x8::from_slice(simd, z),
+    ];
+    let high = [
+        f32x8::from_slice(simd, to_x),
+        f32x8::from_slice(simd, to_y),
+        f32x8::from_slice(simd, to_z),
+    ];
+    for pair in region.without() {
+        if is_met & 0xff == 0 {
+            break;
+        }
+        let mut is_within = u32::MAX;
+        for &[x, y, z, offset] in pair {
+            // The corner that is highest.
+            let nearest = if x > 0.0 { high[0] } else { low[0] } * x;
+            let next = if y > 0.0 { high[1] } else { low[1] } * y;
+            let last = if z > 0.0 { high[2] } else { low[2] } * z;
+            let height = nearest + next + (last + offset);
+            is_within &= height.simd_lt(-2.0 * BOUND).to_bitmask() as u32;
+        }
+        is_met &= !is_within;
+    }
+    is_met
+}
+
+#[inline(always)]
+fn along<S: Simd>(v: &[f32x4<S>; 3], [x, y, z]: [f32; 3]) -> f32x4<S> {
+    v[0] * x + v[1] * y + v[2] * z
+}
+
+/// Loads three rows. Spelled out: `map` is a function of its own, which takes and returns by memory.
+#[inline(always)]
+fn rows<S: Simd>(simd: S, [x, y, z]: &[[f32; LANES]; 3]) -> [f32x4<S>; 3] {
+    [
+        f32x4::from_slice(simd, x),
+        f32x4::from_slice(simd, y),
+        f32x4::from_slice(simd, z),
+    ]
 }
 
 /// Returns a bit for each triangle that may meet a region.
@@ -72,21 +130,28 @@ impl Bvh {
 /// `27 u`, products and sums `30 u`, the offset and the sum with it `12 u`. Twice [`BOUND`] is `128 u`.
 #[inline(always)]
 fn met_triangles<S: Simd>(simd: S, group: &TriangleGroup, region: &Region) -> u32 {
-    let load = |rows: &[[f32; LANES]; 3]| rows.each_ref().map(|row| f32x4::from_slice(simd, row));
-    let (corner, ab, ac) = (
-        load(&group.corner),
-        load(&group.edge_ab),
-        load(&group.edge_ac),
-    );
+    let corner = rows(simd, &group.corner);
+    let ab = rows(simd, &group.edge_ab);
+    let ac = rows(simd, &group.edge_ac);
     let mut is_met = u32::MAX;
     for [x, y, z, offset] in region.planes() {
-        let along = |v: &[f32x4<S>; 3]| v[0] * x + v[1] * y + v[2] * z;
-        let first = along(&corner) + offset;
-        let lowest = first + along(&ab).min(along(&ac)).min(0.0);
+        let first = along(&corner, [x, y, z]) + offset;
+        let (second, third) = (along(&ab, [x, y, z]), along(&ac, [x, y, z]));
+        let lowest = first + second.min(third).min(0.0);
         is_met &= lowest.simd_le(2.0 * BOUND).to_bitmask() as u32;
         if is_met & 0xf == 0 {
-            break;
+            return 0;
         }
+    }
+    for pair in region.without() {
+        let mut is_within = u32::MAX;
+        for &[x, y, z, offset] in pair {
+            let first = along(&corner, [x, y, z]) + offset;
+            let (second, third) = (along(&ab, [x, y, z]), along(&ac, [x, y, z]));
+            let highest = first + second.max(third).max(0.0);
+            is_within &= highest.simd_lt(-2.0 * BOUND).to_bitmask() as u32;
+        }
+        is_met &= !is_within;
     }
     is_met
 }
