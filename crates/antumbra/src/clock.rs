@@ -8,6 +8,8 @@ pub(crate) struct Reading(#[cfg(unix)] u64, #[cfg(not(unix))] std::time::Instant
 impl Reading {
     #[cfg(unix)]
     pub(crate) fn now() -> Self {
+        #[cfg(test)]
+        READ.set(READ.get() + 1);
         let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
         // Neither is negative.
         Self(now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64)
@@ -39,4 +41,10 @@ impl Reading {
     pub(crate) fn since_ns(self, earlier: Self) -> u64 {
         self.0.saturating_duration_since(earlier.0).as_nanos() as u64
     }
+}
+
+#[cfg(all(test, unix))]
+thread_local! {
+    /// How often this thread has read the clock.
+    pub(crate) static READ: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }

@@ -8,6 +8,8 @@ mod along;
 mod ask;
 mod batch;
 mod beam;
+#[cfg(all(test, unix))]
+mod clock_tests;
 mod fraction;
 mod lists;
 mod locate;

@@ -39,7 +39,7 @@ pub(crate) struct Spent {
 }
 
 impl Spent {
-    /// What making something took, beside queries.
+    /// Returns the account of making something beside queries.
     pub(crate) fn making(ns: u64) -> Self {
         Self {
             queries: 0,
@@ -206,6 +206,26 @@ mod tests {
         assert_eq!((prices.expected(), prices.ray_ns()), (4_000, 100.0));
         prices.note(&spent);
         assert_eq!(prices.expected(), 0);
+    }
+
+    #[test]
+    fn what_making_takes_does_not_make_a_map_look_dear() {
+        let prices = Prices::default();
+        let spent = |ns: u64, is_by_map| Spent {
+            queries: 8_192,
+            ns,
+            made: 0,
+            is_by_map,
+            known: 8_192,
+        };
+        prices.note(&spent(800_000, false));
+        (0..2 * VAIN).for_each(|_| {
+            // As when each call announces where it will ask.
+            prices.note(&Spent::making(2_000_000));
+            prices.note(&spent(200_000, true));
+        });
+        assert!((0..2 * SELDOM).all(|_| prices.is_map_worth_it()));
+        assert!(!prices.allow(1));
     }
 
     #[test]

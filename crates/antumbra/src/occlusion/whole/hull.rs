@@ -86,7 +86,7 @@ enum Shines {
     },
     /// Outside a ball, world space.
     Outside { center: DVec3, radius: f64 },
-    /// Who knows.
+    /// To places that nobody has worked out.
     Somewhere,
 }
 

@@ -56,11 +56,6 @@ impl Asked {
         self.found += other.found;
     }
 
-    /// Returns how many starts asked.
-    pub(crate) fn count(&self) -> u32 {
-        self.nowhere + self.missed + self.found
-    }
-
     pub(super) fn keys(&self) -> impl Iterator<Item = Key> {
         self.missing.iter().map(|&(key, _)| key)
     }

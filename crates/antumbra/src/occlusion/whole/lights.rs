@@ -30,7 +30,7 @@ pub(crate) const WHOLE_BLOCK: usize = 32;
 const MOST_LIGHTS: usize = 256;
 
 /// Calls of fewer starts look at the ledger one time in so many.
-const SMALL_CALL: u32 = 64;
+const SMALL_CALL: usize = 64;
 const LOOK: u32 = 32;
 
 /// Which part of a light is asked about.
@@ -315,17 +315,25 @@ impl WholeView<'_> {
         told
     }
 
-    /// Notes what some starts asked for and how long they took, and makes values where that pays.
-    pub(crate) fn note(&self, scene: &Scene<'_>, asked: &Asked, ns: u64, is_refining: bool) {
-        // Small calls are many: a part of them stands for all.
-        let mut weight = 1;
-        if asked.count() < SMALL_CALL {
-            let number = self.light.calls.fetch_add(1, Ordering::Relaxed);
-            if !number.is_multiple_of(LOOK) {
-                return;
-            }
-            weight = LOOK;
+    /// Returns how many calls a call of so many starts stands for when it is noted; `None` where it need not be, nor timed:
+    /// small calls are many, and reading the clock takes as long as some of them.
+    pub(crate) fn weight_of(&self, start_count: usize) -> Option<u32> {
+        if start_count >= SMALL_CALL {
+            return Some(1);
         }
+        let number = self.light.calls.fetch_add(1, Ordering::Relaxed);
+        number.is_multiple_of(LOOK).then_some(LOOK)
+    }
+
+    /// Notes what some starts asked for and how long they took, and makes values where that pays. The call stands for
+    /// `weight` calls ([`WholeView::weight_of`]).
+    pub(crate) fn note(
+        &self,
+        scene: &Scene<'_>,
+        asked: &Asked,
+        (ns, weight): (u64, u32),
+        is_refining: bool,
+    ) {
         self.light.ledger().note(asked, ns, weight);
         if is_refining {
             self.make_what_pays(scene);

@@ -177,10 +177,11 @@ impl ShadowIndex {
         if all.refine == Refine::Queried {
             self.make_rows(all, starts);
         }
-        let begin = Reading::now();
+        // Not of each small call: reading the clock takes as long as some of them.
+        let begin = all.is_time_to_look(starts.len()).then(Reading::now);
         let mut work = Work::new(self.lights().len());
         self.answer_all_lights(all, starts, |_| side, visible, &mut work, counters);
-        if all.is_time_to_look(starts.len()) {
+        if let Some(begin) = begin {
             self.note_all_lights(all, &work.noted, begin, 0.0);
         }
         Ok(())

@@ -97,7 +97,9 @@ impl ShadowIndex {
         let occluders = &*self.parts.near;
         let scene = Scene { occluders, bvh };
         let view = self.with_what_is_asked(view, &scene, starts, WholeSide::All);
-        let begin = Reading::now();
+        let begin = view
+            .weight_of(starts.len())
+            .map(|weight| (Reading::now(), weight));
         let mut asked = AskedOfWhole::default();
         let mut walker = Walker::new(stride);
         let mut answered = Ok(());
@@ -136,7 +138,9 @@ impl ShadowIndex {
                 None => unreachable!("a sample is bad"),
             };
         }
-        self.note_whole(&view, &scene, &asked, begin.elapsed_ns());
+        if let Some((begin, weight)) = begin {
+            self.note_whole(&view, &scene, &asked, (begin.elapsed_ns(), weight));
+        }
         Ok(())
     }
 
@@ -162,7 +166,9 @@ impl ShadowIndex {
         let scene = Scene { occluders, bvh };
         let starts = std::slice::from_ref(start);
         let view = self.with_what_is_asked(view, &scene, starts, side);
-        let begin = Reading::now();
+        let begin = view
+            .weight_of(starts.len())
+            .map(|weight| (Reading::now(), weight));
         let mut asked = AskedOfWhole::default();
         let leaves = match view.tell(occluders, starts, side, &mut asked)[0] {
             Told::Lit { .. } => {
@@ -182,7 +188,9 @@ impl ShadowIndex {
             let answered = walker.walk(self, start, targets, leaves, occluded, counters);
             answered.expect(FINE);
         }
-        self.note_whole(&view, &scene, &asked, begin.elapsed_ns());
+        if let Some((begin, weight)) = begin {
+            self.note_whole(&view, &scene, &asked, (begin.elapsed_ns(), weight));
+        }
     }
 
     /// Writes the visible fraction of a light that something may be known of, for every point of a batch.
@@ -225,7 +233,9 @@ impl ShadowIndex {
             let view = self.whole_lights().and_then(|whole| whole.view(light));
             if let (Some(view), Some(bvh)) = (view, self.bvh()) {
                 let occluders = &*self.parts.near;
-                self.note_whole(&view, &Scene { occluders, bvh }, &all, all_ns);
+                if let Some(weight) = view.weight_of(fractions.len()) {
+                    self.note_whole(&view, &Scene { occluders, bvh }, &all, (all_ns, weight));
+                }
             }
         }
         Ok(sum)
@@ -338,9 +348,15 @@ impl ShadowIndex {
     }
 
     /// Notes what some starts took, and makes values where that pays.
-    fn note_whole(&self, view: &WholeView<'_>, scene: &Scene<'_>, asked: &AskedOfWhole, ns: u64) {
+    fn note_whole(
+        &self,
+        view: &WholeView<'_>,
+        scene: &Scene<'_>,
+        asked: &AskedOfWhole,
+        timed: (u64, u32),
+    ) {
         let is_refining = self.knowledge().is_some_and(|values| values.is_refining());
-        view.note(scene, asked, ns, is_refining && !view.is_eager());
+        view.note(scene, asked, timed, is_refining && !view.is_eager());
     }
 
     /// Returns the lowest corner of the cells of whole lights and their edge, for tests that aim at what is between them.
