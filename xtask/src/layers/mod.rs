@@ -72,8 +72,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "crates/antumbra-render/src",
         &[
-            "exposure sampler vector",
-            "camera orbit prepare",
+            "cone exposure sampler vector",
+            "camera fog orbit prepare",
             "integrator",
             "aov statistics",
             "false_color",

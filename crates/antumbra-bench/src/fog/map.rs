@@ -99,7 +99,7 @@ impl Eye {
             Self::Point(eye) => {
                 let axis = plane / 2;
                 let mut direction = DVec3::ZERO;
-                direction[axis] = if plane % 2 == 0 { 1.0 } else { -1.0 };
+                direction[axis] = if plane.is_multiple_of(2) { 1.0 } else { -1.0 };
                 direction[(axis + 1) % 3] = u;
                 direction[(axis + 2) % 3] = v;
                 (*eye, direction)

@@ -5,7 +5,8 @@
 
 use glam::DVec3;
 
-use super::{AreaShape, warp};
+use super::shape::AreaShape;
+use super::warp;
 use crate::light::LightShape;
 
 /// Directions that a place of a light shines in.
@@ -103,7 +104,7 @@ mod tests {
     use crate::area::{MeshLight, RectangleLight, SegmentLight, Sky, SphereLight};
     use std::sync::Arc;
 
-    const PLACES: u32 = 32;
+    const PLACES: u32 = 128;
 
     fn places() -> impl Iterator<Item = [f64; 2]> {
         let all = (0..PLACES).flat_map(|i| (0..PLACES).map(move |j| [i, j]));
@@ -161,7 +162,7 @@ mod tests {
                 let found = solid_angle(&shape, receiver);
                 assert!(
                     (found - expected).abs() <= 0.01 * expected,
-                    "{shape:?}: {found}"
+                    "{shape:?}: {found}, not {expected}"
                 );
             }
         }

@@ -1,6 +1,7 @@
 //! Laws of samples: where they lie, how evenly, and what is refused.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 
