@@ -214,7 +214,7 @@ fn scene(
     let questions = Questions::new(auto.index(), all);
     if questions.refused > 0 {
         screen.warning(format!(
-            "{}: {} segments are left out, as what may shade them is curved or alpha-tested",
+            "{}: {} segments are left out, as what may shade them is alpha-tested",
             path.display(),
             questions.refused
         ));
@@ -222,7 +222,7 @@ fn scene(
     if questions.segments.is_empty() {
         return Err(Failure::input(
             format!("{}: no segment has an answer", path.display()),
-            "give a scene of triangles, and a camera that sees some of it",
+            "give a scene that is not alpha-tested as a whole, and a camera that sees some of it",
         ));
     }
     let geometry = subject.geometry();
