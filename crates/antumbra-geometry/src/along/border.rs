@@ -6,6 +6,7 @@
 
 use std::cmp::Ordering;
 
+use fearless_simd::Level;
 use glam::DVec3;
 
 use super::linear::{Ends, FaceForm, Values, ordered};
@@ -13,7 +14,7 @@ use super::quadratic::Quadratic;
 use super::quadric::{CurvedForm, Measured, Quadric};
 use super::refined::Refined;
 use super::surd::Surd;
-use crate::number::{Exact, Number, Sign, UNIT_ROUNDOFF};
+use crate::number::{Exact, Number, Sign, UNIT_ROUNDOFF, Unrounded};
 use crate::{Occluders, SurfaceId};
 
 /// Places that err by more are computed exactly first.
@@ -73,10 +74,14 @@ impl Ends {
         form: FaceForm,
     ) -> [Sign; 2] {
         let corners = corners_of(occluders, surface);
+        let [first, last] = self.values_in::<Unrounded>(corners, form);
+        if let (Some(first), Some(last)) = (first.sign(), last.sign()) {
+            return [first, last];
+        }
         if let Some(signs) = self.doubled_signs(corners, form) {
             return signs;
         }
-        self.exact_values(corners, form)
+        self.values_in::<Exact>(corners, form)
             .map(|value| value.sign().unwrap_or(Sign::Zero))
     }
 
@@ -141,7 +146,7 @@ impl Ends {
             Form::First => 0.0,
             Form::Last => 1.0,
             Form::Face(surface, form) => {
-                let [a, b] = self.exact_values(corners_of(occluders, surface), form);
+                let [a, b] = self.values_in::<Exact>(corners_of(occluders, surface), form);
                 a.over_to_nearest(&a.minus(&b))
             }
             Form::Curved(surface, form, is_last) => {
@@ -152,10 +157,17 @@ impl Ends {
     }
 
     /// Returns the number nearest to where a border is.
-    pub(super) fn nearest_place(&self, occluders: &Occluders, border: &Border) -> f64 {
+    pub(super) fn nearest_place(
+        &self,
+        level: Level,
+        occluders: &Occluders,
+        border: &Border,
+    ) -> f64 {
         let rounded = match border.form {
             Form::First | Form::Last => None,
-            Form::Face(surface, form) => self.rounded_share(corners_of(occluders, surface), form),
+            Form::Face(surface, form) => {
+                self.rounded_share(level, corners_of(occluders, surface), form)
+            }
             Form::Curved(surface, form, is_last) => {
                 let form = self.curved_form::<Refined>(occluders, surface, form);
                 form.pattern()
@@ -206,7 +218,7 @@ impl Ends {
         match form {
             Form::First | Form::Last => None,
             Form::Face(surface, form) => {
-                let [first, last] = self.exact_values(corners_of(occluders, surface), form);
+                let [first, last] = self.values_in::<Exact>(corners_of(occluders, surface), form);
                 Some(Surd::quotient(&first, &last))
             }
             Form::Curved(surface, form, is_last) => {

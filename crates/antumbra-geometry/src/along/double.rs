@@ -14,7 +14,7 @@ pub(super) struct Double {
 }
 
 /// Returns a sum and what rounding took from it (Knuth).
-#[inline]
+#[inline(always)]
 fn two_sum(a: f64, b: f64) -> Double {
     let high = a + b;
     let b_part = high - a;
@@ -27,12 +27,12 @@ fn two_sum(a: f64, b: f64) -> Double {
 
 impl Double {
     /// Returns a difference, exactly.
-    #[inline]
+    #[inline(always)]
     pub(super) fn difference(a: f64, b: f64) -> Self {
         two_sum(a, -b)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn plus(self, other: Self) -> Self {
         let high = two_sum(self.high, other.high);
         let low = two_sum(self.low, other.low);
@@ -40,12 +40,12 @@ impl Double {
         two_sum(sum.high, sum.low + low.low)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn minus(self, other: Self) -> Self {
         self.plus(other.negated())
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn negated(self) -> Self {
         Self {
             high: -self.high,
@@ -54,7 +54,7 @@ impl Double {
     }
 
     /// Returns the number times a power of two.
-    #[inline]
+    #[inline(always)]
     pub(super) fn scaled(self, power: f64) -> Self {
         Self {
             high: self.high * power,
@@ -62,14 +62,14 @@ impl Double {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn times(self, other: Self) -> Self {
         let high = self.high * other.high;
         let low = self.high.mul_add(other.high, -high);
         two_sum(high, low + (self.high * other.low + self.low * other.high))
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn over(self, other: Self) -> Self {
         let first = self.high / other.high;
         let product = Self {
@@ -81,7 +81,7 @@ impl Double {
     }
 
     /// Returns the square root of a number above zero.
-    #[inline]
+    #[inline(always)]
     pub(super) fn root(self) -> Self {
         let high = self.high.sqrt();
         let first = Self { high, low: 0.0 };
@@ -94,19 +94,23 @@ impl Double {
 pub(super) type Doubles = [Double; 3];
 
 /// Returns the difference of two vectors, exactly.
-#[inline]
+#[inline(always)]
 pub(super) fn difference(a: DVec3, b: DVec3) -> Doubles {
-    [0, 1, 2].map(|axis| Double::difference(a[axis], b[axis]))
+    [
+        Double::difference(a.x, b.x),
+        Double::difference(a.y, b.y),
+        Double::difference(a.z, b.z),
+    ]
 }
 
-#[inline]
+#[inline(always)]
 pub(super) fn cross(a: &Doubles, b: &Doubles) -> Doubles {
     let component = |i: usize, j: usize| a[i].times(b[j]).minus(a[j].times(b[i]));
     [component(1, 2), component(2, 0), component(0, 1)]
 }
 
-#[inline]
+#[inline(always)]
 pub(super) fn dot(a: &Doubles, b: &Doubles) -> Double {
-    let [x, y, z] = [0, 1, 2].map(|axis| a[axis].times(b[axis]));
+    let (x, y, z) = (a[0].times(b[0]), a[1].times(b[1]), a[2].times(b[2]));
     x.plus(y).plus(z)
 }

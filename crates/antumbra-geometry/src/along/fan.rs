@@ -75,7 +75,7 @@ impl Fan {
         reach: f64,
     ) -> Option<(DVec3, f64)> {
         let normal = (1.0 - share) * self.rising - share * self.falling;
-        let [rising, falling] = self.zeros.map(|zero| point - zero);
+        let (rising, falling) = (point - self.zeros[0], point - self.zeros[1]);
         let value = (1.0 - share) * self.rising.dot(rising) - share * self.falling.dot(falling);
         let size = rising.abs().max_element() + falling.abs().max_element() + 2.0 * reach;
         let (normal, value) = if is_beyond {
@@ -94,7 +94,8 @@ impl Fan {
     pub(super) fn reach(&self, corners: &[DVec3]) -> Option<[f64; 2]> {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for &corner in corners {
-            let [rising, falling] = self.zeros.map(|zero| corner - zero);
+            // Spelled out: `map` is a function of its own here.
+            let (rising, falling) = (corner - self.zeros[0], corner - self.zeros[1]);
             let size = rising.abs().max_element() + falling.abs().max_element();
             let (rising, falling) = (self.rising.dot(rising), self.falling.dot(falling));
             // Points before the light, as the segment has them, are above zero; those of the line are one.

@@ -28,13 +28,25 @@ struct Side {
     room: f64,
 }
 
+impl Side {
+    const NOWHERE: Self = Self {
+        normal: DVec3::ZERO,
+        height: 0.0,
+        room: 0.0,
+    };
+}
+
+/// Planes of a hull at most.
+const SIDES: usize = 6;
+
 /// The half-spaces around the rays from a segment to a light.
 #[derive(Clone, Debug)]
 pub(super) struct Hull {
     first: DVec3,
     /// Largest coordinate of the segment, as seen from its first end.
     length: f64,
-    sides: Vec<Side>,
+    sides: [Side; SIDES],
+    side_count: usize,
 }
 
 impl Hull {
@@ -45,7 +57,8 @@ impl Hull {
         let mut hull = Self {
             first,
             length: along.abs().max_element(),
-            sides: Vec::with_capacity(6),
+            sides: [Side::NOWHERE; SIDES],
+            side_count: 0,
         };
         let seen = Seen {
             along,
@@ -99,15 +112,22 @@ impl Hull {
             // Not for NaN.
             let is_some = largest > 0.0 && largest.is_finite();
             if is_some {
-                self.sides.extend(seen.side(normal / largest));
+                if let Some(side) = seen.side(normal / largest) {
+                    self.sides[self.side_count] = side;
+                    self.side_count += 1;
+                }
             }
         }
+    }
+
+    fn sides(&self) -> &[Side] {
+        &self.sides[..self.side_count]
     }
 
     /// Returns whether the hull of some points surely blocks no ray from the segment to the light.
     #[inline]
     pub(super) fn misses(&self, corners: &[DVec3]) -> bool {
-        self.sides.iter().any(|side| {
+        self.sides().iter().any(|side| {
             corners.iter().all(|&corner| {
                 let from = corner - self.first;
                 let reach = from.abs().max_element() + self.length;
@@ -118,7 +138,7 @@ impl Hull {
 
     /// Returns whether a ball surely blocks no such ray.
     pub(super) fn misses_ball(&self, center: DVec3, radius: f64) -> bool {
-        self.sides.iter().any(|side| {
+        self.sides().iter().any(|side| {
             let from = center - self.first;
             let reach = from.abs().max_element() + radius + self.length;
             // A normal whose largest component is 1 is at most sqrt(3) long.
@@ -136,7 +156,7 @@ impl Hull {
     ) -> impl Iterator<Item = (DVec3, f64)> + Clone {
         let from = self.first - point;
         let farthest = from.abs().max_element() + reach + self.length;
-        let sides = self.sides.iter();
+        let sides = self.sides().iter();
         sides.map(move |side| {
             let height = side.height + side.room * farthest + side.normal.dot(from);
             (side.normal, height + ROOM * farthest)

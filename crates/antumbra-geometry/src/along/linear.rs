@@ -3,10 +3,11 @@
 //! In: two points and a light; a face's corners. Out: the heights of the points over the face's plane and their sides of the
 //! planes through an edge and the light, with bounds or exactly. Invariant: signs that are told are exact.
 
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 
 use super::double::{self, Double, Doubles};
-use crate::number::{Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
+use crate::number::{Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Unrounded, Vector, decide};
 
 /// 2^-700: products above it have tails in the range of normal numbers.
 const SMALLEST: f64 = 1.90109156629516e-211;
@@ -44,42 +45,9 @@ pub(super) struct Ends {
     pub(super) light: (DVec3, f64),
 }
 
-/// Linear function of points: a normal, a point with the value zero, and what products its normal is made of.
-struct Linear {
-    normal: DVec3,
-    zero: DVec3,
-    size: f64,
-}
-
-impl Linear {
-    /// Makes the function of the plane through a point along two vectors, each rounded at most once.
-    fn new(first: DVec3, second: DVec3, zero: DVec3) -> Self {
-        Self {
-            normal: first.cross(second),
-            zero,
-            size: first.abs().max_element() * second.abs().max_element(),
-        }
-    }
-
-    /// Returns the value at a vector from the zero, rounded at most once, and a bound on its error.
-    ///
-    /// With `u` the unit roundoff and `s` the size: a component of the normal is a difference of two products of rounded
-    /// factors, so at most `2 s` and off by `8 u s`. Three products with a vector of largest component `w` add at most
-    /// `24 u s w` for that, `12 u s w` for their own and the vector's rounding and `12 u s w` for sums.
-    #[inline]
-    fn at(&self, from: DVec3) -> (f64, f64) {
-        let reach = from.abs().max_element();
-        let error = 64.0 * UNIT_ROUNDOFF * self.size * reach;
-        (
-            self.normal.dot(from),
-            error + f64::MIN_POSITIVE * (8.0 + 8.0 * reach),
-        )
-    }
-}
-
 /// Returns the sign of a value where its error leaves no doubt.
 #[inline]
-fn certain((value, error): (f64, f64)) -> Option<Sign> {
+pub(super) fn certain((value, error): (f64, f64)) -> Option<Sign> {
     if value > error {
         Some(Sign::Positive)
     } else if -value > error {
@@ -90,62 +58,33 @@ fn certain((value, error): (f64, f64)) -> Option<Sign> {
 }
 
 impl Values {
-    #[inline]
-    fn of(function: &Linear, [first, last]: [DVec3; 2]) -> Self {
-        let ((a, a_error), (b, b_error)) = (
-            function.at(first - function.zero),
-            function.at(last - function.zero),
-        );
-        Self {
-            values: [a, b],
-            errors: [a_error, b_error],
-        }
-    }
-
     /// Returns the signs at both ends where there is no doubt.
     #[inline]
     pub(super) fn signs(&self) -> [Option<Sign>; 2] {
-        [0, 1].map(|end| certain((self.values[end], self.errors[end])))
+        let ([first, last], [first_error, last_error]) = (self.values, self.errors);
+        [certain((first, first_error)), certain((last, last_error))]
     }
 }
 
 impl Ends {
-    /// Returns the height of the segment over a face's plane.
-    #[inline]
-    pub(super) fn heights(&self, [a, b, c]: [DVec3; 3]) -> Values {
-        Values::of(&Linear::new(b - a, c - a, a), self.points)
-    }
-
     /// Returns the exact sign of the light's height over a face's plane.
-    #[inline]
-    pub(super) fn light_side(&self, corners: [DVec3; 3]) -> Sign {
-        let [a, b, c] = corners;
-        let (light, weight) = self.light;
-        let from = if weight == 0.0 { light } else { light - a };
-        certain(Linear::new(b - a, c - a, a).at(from)).unwrap_or_else(|| {
-            flat_sign(corners, from).unwrap_or_else(|| self.exact_light_side(corners))
-        })
-    }
-
     #[cold]
     #[inline(never)]
-    fn exact_light_side(&self, corners: [DVec3; 3]) -> Sign {
-        let light = Point4::from_f64(self.light);
-        exact_height(corners, &light).sign().unwrap_or(Sign::Zero)
-    }
-
-    /// Returns the sides of the segment as an edge and the light have them. The same edge gives the same numbers, up to
-    /// their sign, whichever way round its face goes.
-    #[inline]
-    pub(super) fn sides(&self, from: DVec3, to: DVec3) -> Values {
-        let [low, high] = ordered(from, to);
+    pub(super) fn exact_light_side(&self, corners: [DVec3; 3]) -> Sign {
         let (light, weight) = self.light;
-        let towards = if weight == 0.0 { light } else { light - low };
-        let mut values = Values::of(&Linear::new(towards, high - low, low), self.points);
-        if low != from {
-            values.values = values.values.map(|value| -value);
+        let from = if weight == 0.0 {
+            light
+        } else {
+            light - corners[0]
+        };
+        if let Some(sign) = flat_sign(corners, from) {
+            return sign;
         }
-        values
+        let exact = || height_in::<Exact>(corners, &Point4::from_f64(self.light)).sign();
+        decide(
+            height_in::<Unrounded>(corners, &Point4::from_f64(self.light)).sign(),
+            exact,
+        )
     }
 
     /// Returns the exact signs of a form at both ends by numbers of twice the bits; `None` where these leave a doubt.
@@ -165,7 +104,18 @@ impl Ends {
 
     /// Returns the share of the length at which a form is zero, rounded by numbers of twice the bits; `None` where they leave a
     /// doubt.
-    pub(super) fn rounded_share(&self, corners: [DVec3; 3], form: FaceForm) -> Option<f64> {
+    pub(super) fn rounded_share(
+        &self,
+        level: Level,
+        corners: [DVec3; 3],
+        form: FaceForm,
+    ) -> Option<f64> {
+        // For products and sums that are rounded together; elsewhere each is a call.
+        dispatch!(level, _simd => self.rounded_share_inline(corners, form))
+    }
+
+    #[inline(always)]
+    fn rounded_share_inline(&self, corners: [DVec3; 3], form: FaceForm) -> Option<f64> {
         let Doubled { values, error } = self.doubled(corners, form)?;
         let length = values[0].minus(values[1]);
         let place = values[0].over(length);
@@ -180,25 +130,36 @@ impl Ends {
     }
 
     /// Returns a form's values at both ends by numbers of twice the bits; `None` where these are too small.
+    #[inline(always)]
     fn doubled(&self, corners: [DVec3; 3], form: FaceForm) -> Option<Doubled> {
-        let corner = match form {
-            FaceForm::Height => None,
-            FaceForm::Edge(corner) => Some(usize::from(corner)),
-        };
-        let from = corners[corner.unwrap_or(0)];
-        let along = |corner: usize| double::difference(corners[corner % 3], from);
         let (light, weight) = self.light;
-        let (first, second) = match corner {
-            None => (along(1), along(2)),
-            Some(corner) if weight == 0.0 => {
-                (double::difference(light, DVec3::ZERO), along(corner + 1))
+        let (from, first, next) = match form {
+            FaceForm::Height => (
+                corners[0],
+                double::difference(corners[1], corners[0]),
+                corners[2],
+            ),
+            FaceForm::Edge(corner) => {
+                let corner = usize::from(corner);
+                let from = corners[corner];
+                let base = if weight == 0.0 { DVec3::ZERO } else { from };
+                (
+                    from,
+                    double::difference(light, base),
+                    corners[(corner + 1) % 3],
+                )
             }
-            Some(corner) => (double::difference(light, from), along(corner + 1)),
         };
+        let second = double::difference(next, from);
         let normal = double::cross(&first, &second);
-        let seen = self.points.map(|point| double::difference(point, from));
-        let values = seen.each_ref().map(|seen| double::dot(&normal, seen));
-        let largest = |v: &Doubles| v.iter().map(|x| x.high.abs()).fold(0.0, f64::max);
+        let seen = [
+            double::difference(self.points[0], from),
+            double::difference(self.points[1], from),
+        ];
+        let values = [
+            double::dot(&normal, &seen[0]),
+            double::dot(&normal, &seen[1]),
+        ];
         let size = largest(&first) * largest(&second);
         let reach = size * (largest(&seen[0]) + largest(&seen[1]));
         // What products lose to underflow is less than that error then.
@@ -208,21 +169,38 @@ impl Ends {
         })
     }
 
-    /// Returns a form's exact values at both ends, up to one factor above zero.
-    pub(super) fn exact_values(&self, corners: [DVec3; 3], form: FaceForm) -> [Exact; 2] {
-        let points = self.points.map(|point| Point4::from_f64((point, 1.0)));
+    /// Returns a form's values at both ends in the numbers of the caller's choice, up to one factor above zero.
+    #[inline]
+    pub(super) fn values_in<N: Number>(&self, corners: [DVec3; 3], form: FaceForm) -> [N; 2] {
+        let [first, last] = self.points;
+        let points = [
+            Point4::from_f64((first, 1.0)),
+            Point4::from_f64((last, 1.0)),
+        ];
         match form {
-            FaceForm::Height => points.each_ref().map(|point| exact_height(corners, point)),
+            FaceForm::Height => [
+                height_in(corners, &points[0]),
+                height_in(corners, &points[1]),
+            ],
             FaceForm::Edge(corner) => {
                 let corner = usize::from(corner);
                 let from = Vector::from_f64(corners[corner]);
                 let along = Vector::from_f64(corners[(corner + 1) % 3]).minus(&from);
                 let towards = Point4::from_f64(self.light).seen_from(&from);
                 let normal = towards.cross(&along);
-                points.map(|point| normal.dot(&point.seen_from(&from)))
+                [
+                    normal.dot(&points[0].seen_from(&from)),
+                    normal.dot(&points[1].seen_from(&from)),
+                ]
             }
         }
     }
+}
+
+/// Returns the largest magnitude of a component.
+#[inline(always)]
+fn largest([x, y, z]: &Doubles) -> f64 {
+    x.high.abs().max(y.high.abs()).max(z.high.abs())
 }
 
 /// Returns two points in an order of their own.
@@ -257,7 +235,8 @@ fn flat_sign([a, b, c]: [DVec3; 3], from: DVec3) -> Option<Sign> {
     })
 }
 
-fn exact_height([a, b, c]: [DVec3; 3], point: &Point4<Exact>) -> Exact {
+#[inline]
+fn height_in<N: Number>([a, b, c]: [DVec3; 3], point: &Point4<N>) -> N {
     let from = Vector::from_f64(a);
     let first = Vector::from_f64(b).minus(&from);
     let normal = first.cross(&Vector::from_f64(c).minus(&from));

@@ -14,6 +14,7 @@
 //! | module | in | out |
 //! |---|---|---|
 //! | `linear` | a face's corners | its forms at both ends, with bounds or exactly |
+//! | `forms` | a face's corners | all its forms at once, with bounds |
 //! | `quadric` | a sphere, a disk or a tube | its forms as quadratic functions |
 //! | `quadratic` | a quadratic function | its sign and its zeros |
 //! | `surd` | exact coefficients | exact zeros, compared and rounded |
@@ -31,6 +32,7 @@ mod cells;
 mod dark;
 mod double;
 mod fan;
+mod forms;
 mod hull;
 mod linear;
 mod quadratic;
@@ -38,14 +40,18 @@ mod quadric;
 mod refined;
 mod surd;
 
+use std::cell::OnceCell;
+
+use fearless_simd::Level;
 use glam::DVec3;
 
 use self::border::Border;
 use self::cast::for_each_shadow;
 use self::dark::{Dark, Span};
 use self::fan::Fan;
+use self::forms::{ALL, EDGES, Forms, form_of};
 use self::hull::Hull;
-use self::linear::{Ends, FaceForm, Values};
+use self::linear::{Ends, FaceForm, Values, certain};
 use crate::number::Sign;
 use crate::{LightShape, Occluders, SurfaceId};
 
@@ -57,8 +63,10 @@ const BOX_ROOM: f64 = 1.0 / (1_u64 << 44) as f64;
 pub struct SegmentShadows<'a> {
     occluders: &'a Occluders,
     ends: Ends,
+    level: Level,
     hull: Hull,
-    fan: Option<Fan>,
+    /// Made when something is known to be dark.
+    fan: OnceCell<Option<Fan>>,
     dark: Dark,
     /// Spans that triangles with holes may shade.
     doubtful: Vec<(Span, SurfaceId)>,
@@ -72,8 +80,9 @@ impl<'a> SegmentShadows<'a> {
         Self {
             occluders,
             ends: Ends { points, light },
+            level: Level::new(),
             hull: Hull::new(points, light),
-            fan: Fan::new(points, light),
+            fan: OnceCell::new(),
             dark: Dark::default(),
             doubtful: Vec::new(),
         }
@@ -102,7 +111,7 @@ impl<'a> SegmentShadows<'a> {
         point: DVec3,
         reach: f64,
     ) -> impl Iterator<Item = [Option<(DVec3, f64)>; 2]> {
-        let fan = self.fan.as_ref();
+        let fan = self.fan();
         let wedges = fan.into_iter().flat_map(|fan| {
             let shares = self.dark.widest::<N>();
             shares.map(move |shares| (fan, shares))
@@ -116,6 +125,11 @@ impl<'a> SegmentShadows<'a> {
         })
     }
 
+    fn fan(&self) -> Option<&Fan> {
+        let make = || Fan::new(self.ends.points, self.ends.light);
+        self.fan.get_or_init(make).as_ref()
+    }
+
     /// Returns whether the whole segment is known to be in shadow by now, so that no other surface matters.
     pub fn is_all_dark(&self) -> bool {
         self.dark.is_all()
@@ -123,41 +137,48 @@ impl<'a> SegmentShadows<'a> {
 
     /// Shows a surface. Each is to be shown once; in which order changes nothing, and those that no shadow ray from the
     /// segment meets may be left out.
+    #[inline]
     pub fn meet(&mut self, surface: SurfaceId) {
-        let occluders = self.occluders;
-        if !occluders.is_opaque(surface) {
-            return;
-        }
-        let Some(corners) = occluders.triangle_positions(surface) else {
-            if !self.misses_curved(surface) {
-                let (ends, dark) = (self.ends, &mut self.dark);
-                for_each_shadow(&ends, occluders, surface, |span| {
-                    dark.add(span, |one, other| ends.compare(occluders, one, other));
-                });
-            }
+        let Some((corners, is_whole)) = self.occluders.blocking_triangle(surface) else {
+            self.meet_curved(surface);
             return;
         };
-        if self.is_known(&corners)
-            || self.hull.misses(&corners)
-            || occluders.triangle_vertices(surface).is_none()
-        {
-            return;
-        }
-        let Some(span) = self.shaded_by(surface, corners) else {
+        let Some(span) = self.shaded_by(surface, &corners) else {
             return;
         };
-        if occluders.is_opaque_everywhere(surface) {
-            self.dark
-                .add(span, |one, other| self.ends.compare(occluders, one, other));
-        } else {
+        if !is_whole {
             self.doubtful.push((span, surface));
+            return;
         }
+        let outer = [
+            span.begin.place - span.begin.error,
+            span.end.place + span.end.error,
+        ];
+        if !self.dark.covers(outer) {
+            let (ends, occluders) = (&self.ends, self.occluders);
+            self.dark
+                .add(span, |one, other| ends.compare(occluders, one, other));
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn meet_curved(&mut self, surface: SurfaceId) {
+        let occluders = self.occluders;
+        let is_curved = surface.0 as usize >= occluders.triangle_count();
+        if !is_curved || !occluders.is_opaque(surface) || self.misses_curved(surface) {
+            return;
+        }
+        let (ends, dark) = (self.ends, &mut self.dark);
+        for_each_shadow(&ends, occluders, surface, |span| {
+            dark.add(span, |one, other| ends.compare(occluders, one, other));
+        });
     }
 
     /// Returns whether the shadow of what is between some corners is surely beside the segment, or where it is dark.
     #[inline]
     fn is_known(&self, corners: &[DVec3]) -> bool {
-        let reach = self.fan.as_ref().and_then(|fan| fan.reach(corners));
+        let reach = self.fan().and_then(|fan| fan.reach(corners));
         reach.is_some_and(|[least, most]| {
             most < 0.0 || least > 1.0 || self.dark.covers([least, most])
         })
@@ -179,20 +200,60 @@ impl<'a> SegmentShadows<'a> {
     }
 
     /// Returns the interval that a triangle shades, if that has any length.
-    fn shaded_by(&self, surface: SurfaceId, corners: [DVec3; 3]) -> Option<Span> {
-        let light_side = self.ends.light_side(corners);
-        if light_side == Sign::Zero {
+    #[inline]
+    fn shaded_by(&self, surface: SurfaceId, corners: &[DVec3; 3]) -> Option<Span> {
+        let forms = Forms::of(self.level, &self.ends, corners);
+        let light_side =
+            certain(forms.light).unwrap_or_else(|| self.ends.exact_light_side(*corners));
+        // Points in shadow are on the other side of the plane, and on the light's side of all edges.
+        let [above, below] = match light_side {
+            Sign::Positive => [forms.above, forms.below],
+            Sign::Negative => [forms.below, forms.above],
+            Sign::Zero => return None,
+        };
+        let side = |edges: u32, plane: u32| (edges & EDGES) | (plane & !EDGES);
+        let inside = [side(above[0], below[0]), side(above[1], below[1])];
+        let outside = [side(below[0], above[0]), side(below[1], above[1])];
+        if outside[0] & outside[1] != 0 {
             return None;
         }
-        // Points in shadow are on the other side of the plane, and on the light's side of all edges.
-        let heights = self.ends.heights(corners);
-        let behind = (light_side.flipped(), false);
-        let height = (surface, FaceForm::Height);
-        let mut span = self.clipped(Span::WHOLE, height, &heights, behind)?;
-        for corner in 0..3 {
-            let values = self.ends.sides(corners[corner], corners[(corner + 1) % 3]);
-            let edge = (surface, FaceForm::Edge(corner as u8));
-            span = self.clipped(span, edge, &values, (light_side, true))?;
+        let mut span = Span::WHOLE;
+        let known = (inside[0] | outside[0]) & (inside[1] | outside[1]);
+        if known != ALL {
+            return self.shaded_in_doubt(surface, &forms, light_side);
+        }
+        let mut clipping = outside[0] | outside[1];
+        while clipping != 0 {
+            let lane = clipping.trailing_zeros() as usize;
+            clipping &= clipping - 1;
+            let values = forms.lane(lane);
+            let border = self
+                .ends
+                .border(self.occluders, surface, form_of(lane), &values);
+            let compare =
+                |one: &Border, other: &Border| self.ends.compare(self.occluders, one, other);
+            if outside[0] >> lane & 1 != 0 {
+                if compare(&border, &span.begin).is_gt() {
+                    span.begin = border;
+                }
+            } else if compare(&border, &span.end).is_lt() {
+                span.end = border;
+            }
+        }
+        let order = self.ends.compare(self.occluders, &span.begin, &span.end);
+        order.is_lt().then_some(span)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn shaded_in_doubt(&self, surface: SurfaceId, forms: &Forms, light_side: Sign) -> Option<Span> {
+        let mut span = Span::WHOLE;
+        for lane in 0..4 {
+            let wanted = match lane {
+                0 => (light_side.flipped(), false),
+                _ => (light_side, true),
+            };
+            span = self.clipped(span, (surface, form_of(lane)), &forms.lane(lane), wanted)?;
         }
         Some(span)
     }
@@ -211,13 +272,10 @@ impl<'a> SegmentShadows<'a> {
             [Some(first), Some(last)] => [first, last],
             _ => self.ends.exact_signs(self.occluders, surface, form),
         };
-        let signs = signs.map(|sign| {
-            if wanted.is_negative() {
-                sign.flipped()
-            } else {
-                sign
-            }
-        });
+        let signs = match (wanted, signs) {
+            (Sign::Negative, [first, last]) => [first.flipped(), last.flipped()],
+            (_, signs) => signs,
+        };
         match signs {
             [Sign::Zero, Sign::Zero] => is_closed.then_some(span),
             [Sign::Positive, Sign::Zero | Sign::Positive] | [Sign::Zero, Sign::Positive] => {
@@ -262,7 +320,7 @@ impl<'a> SegmentShadows<'a> {
     /// A triangle with holes may shade a lit point and has no closed form: the one with the lowest number. Nothing is written
     /// then.
     pub fn finish(mut self, intervals: &mut Vec<[f64; 2]>) -> Result<(), SurfaceId> {
-        let (occluders, ends) = (self.occluders, self.ends);
+        let (occluders, ends, level) = (self.occluders, self.ends, self.level);
         let compare = |one: &Border, other: &Border| ends.compare(occluders, one, other);
         self.dark.merge(compare);
         if self.dark.is_all() {
@@ -273,7 +331,7 @@ impl<'a> SegmentShadows<'a> {
         if let Some(lowest) = doubtful.map(|&(_, surface)| surface).min() {
             return Err(lowest);
         }
-        let nearest = |border: &Border| ends.nearest_place(occluders, border);
+        let nearest = |border: &Border| ends.nearest_place(level, occluders, border);
         self.dark.for_each_gap(compare, |begin, end| {
             intervals.push([nearest(begin), nearest(end)]);
         });

@@ -193,8 +193,8 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         let occluders = scene(&[&corners]);
         let surface = SurfaceId(0);
         let shadows = SegmentShadows::new(&occluders, points, &light);
-        let span = shadows.shaded_by(surface, corners);
-        let reach = shadows.fan.as_ref().and_then(|fan| fan.reach(&corners));
+        let span = shadows.shaded_by(surface, &corners);
+        let reach = shadows.fan().and_then(|fan| fan.reach(&corners));
         if shadows.hull.misses(&corners) {
             missed += 1;
             assert!(span.is_none(), "{corners:?} {points:?} {light:?}");
@@ -211,7 +211,7 @@ fn shadows_lie_where_the_fan_and_the_hull_say() {
         let reach = reaches.into_iter().fold(0.0, f64::max);
         for is_beyond in [true, false] {
             let share = if is_beyond { least } else { most } + 0.1 * numbers.next();
-            let fan = shadows.fan.as_ref().expect("it has a reach");
+            let fan = shadows.fan().expect("it has a reach");
             let Some((normal, height)) = fan.half_space(share, is_beyond, middle, reach) else {
                 continue;
             };
@@ -289,10 +289,7 @@ fn curved_shadows_lie_where_the_fan_and_the_hull_say() {
         let surface = SurfaceId(0);
         let shadows = SegmentShadows::new(&occluders, points, &light);
         let bounds = occluders.surface_bounds(surface);
-        let reach = shadows
-            .fan
-            .as_ref()
-            .and_then(|fan| fan.reach(&bounds.corners()));
+        let reach = shadows.fan().and_then(|fan| fan.reach(&bounds.corners()));
         let is_missed = shadows.misses_curved(surface);
         missed += usize::from(is_missed);
         let label = format!("{bounds:?} {points:?} {light:?}");

@@ -9,11 +9,13 @@ mod exact;
 mod mantissa;
 mod sign;
 mod space;
+mod unrounded;
 
 pub(crate) use approximate::{Approximate, UNIT_ROUNDOFF};
 pub(crate) use exact::Exact;
 pub(crate) use sign::{Number, Sign};
 pub(crate) use space::{Point4, Vector};
+pub(crate) use unrounded::Unrounded;
 
 /// Returns what the filter says or else what exact arithmetic says.
 pub(crate) fn decide<T>(filtered: Option<T>, exact: impl FnOnce() -> Option<T>) -> T {

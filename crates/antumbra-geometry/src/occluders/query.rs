@@ -87,6 +87,18 @@ impl Occluders {
         (triangle.axis != NO_AXIS).then_some(triangle.vertices)
     }
 
+    /// Returns the corners of a triangle that blocks shadow rays at least in places, and whether it does everywhere; `None`
+    /// for others and for those without area.
+    #[inline]
+    pub(crate) fn blocking_triangle(&self, surface: SurfaceId) -> Option<([DVec3; 3], bool)> {
+        let triangle = self.triangles.get(surface.0 as usize)?;
+        let is_blocking = triangle.is_opaque && triangle.axis != NO_AXIS;
+        is_blocking.then(|| {
+            let is_whole = triangle.alpha_test == NO_ALPHA_TEST;
+            (self.positions_of(triangle), is_whole)
+        })
+    }
+
     /// Prepares the segment from a start to a light.
     #[inline]
     pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {

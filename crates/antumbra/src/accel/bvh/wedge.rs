@@ -30,6 +30,17 @@ impl Bvh {
         pending: &mut Vec<usize>,
         visitor: &mut impl Visitor,
     ) -> ControlFlow<()> {
+        dispatch!(self.level, simd => self.visit_wedge_inline(simd, region, pending, visitor))
+    }
+
+    #[inline(always)]
+    fn visit_wedge_inline<S: Simd>(
+        &self,
+        simd: S,
+        region: &mut Region,
+        pending: &mut Vec<usize>,
+        visitor: &mut impl Visitor,
+    ) -> ControlFlow<()> {
         pending.clear();
         if !self.nodes.is_empty() {
             pending.push(0);
@@ -37,7 +48,7 @@ impl Bvh {
         while let Some(index) = pending.pop() {
             visitor.narrow(region);
             let node = &self.nodes[index];
-            let mut met = dispatch!(self.level, simd => meets_region(simd, node, region));
+            let mut met = meets_region(simd, node, region);
             while met != 0 {
                 let number = met.trailing_zeros() as usize;
                 met &= met - 1;
@@ -58,7 +69,7 @@ impl Bvh {
                     }
                     ChildKind::Triangles => {
                         let group = &self.triangles[child.index()];
-                        let met = dispatch!(self.level, simd => met_triangles(simd, group, region));
+                        let met = met_triangles(simd, group, region);
                         (&group.members, met)
                     }
                     ChildKind::Spheres => (&self.spheres[child.index()].members, u32::MAX),
