@@ -111,11 +111,10 @@ impl Hull {
             let largest = normal.abs().max_element();
             // Not for NaN.
             let is_some = largest > 0.0 && largest.is_finite();
-            if is_some {
-                if let Some(side) = seen.side(normal / largest) {
-                    self.sides[self.side_count] = side;
-                    self.side_count += 1;
-                }
+            let side = is_some.then(|| seen.side(normal / largest)).flatten();
+            if let Some(side) = side {
+                self.sides[self.side_count] = side;
+                self.side_count += 1;
             }
         }
     }

@@ -65,15 +65,14 @@ impl Number for Unrounded {
 
     #[inline(always)]
     fn sign(&self) -> Option<Sign> {
-        self.is_exact.then(|| {
-            if self.value > 0.0 {
-                Sign::Positive
-            } else if self.value < 0.0 {
-                Sign::Negative
-            } else {
-                Sign::Zero
-            }
-        })
+        let sign = if self.value > 0.0 {
+            Sign::Positive
+        } else if self.value < 0.0 {
+            Sign::Negative
+        } else {
+            Sign::Zero
+        };
+        self.is_exact.then_some(sign)
     }
 }
 
