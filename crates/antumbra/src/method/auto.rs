@@ -193,21 +193,35 @@ impl<R: Rays> ByVoxel<'_, R> {
         Ok(Beside { made, rays })
     }
 
-    /// Answers one query by the map, if there is one, or by a ray.
+    /// Answers one query by the map, if there is one that is worth asking, or by a ray.
+    #[inline]
     pub(super) fn answer_one_by_map(&self, start: &Start, counters: &mut Counters) -> Answer {
-        let light = self.light_number;
         let is_refining = self.values.is_refining();
         let is_one_in = |drawn: u64, count| {
             is_refining && (self.values.is_made_when_queried() || drawn.is_multiple_of(count))
         };
         let drawn = if is_refining { draw() } else { 0 };
         let (is_sampled, is_timed) = (is_one_in(drawn, SAMPLED), is_one_in(drawn, TIMED));
+        if is_sampled || is_timed || self.values.is_map_worth_one(self.light_number, drawn) {
+            self.ask_map_one(start, [is_sampled, is_timed], counters)
+        } else {
+            Answer::new(self.rays.is_blocked(start, counters), Decided::Ray)
+        }
+    }
+
+    #[inline(never)]
+    fn ask_map_one(
+        &self,
+        start: &Start,
+        [is_sampled, is_timed]: [bool; 2],
+        counters: &mut Counters,
+    ) -> Answer {
+        let light = self.light_number;
         // What reading the clock takes comes beside.
         let begin = is_timed.then(|| (Reading::now(), Reading::now()));
         let known = self.values.known(light);
         let lists = known.as_deref().map(|known| &*known.lists);
         let map = lists.and_then(|lists| Some((lists, lists.map()?)));
-        let map = map.filter(|_| self.values.is_map_worth_it(light, is_refining));
         let find = |map| {
             self.values
                 .find_one_in_map(map, self.occluders, start, light)

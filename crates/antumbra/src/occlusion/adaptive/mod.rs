@@ -210,6 +210,13 @@ impl AdaptiveValues {
         !is_refining || self.refine != Refine::Lazy || self.lights[light].prices.is_map_worth_it()
     }
 
+    /// Returns whether to ask the map of a light, if there is one, a single query for which a number was drawn.
+    #[inline]
+    pub(crate) fn is_map_worth_one(&self, light: usize, drawn: u64) -> bool {
+        let is_lazy = self.refine == Refine::Lazy && self.is_refining();
+        !is_lazy || self.lights[light].prices.is_map_worth_one(drawn)
+    }
+
     /// Returns whether nothing waits until it pays.
     pub(crate) fn is_made_when_queried(&self) -> bool {
         self.refine == Refine::Queried

@@ -18,6 +18,9 @@ const SELDOM: u32 = 16;
 /// Of a map that knows less than this share of what it is asked more is made as it is asked.
 const LITTLE: f32 = 0.5;
 
+/// One single query in so many asks a map that is not worth asking.
+const FEW: u64 = 32;
+
 /// So many chunks may ask it in vain until it counts.
 const VAIN: u32 = 32;
 
@@ -156,6 +159,21 @@ impl Prices {
     }
 }
 
+impl Prices {
+    /// Returns whether to ask the map a single query for which a number was drawn: it takes less than the rays that it
+    /// saves, or the query is one of a few. Of what single queries ask in vain hardly any is made, so all of them would
+    /// wait for a map that knows little.
+    #[inline]
+    pub(crate) fn is_map_worth_one(&self, drawn: u64) -> bool {
+        let [ray, map, known] = [
+            self.recent(BY_RAYS),
+            self.recent(BY_MAP),
+            self.recent(KNOWN),
+        ];
+        (map > 0.0 && map <= known * ray) || drawn.is_multiple_of(FEW)
+    }
+}
+
 /// Returns whether something of a price may be made, after so much was spent on making, rays took so long, and so many
 /// queries are known to come that would take a ray each; in nanoseconds.
 fn pays(price: u64, made: u64, by_rays: u64, expected: u64, ray: f32) -> bool {
@@ -206,6 +224,28 @@ mod tests {
         assert_eq!((prices.expected(), prices.ray_ns()), (4_000, 100.0));
         prices.note(&spent);
         assert_eq!(prices.expected(), 0);
+    }
+
+    #[test]
+    fn few_single_queries_wait_for_a_map_that_saves_nothing() {
+        let prices = Prices::default();
+        let asked = |prices: &Prices| (0..1024).filter(|&n| prices.is_map_worth_one(n)).count();
+        let spent = |each: u64, known, is_by_map| Spent {
+            queries: 256,
+            ns: 256 * each,
+            made: 0,
+            is_by_map,
+            known,
+        };
+        prices.note(&spent(200, 0, false));
+        assert_eq!(asked(&prices), 1024 / FEW as usize);
+        // A fifth of the queries is known: that saves 40 ns each, for a look that takes 150.
+        (0..4 * VAIN).for_each(|_| prices.note(&spent(150, 51, true)));
+        assert_eq!(asked(&prices), 1024 / FEW as usize);
+        assert!(prices.is_map_worth_it());
+        // Nearly all of them in 30 ns.
+        (0..10_000).for_each(|_| prices.note(&spent(30, 250, true)));
+        assert_eq!(asked(&prices), 1024);
     }
 
     #[test]
