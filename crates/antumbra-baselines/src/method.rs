@@ -1,6 +1,6 @@
 //! The trait that every method stands behind.
 
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 
 /// Shadow queries to one light, in the order in which they are asked.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub struct Batch {
     /// Its shape.
     pub light_shape: LightShape,
     /// Starts of the queries.
-    pub starts: Vec<Start>,
+    pub starts: Vec<ReceiverPoint>,
     /// For each start the unit normal of its surface on the light's side, for methods that lift
     /// starts off their surface; zero for free queries.
     pub normals: Vec<DVec3>,
@@ -22,7 +22,7 @@ pub struct Batch {
 #[derive(Clone, Debug, Default)]
 pub struct TargetBatch {
     /// Starts of the queries.
-    pub starts: Vec<Start>,
+    pub starts: Vec<ReceiverPoint>,
     /// As [`Batch::normals`].
     pub normals: Vec<DVec3>,
     /// Those of a start lie together, start after start.

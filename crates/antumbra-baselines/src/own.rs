@@ -3,7 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use antumbra::{Answer, Counters, LightId, QueryError, Shadow, ShadowCounters, ShadowIndex};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 
 use crate::{Batch, LoadedBatch, Rival, ShadowMethod, Work};
 
@@ -107,7 +107,7 @@ impl IndexMethod {
     /// As [`ShadowIndex::shadow`].
     pub fn shadow(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use antumbra::{Method, ShadowIndex};
 use antumbra_baselines::embree::{Embree, Geometry};
 use antumbra_baselines::{Batch, IndexMethod, ShadowMethod};
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 use antumbra_scene::model::{Material, Object, Polygon, Scene, Shape};
 
 fn embree() -> Option<Embree> {
@@ -59,7 +59,7 @@ fn occluders(scene: &Scene) -> antumbra_geometry::Occluders {
 /// Starts in rows under both, the sun straight above; 37 is no multiple of 8.
 fn batch() -> Batch {
     let starts: Vec<_> = (0..37)
-        .map(|i| Start {
+        .map(|i| ReceiverPoint {
             point: DVec3::new(-2.03 + 0.19 * f64::from(i), 0.11, -3.0),
             surface: None,
         })

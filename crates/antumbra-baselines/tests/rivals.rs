@@ -9,7 +9,7 @@ use antumbra::{GridResolution, LightId, Method, ShadowIndex};
 use antumbra_baselines::rival::ShadowVolumes;
 use antumbra_baselines::{RivalError, RivalKind, RivalOptions, Work};
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId,
 };
 use antumbra_testkit::oracle::{OracleLight, OracleShape, OracleSurface};
 use antumbra_testkit::{fixtures, nasty};
@@ -73,7 +73,7 @@ struct Questions {
     occluders: Arc<Occluders>,
     lights: Vec<LightShape>,
     /// Starts, each with a light.
-    queries: Vec<(Start, usize)>,
+    queries: Vec<(ReceiverPoint, usize)>,
 }
 
 impl Questions {
@@ -91,7 +91,7 @@ impl Questions {
     }
 
     fn ask(&mut self, point: [f64; 3], surface: Option<usize>, light: usize) {
-        let start = Start {
+        let start = ReceiverPoint {
             point: DVec3::from_array(point),
             surface: surface.map(|surface| SurfaceId(surface as u32)),
         };

@@ -9,17 +9,17 @@
 use std::collections::HashMap;
 
 use antumbra::{LightId, ShadowIndex};
-use antumbra_geometry::{DVec3, Start, SurfaceId};
+use antumbra_geometry::{DVec3, ReceiverPoint, SurfaceId};
 
 /// Starts by what they aim at.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Aims {
     /// Inner vertices.
-    pub(super) vertices: Vec<Start>,
+    pub(super) vertices: Vec<ReceiverPoint>,
     /// One and three quarters of the way along inner edges.
-    pub(super) edge_points: Vec<Start>,
+    pub(super) edge_points: Vec<ReceiverPoint>,
     /// Middles of inner edges, the diagonals of a height field's cells among them.
-    pub(super) midpoints: Vec<Start>,
+    pub(super) midpoints: Vec<ReceiverPoint>,
 }
 
 /// What is known about a vertex or an edge.
@@ -62,7 +62,7 @@ pub(super) fn aims(index: &ShadowIndex, light: DVec3, reach: f64) -> Aims {
         let Some(corners) = occluders.triangle_positions(surface) else {
             continue;
         };
-        let start = Start {
+        let start = ReceiverPoint {
             point: corners[0],
             surface: Some(surface),
         };
@@ -95,7 +95,7 @@ pub(super) fn aims(index: &ShadowIndex, light: DVec3, reach: f64) -> Aims {
             }
         }
     }
-    let behind = |point: DVec3| Start {
+    let behind = |point: DVec3| ReceiverPoint {
         point: point + reach * (point - light),
         surface: None,
     };

@@ -3,7 +3,7 @@
 use antumbra::{Answer, Counters, Method, QueryError, ShadowIndex};
 use antumbra_baselines::{Rival, RivalError, RivalKind, RivalOptions, Work};
 use antumbra_cli::methods::Shadows;
-use antumbra_geometry::{DVec3, Start};
+use antumbra_geometry::{DVec3, ReceiverPoint};
 use antumbra_render::prepare::StandIn;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
@@ -98,7 +98,7 @@ impl StandIn for RivalStandIn {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         counters: &mut Counters,
         candidates: &mut u64,

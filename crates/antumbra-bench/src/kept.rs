@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Command;
 
 use antumbra::{Counters, IndexOptions, LightId, Refine, ShadowCounters, ShadowIndex};
-use antumbra_geometry::{DVec3, Start, SurfaceId};
+use antumbra_geometry::{DVec3, ReceiverPoint, SurfaceId};
 use antumbra_scene::gather::{Gathered, light_shapes};
 use serde::{Deserialize, Serialize};
 
@@ -308,7 +308,7 @@ fn options(typed: &Kept) -> IndexOptions {
 }
 
 /// Asks slice by slice, as a caller with many points does.
-fn ask(index: &ShadowIndex, starts: &[Start], found: &mut [bool], counters: &mut Counters) {
+fn ask(index: &ShadowIndex, starts: &[ReceiverPoint], found: &mut [bool], counters: &mut Counters) {
     for (starts, found) in starts.chunks(SLICE).zip(found.chunks_mut(SLICE)) {
         index
             .shadows(starts, LightId(0), found, counters)
@@ -332,7 +332,7 @@ fn write_queries(path: &Path, recorded: &Recorded) -> Result<(), Failure> {
     outputs::write(path, &bytes)
 }
 
-fn read_queries(path: &Path) -> Result<(Vec<Start>, Vec<bool>), Failure> {
+fn read_queries(path: &Path) -> Result<(Vec<ReceiverPoint>, Vec<bool>), Failure> {
     let unreadable = |what: &str| Failure::input(format!("{}: {what}", path.display()), "");
     let bytes = fs::read(path).map_err(|error| unreadable(&error.to_string()))?;
     let number = |bytes: &[u8]| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes);
@@ -341,7 +341,7 @@ fn read_queries(path: &Path) -> Result<(Vec<Start>, Vec<bool>), Failure> {
         let surface = bytes[24..28]
             .try_into()
             .map_or(u32::MAX, u32::from_le_bytes);
-        let start = Start {
+        let start = ReceiverPoint {
             point: DVec3::new(x, y, z),
             surface: (surface != u32::MAX).then_some(SurfaceId(surface)),
         };

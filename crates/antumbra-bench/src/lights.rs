@@ -12,7 +12,7 @@ use std::time::Instant;
 use antumbra::{Batch, Counters, IndexOptions, Method, ReceiverSide, ShadowIndex};
 use antumbra_baselines::embree::{Embree, EmbreeWay, Geometry};
 use antumbra_baselines::{LoadedBatch, TargetBatch};
-use antumbra_geometry::{DVec3, Start, SurfaceId};
+use antumbra_geometry::{DVec3, ReceiverPoint, SurfaceId};
 use antumbra_render::camera::View;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::generate::rooms;
@@ -98,7 +98,7 @@ fn work(typed: &Lights, screen: &Screen) -> Result<Outcome, Failure> {
 
 /// Points and the lights in front of them.
 struct Questions {
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     /// For each point the lights that reach it, in words.
     visible: Vec<u64>,
     stride: usize,
@@ -110,7 +110,7 @@ struct Questions {
 
 impl Questions {
     /// Asks an index about all lights in front of some points.
-    fn new(index: &ShadowIndex, starts: Vec<Start>, normals: &[DVec3]) -> Self {
+    fn new(index: &ShadowIndex, starts: Vec<ReceiverPoint>, normals: &[DVec3]) -> Self {
         let lights = index.lights();
         let stride = lights.len().div_ceil(64);
         let mut visible = vec![0; stride * starts.len()];
@@ -171,7 +171,7 @@ impl Questions {
     }
 }
 
-fn ask(index: &ShadowIndex, starts: &[Start], visible: &mut [u64]) -> Counters {
+fn ask(index: &ShadowIndex, starts: &[ReceiverPoint], visible: &mut [u64]) -> Counters {
     let mut counters = Counters::default();
     index
         .lights_visible_of(starts, ReceiverSide::Front, visible, &mut counters)
@@ -283,7 +283,7 @@ fn scene(
 }
 
 /// Makes the rows of some points; returns how many, and the milliseconds that took.
-fn make_rows(index: &ShadowIndex, starts: &[Start]) -> Result<(usize, f64), Failure> {
+fn make_rows(index: &ShadowIndex, starts: &[ReceiverPoint]) -> Result<(usize, f64), Failure> {
     let points: Vec<[f64; 3]> = starts.iter().map(|start| start.point.to_array()).collect();
     let surfaces: Vec<SurfaceId> = starts.iter().filter_map(|start| start.surface).collect();
     let begin = Instant::now();

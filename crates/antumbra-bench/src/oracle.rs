@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use antumbra::{Counters, IndexOptions, LightId, Method, Refine, Refinement, Shadow, ShadowIndex};
 use antumbra_baselines::IndexMethod;
-use antumbra_geometry::{Bounds, DVec3, Ray, Start};
+use antumbra_geometry::{Bounds, DVec3, Ray, ReceiverPoint};
 use antumbra_render::prepare::Prepared;
 use antumbra_render::sampler::uniform;
 use antumbra_scene::gather::light_shapes;
@@ -156,7 +156,7 @@ fn is_of_one_answer(
         let Some(hit) = index.nearest(&ray, &mut counters) else {
             continue;
         };
-        let start = Start {
+        let start = ReceiverPoint {
             point: hit.point,
             surface: Some(hit.surface),
         };

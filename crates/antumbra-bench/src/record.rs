@@ -6,7 +6,7 @@
 
 use antumbra::{LightId, Shadow};
 use antumbra_baselines::Batch;
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 use antumbra_render::camera::View;
 use antumbra_render::integrator::{Integrator, LightQuery, Tally};
 use antumbra_render::prepare::Prepared;
@@ -65,7 +65,7 @@ pub(super) fn frame(prepared: &Prepared, view: &View, light: usize, aim: Aim) ->
                 else {
                     return None;
                 };
-                let start = Start {
+                let start = ReceiverPoint {
                     point: point.hit.point,
                     surface: Some(point.hit.surface),
                 };
@@ -97,7 +97,7 @@ pub(super) fn seen(
     view: &View,
     eye: DVec3,
     aim: Aim,
-) -> (Vec<Start>, Vec<DVec3>) {
+) -> (Vec<ReceiverPoint>, Vec<DVec3>) {
     let integrator = Integrator::new(prepared, 1);
     let [width, height] = view.size();
     let rows: Vec<Vec<_>> = (0..height)
@@ -108,7 +108,7 @@ pub(super) fn seen(
                 let [across, down] = aim.at(column, row);
                 let ray = view.ray(f64::from(column) + across, f64::from(row) + down);
                 let point = integrator.first_seen(&ray, &mut tally)?;
-                let start = Start {
+                let start = ReceiverPoint {
                     point: point.hit.point,
                     surface: Some(point.hit.surface),
                 };
@@ -164,7 +164,7 @@ pub(super) fn free(prepared: &Prepared, recorded: &Recorded, seed: u64) -> Recor
         .map(|(number, (start, &normal))| {
             let [near, far] = FREE_DISTANCES;
             let distance = near + (far - near) * uniform(&[seed, number as u64]);
-            Start {
+            ReceiverPoint {
                 point: start.point + distance * normal,
                 surface: None,
             }

@@ -7,7 +7,7 @@
 
 use antumbra_baselines::embree::{Embree, EmbreeWay, Geometry};
 use antumbra_baselines::{Batch, ShadowMethod};
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 use antumbra_scene::gather::Gathered;
 use antumbra_scene::generate;
 use antumbra_scene::model::{Color, Light, LightKind, Material, Object, Polygon, Scene, Shape};
@@ -161,7 +161,7 @@ fn leaks(
     Ok(all)
 }
 
-fn batch(starts: Vec<Start>, light: DVec3) -> Batch {
+fn batch(starts: Vec<ReceiverPoint>, light: DVec3) -> Batch {
     Batch {
         light: 0,
         light_shape: LightShape::Point(light),

@@ -38,10 +38,10 @@ pub use lit::{Horizon, LightView, MOST_BLOCKERS, MOST_SPANS, Meeting, Shares};
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{
     Element, ElementId, ElementKind, Gap, Occluders, OccludersBuilder, OccludersError, Opacity,
-    Precision, StartTriangle, SurfaceId, UnidentifiedCoverage,
+    Precision, ReceiverTriangle, SurfaceId, UnidentifiedCoverage,
 };
 pub use patch::Patch;
-pub use ray::{Hit, Ray, Start};
+pub use ray::{Hit, Ray, ReceiverPoint};
 pub use segment::Segment;
 pub use shape::{Cone, Disk, Sphere};
 pub use short::Short;

@@ -30,7 +30,7 @@ pub struct Hit {
 
 /// A receiver point: where a shadow ray starts (EXACTNESS.md, "The start").
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
+pub struct ReceiverPoint {
     /// The point, world space.
     pub point: DVec3,
     /// The surface it lies on up to rounding; `None` for a free query.

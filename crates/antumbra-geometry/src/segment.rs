@@ -1,6 +1,6 @@
 //! A shadow query's segment, from its start to its light, in both arithmetics.
 //!
-//! In: a [`Start`] and a light. Out: [`Segment`], which every predicate takes. Invariant: the exact
+//! In: a [`ReceiverPoint`] and a light. Out: [`Segment`], which every predicate takes. Invariant: the exact
 //! start is the one EXACTNESS.md defines ("The start"); the approximate one lies within its error.
 
 use std::cell::OnceCell;
@@ -8,14 +8,14 @@ use std::cell::OnceCell;
 use glam::DVec3;
 
 use crate::number::{Approximate, Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Vector};
-use crate::{LightShape, Start, flat};
+use crate::{LightShape, ReceiverPoint, flat};
 
 /// The open segment of a shadow query, or a ray towards a direction.
 #[derive(Clone, Debug)]
 pub struct Segment {
-    pub(crate) start: Start,
+    pub(crate) start: ReceiverPoint,
     pub(crate) light: (DVec3, f64),
-    surface: Option<StartSurface>,
+    surface: Option<ReceiverSurface>,
     /// The start in `f64`.
     pub(crate) origin: DVec3,
     /// Largest error of a coordinate of `origin`.
@@ -30,7 +30,7 @@ const USUAL_ORIGIN_ERROR: f64 = 1.0 / (1u64 << 45) as f64;
 
 /// The flat surface that a start is moved onto, along the axis of the largest normal component.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum StartSurface {
+pub(crate) enum ReceiverSurface {
     /// The nearest point of the closed triangle.
     Triangle { corners: [DVec3; 3], axis: u8 },
     /// The point of the plane; a disk's rim does not hold the start.
@@ -144,7 +144,11 @@ fn axis_of<N: Number>(normal: &Vector<N>) -> Option<Option<u8>> {
 impl Segment {
     /// Prepares a segment; `surface` is that of a flat start surface.
     #[inline]
-    pub(crate) fn new(start: Start, light: &LightShape, surface: Option<StartSurface>) -> Self {
+    pub(crate) fn new(
+        start: ReceiverPoint,
+        light: &LightShape,
+        surface: Option<ReceiverSurface>,
+    ) -> Self {
         let (origin, origin_error) = match &surface {
             None => (start.point, 0.0),
             Some(surface) => surface.approximate_start(start.point),
@@ -157,7 +161,7 @@ impl Segment {
             origin_error,
             exact: OnceCell::new(),
         };
-        let size = segment.surface.as_ref().map_or(0.0, StartSurface::size);
+        let size = segment.surface.as_ref().map_or(0.0, ReceiverSurface::size);
         let size = size + start.point.abs().max_element();
         if origin_error > USUAL_ORIGIN_ERROR * size {
             segment.round_exact_start();
@@ -220,7 +224,7 @@ impl Segment {
     }
 
     /// Returns what the query starts from.
-    pub fn start(&self) -> &Start {
+    pub fn start(&self) -> &ReceiverPoint {
         &self.start
     }
 
@@ -239,7 +243,7 @@ impl Segment {
     /// Returns three times the middle of the start's own triangle, as a point of weight 3: what
     /// decides where the start itself lies on a border.
     pub(crate) fn inner<N: Number>(&self) -> Option<Point4<N>> {
-        let StartSurface::Triangle { corners, .. } = self.surface? else {
+        let ReceiverSurface::Triangle { corners, .. } = self.surface? else {
             return None;
         };
         let [a, b, c] = corners.map(Vector::from_f64);
@@ -270,7 +274,7 @@ pub(crate) struct Ends<N> {
     pub(crate) light: Point4<N>,
 }
 
-impl StartSurface {
+impl ReceiverSurface {
     fn plane(&self) -> Plane {
         match *self {
             Self::Triangle { corners, .. } => Plane::Points(corners),

@@ -6,8 +6,8 @@
 //! so each relation's number of cases is asserted as well. A failure names the seed.
 
 use antumbra_geometry::{
-    Bounds, Cone, DVec3, Disk, ElementId, LightShape, Occluders, Opacity, Relation, Shaft, Sphere,
-    Start,
+    Bounds, Cone, DVec3, Disk, ElementId, LightShape, Occluders, Opacity, ReceiverPoint, Relation,
+    Shaft, Sphere,
 };
 
 /// SplitMix64: enough for tests, the same everywhere.
@@ -354,7 +354,7 @@ fn check(kind: Kind, seeds: std::ops::Range<u64>) {
 }
 
 fn is_blocked(occluders: &Occluders, point: DVec3, light: &LightShape) -> bool {
-    let start = Start {
+    let start = ReceiverPoint {
         point,
         surface: None,
     };

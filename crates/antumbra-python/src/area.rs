@@ -188,7 +188,7 @@ pub(crate) fn lit_intervals(
             "only linear lights have lit intervals",
         ));
     };
-    let start = antumbra::Start {
+    let start = antumbra::ReceiverPoint {
         point: point.into(),
         surface: face_id.map(antumbra::SurfaceId),
     };

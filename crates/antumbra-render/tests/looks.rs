@@ -158,7 +158,7 @@ fn an_obj_with_a_cut_out_casts_its_hole() {
     for method in METHODS {
         let prepared = prepared(scene.clone(), method);
         let is_shadowed = |x: f64| {
-            let start = antumbra_geometry::Start {
+            let start = antumbra_geometry::ReceiverPoint {
                 point: DVec3::new(x, 0.1, 0.0),
                 surface: None,
             };

@@ -33,7 +33,7 @@ pub use share::OracleShare;
 use crate::exact::{Exact, Vec3};
 use planar::{Disk, Triangle};
 use quadric::{Sphere, Tube};
-use surface::{Light, Segment, Start};
+use surface::{Light, ReceiverPoint, Segment};
 pub use surface::{OracleLight, OracleShape, OracleSurface};
 
 /// What a surface is to the rules.
@@ -211,7 +211,7 @@ impl Oracle {
         let start = match surface.map(|s| &self.prepared[s]) {
             Some(Prepared::Triangle(triangle)) => triangle.start(point),
             Some(Prepared::Disk(disk)) => disk.plane.start(point),
-            _ => Start {
+            _ => ReceiverPoint {
                 scaled: point,
                 scale: Exact::ONE,
             },

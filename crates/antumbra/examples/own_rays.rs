@@ -3,15 +3,15 @@
 use std::{error::Error, sync::Arc};
 
 use antumbra::{
-    AnyHit, Batch, DVec3, LightId, LightShape, Method, Occluders, Opacity, Refinement, ShadowIndex,
-    Start,
+    AnyHit, Batch, DVec3, LightId, LightShape, Method, Occluders, Opacity, ReceiverPoint,
+    Refinement, ShadowIndex,
 };
 
 /// What the renderer has: triangles, and a ray that tests them all (Möller and Trumbore 1997).
 struct Renderer(Vec<[DVec3; 3]>);
 
 impl AnyHit for Renderer {
-    fn is_blocked(&self, start: &Start, light: &LightShape) -> bool {
+    fn is_blocked(&self, start: &ReceiverPoint, light: &LightShape) -> bool {
         let direction = light.towards(start.point);
         let (_, weight) = light.homogeneous();
         let end = if weight == 0.0 { f64::MAX } else { 1.0 };

@@ -67,12 +67,12 @@
 //! ```
 //! # use std::sync::Arc;
 //! # use antumbra::{Occluders, Opacity};
-//! use antumbra::{AnyHit, Batch, LightId, LightShape, Method, ShadowIndex, Start};
+//! use antumbra::{AnyHit, Batch, LightId, LightShape, Method, ShadowIndex, ReceiverPoint};
 //!
 //! struct Renderer { /* its own tree */ }
 //!
 //! impl AnyHit for Renderer {
-//!     fn is_blocked(&self, start: &Start, light: &LightShape) -> bool {
+//!     fn is_blocked(&self, start: &ReceiverPoint, light: &LightShape) -> bool {
 //!         let direction = light.towards(start.point);
 //!         // Trace `direction` from `start.point`, as ever.
 //! #       let _ = direction;
@@ -170,7 +170,7 @@ pub use antumbra_geometry::{
 pub use antumbra_geometry::{
     Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind, Hit,
     LightId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity, Precision, Ray,
-    Sphere, Start, SurfaceId, UnidentifiedCoverage,
+    ReceiverPoint, Sphere, SurfaceId, UnidentifiedCoverage,
 };
 pub use antumbra_task::{Stopped, Task};
 pub use file::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};

@@ -8,7 +8,7 @@ use antumbra::{
     Batch, Counters, LightId, Method, QueryError, ReceiverSide, Refine, Refinement, Shadow,
     ShadowIndex,
 };
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, ReceiverPoint, SurfaceId};
 use antumbra_testkit::fixtures;
 use antumbra_testkit::nasty;
 use antumbra_testkit::oracle::Oracle;
@@ -39,14 +39,14 @@ fn index_of(
 }
 
 /// Returns whether the reference says that a light reaches a start.
-fn is_lit(index: &ShadowIndex, start: &Start, light: usize) -> bool {
+fn is_lit(index: &ShadowIndex, start: &ReceiverPoint, light: usize) -> bool {
     index
         .shadow_by_reference(start, LightId::from_index(light))
         .expect("a fine query")
         == Shadow::Lit
 }
 
-fn is_asked(index: &ShadowIndex, start: &Start, side: ReceiverSide, light: usize) -> bool {
+fn is_asked(index: &ShadowIndex, start: &ReceiverPoint, side: ReceiverSide, light: usize) -> bool {
     let shape = &index.lights()[light];
     let sign = index.occluders().light_side(start, shape);
     match side {
@@ -61,7 +61,7 @@ fn is_asked(index: &ShadowIndex, start: &Start, side: ReceiverSide, light: usize
 fn check(
     label: &str,
     index: &ShadowIndex,
-    starts: &[Start],
+    starts: &[ReceiverPoint],
     side: ReceiverSide,
 ) -> (u64, Counters) {
     let stride = index.lights().len().div_ceil(64);
@@ -92,7 +92,7 @@ fn check(
 }
 
 /// Asks the same of one start after the other, some lights left out, and compares bits, sides and counts.
-fn check_in_turn(index: &ShadowIndex, starts: &[Start], side: ReceiverSide, words: &[u64]) {
+fn check_in_turn(index: &ShadowIndex, starts: &[ReceiverPoint], side: ReceiverSide, words: &[u64]) {
     let count = index.lights().len();
     let stride = count.div_ceil(64);
     let mut lights = index.lights_in_turn();
@@ -131,7 +131,11 @@ fn check_in_turn(index: &ShadowIndex, starts: &[Start], side: ReceiverSide, word
 }
 
 /// Starts that share cells and triangles with some others: on the same triangles, on planes between cells, beside them.
-fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<Start> {
+fn attackers(
+    index: &ShadowIndex,
+    starts: &[ReceiverPoint],
+    random: &mut Random,
+) -> Vec<ReceiverPoint> {
     let occluders = index.occluders();
     let mut found = starts.to_vec();
     let planes = index.row_planes();
@@ -152,7 +156,7 @@ fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<
             }
             if point.is_finite() && point.abs().max_element() < 1e30 {
                 let surface = random.pick(&[start.surface, start.surface, None]);
-                found.push(Start { point, surface });
+                found.push(ReceiverPoint { point, surface });
             }
         }
     }
@@ -184,7 +188,7 @@ fn lights_of_nasty_scenes_are_the_references() {
             .iter()
             .map(|&l| common::nasty::light(l))
             .collect();
-        let starts: Vec<Start> = scene.queries[..12]
+        let starts: Vec<ReceiverPoint> = scene.queries[..12]
             .iter()
             .map(|query| common::nasty::start(query.point, query.surface))
             .collect();
@@ -300,7 +304,7 @@ fn flat(random: &mut Random, light_count: usize) -> (Arc<Occluders>, Vec<LightSh
 }
 
 /// Starts on surfaces and in the air.
-fn starts_in(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<Start> {
+fn starts_in(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<ReceiverPoint> {
     let start = |_| {
         let surface = match random.below(3) {
             0 => SurfaceId(random.below(2) as u32),
@@ -323,7 +327,7 @@ fn starts_in(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<St
                 Some(surface),
             ),
         };
-        Start { point, surface }
+        ReceiverPoint { point, surface }
     };
     (0..count).map(start).collect()
 }
@@ -350,7 +354,7 @@ fn rows_know_most_lights_of_rooms_and_are_right() {
         let (occluders, lights) = flat(random, light_count);
         let index = index_of(&occluders, &lights, Method::Auto, (128, Refine::Lazy));
         let starts = starts_in(&occluders, 3000, random);
-        let surfaces: Vec<&Start> = starts.iter().filter(|s| s.surface.is_some()).collect();
+        let surfaces: Vec<&ReceiverPoint> = starts.iter().filter(|s| s.surface.is_some()).collect();
         let points: Vec<[f64; 3]> = surfaces.iter().map(|s| s.point.to_array()).collect();
         let named: Vec<SurfaceId> = surfaces.iter().filter_map(|s| s.surface).collect();
         let mut batch = Batch::on_surfaces(&points, &named);
@@ -372,9 +376,9 @@ fn bits_do_not_depend_on_how_many_starts_or_threads_there_are() {
     let random = &mut Random(7);
     let (occluders, lights) = flat(random, 100);
     let starts = starts_in(&occluders, 700, random);
-    let free: Vec<Start> = starts
+    let free: Vec<ReceiverPoint> = starts
         .iter()
-        .map(|start| Start {
+        .map(|start| ReceiverPoint {
             surface: None,
             ..*start
         })
@@ -484,11 +488,11 @@ fn what_has_no_answer_is_refused_and_nothing_is_written() {
     let index = index_of(&occluders, &lights, Method::Auto, (64, Refine::Queried));
     let far = index.lights_visible([0.0, 0.0, 1e6], SurfaceId(0));
     assert!(matches!(far, Err(QueryError::OffSurface { .. })), "{far:?}");
-    let fine = Start {
+    let fine = ReceiverPoint {
         point: DVec3::ZERO,
         surface: None,
     };
-    let lost = Start {
+    let lost = ReceiverPoint {
         surface: Some(SurfaceId(1_000_000)),
         ..fine
     };

@@ -11,8 +11,8 @@ use antumbra::{
     Refinement, Shadow, ShadowIndex, VisibleFraction,
 };
 use antumbra_geometry::{
-    AreaShape, DVec3, DiskLight, LightShape, MeshLight, Occluders, PolygonLight, RectangleLight,
-    SegmentLight, SphereLight, Start, SunDisc, SurfaceId, TriangleLight,
+    AreaShape, DVec3, DiskLight, LightShape, MeshLight, Occluders, PolygonLight, ReceiverPoint,
+    RectangleLight, SegmentLight, SphereLight, SunDisc, SurfaceId, TriangleLight,
 };
 use common::{Random, add_face};
 
@@ -34,18 +34,18 @@ fn room() -> Arc<Occluders> {
 }
 
 /// Corners and edges of surfaces, points on them, points of space.
-fn starts(occluders: &Occluders) -> Vec<Start> {
+fn starts(occluders: &Occluders) -> Vec<ReceiverPoint> {
     let mut random = Random(3);
     let mut starts = Vec::new();
     for surface in occluders.surfaces() {
         let corners = occluders.triangle_positions(surface).expect("triangles");
         let [a, b, c] = corners;
         let points = [a, 0.5 * (a + b), (a + b + c) / 3.0, b + 0.25 * (c - b)];
-        starts.extend(points.map(|point| Start {
+        starts.extend(points.map(|point| ReceiverPoint {
             point,
             surface: Some(surface),
         }));
-        starts.push(Start {
+        starts.push(ReceiverPoint {
             point: 3.0 * random.in_cube(),
             surface: None,
         });
@@ -300,7 +300,7 @@ fn a_hundred_thousand_lights_are_asked_at_once_and_one_by_one() {
 fn very_many_lights_with_size_are_asked_and_only_some_are_known() {
     let occluders = room();
     let index = index_that_learns_at_once(&occluders);
-    let start = Start {
+    let start = ReceiverPoint {
         point: v(0.5, -1.5, 0.0),
         surface: Some(SurfaceId(0)),
     };

@@ -7,7 +7,8 @@ use antumbra::{
     Counters, GridResolution, Method, Nearness, RayBatch, Refine, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Precision, Ray, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Precision, Ray, ReceiverPoint, Sphere,
+    SurfaceId,
 };
 
 /// Near enough at any distance.
@@ -129,12 +130,12 @@ fn work(index: &ShadowIndex, triangles: &[Triangle], count: usize) -> u64 {
         let [a, b, c] = triangles[surface];
         let (u, w) = (0.5 * random.unit(), 0.5 * random.unit());
         let start = if number % 2 == 0 {
-            Start {
+            ReceiverPoint {
                 point: a + (b - a) * u + (c - a) * w,
                 surface: Some(SurfaceId(surface as u32)),
             }
         } else {
-            Start {
+            ReceiverPoint {
                 point: 1.5 * random.of_cube(),
                 surface: None,
             }
@@ -198,12 +199,9 @@ fn clusters_far_apart_cost_no_more_than_one() {
     triangles.extend(ball(there, 15));
     triangles.extend(ball(DVec3::ZERO, 3).into_iter().take(7));
     let lights = [LightShape::Direction(v(0.3, 0.2, 1.0))];
-    let starts: Vec<Start> = (0..site.len() as u32)
-        .map(|surface| Start {
-            point: {
-                let [a, b, c] = site[surface as usize];
-                (a + b + c) / 3.0
-            },
+    let starts: Vec<ReceiverPoint> = (0..site.len() as u32)
+        .map(|surface| ReceiverPoint {
+            point: site[surface as usize].iter().sum::<DVec3>() / 3.0,
             surface: Some(SurfaceId(surface)),
         })
         .collect();
@@ -295,12 +293,12 @@ fn start_in(
     center: DVec3,
     scale: f64,
     random: &mut Random,
-) -> Start {
+) -> ReceiverPoint {
     let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
     match occluders.triangle_positions(surface) {
         Some([a, b, c]) if random.below(3) > 0 => {
             let (u, w) = (random.pick(&[0.0, 0.2, 0.5]), random.pick(&[0.0, 0.1, 0.4]));
-            Start {
+            ReceiverPoint {
                 point: a + (b - a) * u + (c - a) * w,
                 surface: Some(surface),
             }
@@ -308,12 +306,12 @@ fn start_in(
         None if occluders.sphere(surface).is_some() => {
             let sphere = occluders.sphere(surface).expect("a sphere");
             let direction = random.of_cube().normalize_or(DVec3::X);
-            Start {
+            ReceiverPoint {
                 point: sphere.center + sphere.radius * direction,
                 surface: Some(surface),
             }
         }
-        _ => Start {
+        _ => ReceiverPoint {
             point: match random.below(3) {
                 0 => random.pick(places),
                 _ => center + scale * random.pick(&[1.0, 3.0]) * random.of_cube(),
@@ -342,7 +340,7 @@ fn scenes_with_far_surfaces_are_answered_as_by_the_reference() {
             .build()
             .expect("an index");
         let indices = indices(&occluders, &lights);
-        let starts: Vec<Start> = (0..150)
+        let starts: Vec<ReceiverPoint> = (0..150)
             .map(|_| start_in(&occluders, &places, center, scale, random))
             .collect();
         for light in naive.light_ids() {

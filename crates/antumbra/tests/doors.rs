@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use antumbra::{
     AnyHit, Batch, Counters, DVec3, LightId, LightShape, Method, Occluders, Opacity, QueryError,
-    Refine, Refinement, ShadowIndex, Start, SurfaceId,
+    ReceiverPoint, Refine, Refinement, ShadowIndex, SurfaceId,
 };
 use antumbra_geometry::Precision;
 
@@ -38,13 +38,13 @@ fn scene() -> Arc<Occluders> {
     Arc::new(builder.build())
 }
 
-fn starts(occluders: &Occluders, count: usize) -> Vec<Start> {
+fn starts(occluders: &Occluders, count: usize) -> Vec<ReceiverPoint> {
     let random = &mut Random(5);
     let mut all = Vec::new();
     for number in 0..count {
         let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
         let bounds = occluders.surface_bounds(surface);
-        all.push(Start {
+        all.push(ReceiverPoint {
             point: bounds.min + random.in_unit_cube() * bounds.size(),
             surface: (number % 4 > 0).then_some(surface),
         });
@@ -156,7 +156,7 @@ struct Theirs<'a> {
 }
 
 impl Theirs<'_> {
-    fn trace(&self, start: &Start, light: &LightShape) -> bool {
+    fn trace(&self, start: &ReceiverPoint, light: &LightShape) -> bool {
         let segment = self.occluders.segment(start, light);
         let mut surfaces = self.occluders.surfaces();
         surfaces.any(|surface| self.occluders.blocks(surface, &segment))
@@ -164,12 +164,12 @@ impl Theirs<'_> {
 }
 
 impl AnyHit for Theirs<'_> {
-    fn is_blocked(&self, start: &Start, light: &LightShape) -> bool {
+    fn is_blocked(&self, start: &ReceiverPoint, light: &LightShape) -> bool {
         self.single.fetch_add(1, Ordering::Relaxed);
         self.trace(start, light)
     }
 
-    fn are_occluded(&self, starts: &[Start], light: &LightShape, is_occluded: &mut [bool]) {
+    fn are_occluded(&self, starts: &[ReceiverPoint], light: &LightShape, is_occluded: &mut [bool]) {
         assert_eq!(starts.len(), is_occluded.len());
         if !self.is_batched {
             for (start, is_occluded) in starts.iter().zip(is_occluded) {

@@ -10,7 +10,7 @@ use antumbra::{
 };
 use antumbra_geometry::{
     AreaShape, DVec3, DiskLight, LightShape, MeshLight, Occluders, Opacity, PolygonLight,
-    RectangleLight, Start, SunDisc, SurfaceId, TriangleLight,
+    ReceiverPoint, RectangleLight, SunDisc, SurfaceId, TriangleLight,
 };
 use common::{METHODS, Random};
 
@@ -103,10 +103,10 @@ impl Drawn {
         }
     }
 
-    fn start(&mut self, occluders: &Occluders) -> Start {
+    fn start(&mut self, occluders: &Occluders) -> ReceiverPoint {
         let point = self.point(4.0);
         if self.random.below(4) == 0 {
-            return Start {
+            return ReceiverPoint {
                 point,
                 surface: None,
             };
@@ -133,7 +133,7 @@ fn index(occluders: &Arc<Occluders>, method: Method) -> ShadowIndex {
 
 fn exact(
     index: &ShadowIndex,
-    start: &Start,
+    start: &ReceiverPoint,
     side: ReceiverSide,
     light: &AreaShape,
 ) -> Option<VisibleFraction> {
@@ -372,7 +372,7 @@ fn a_batch_has_the_fractions_of_its_points_for_any_number_of_threads() {
     let found = fractions(1);
     assert_eq!(found, fractions(3));
     for (row, found) in found.iter().enumerate() {
-        let start = Start {
+        let start = ReceiverPoint {
             point: points[row].into(),
             surface: None,
         };
@@ -400,7 +400,7 @@ fn more_blockers_than_stated_are_left_to_samples_for_every_method() {
     let few = Arc::new(builder.build());
     let edges = [v(0.0, 3.0, 0.0), v(3.0, 0.0, 0.0)];
     let lamp = AreaShape::Rectangle(RectangleLight::new(v(0.0, 0.0, 2.0), edges, true).unwrap());
-    let start = Start {
+    let start = ReceiverPoint {
         point: DVec3::ZERO,
         surface: None,
     };

@@ -9,7 +9,7 @@ use antumbra::{
     Batch, BatchKind, Counters, GridResolution, LightId, Method, RayBatch, Refine, Refinement,
     Shadow, ShadowIndex, Towards,
 };
-use antumbra_geometry::{LightShape, Start, SurfaceId};
+use antumbra_geometry::{LightShape, ReceiverPoint, SurfaceId};
 use antumbra_testkit::fixtures::{self, Fixture};
 use antumbra_testkit::nasty;
 use antumbra_testkit::oracle::{Oracle, OracleLight, OracleSurface};
@@ -88,7 +88,7 @@ fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<(String, S
     indices
 }
 
-fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
+fn is_shadowed(index: &ShadowIndex, start: &ReceiverPoint, light: usize) -> bool {
     let answer = index.shadow(start, LightId::from_index(light), &mut Counters::default());
     answer.expect("a fine query").shadow == Shadow::Shadowed
 }
@@ -97,7 +97,7 @@ fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
 const TOGETHER: usize = 64;
 
 /// Returns the answers to a start that is asked so often at once.
-fn are_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> [bool; TOGETHER] {
+fn are_shadowed(index: &ShadowIndex, start: &ReceiverPoint, light: usize) -> [bool; TOGETHER] {
     let mut found = [false; TOGETHER];
     index
         .shadows(

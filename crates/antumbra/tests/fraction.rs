@@ -9,8 +9,8 @@ use antumbra::{
     QueryError, ReceiverSide, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
-    AreaSample, AreaShape, DVec3, DiskLight, MeshLight, Occluders, Opacity, RectangleLight,
-    SegmentLight, Sky, Sphere, SphereLight, Start, SunDisc, SurfaceId, TriangleLight,
+    AreaSample, AreaShape, DVec3, DiskLight, MeshLight, Occluders, Opacity, ReceiverPoint,
+    RectangleLight, SegmentLight, Sky, Sphere, SphereLight, SunDisc, SurfaceId, TriangleLight,
 };
 use common::{Random, add_cone_and_disk, add_face, add_pane};
 
@@ -98,7 +98,7 @@ fn index(method: Method) -> ShadowIndex {
 }
 
 /// Points on surfaces, on edges, in space and in lights.
-fn starts(count: usize) -> Vec<Start> {
+fn starts(count: usize) -> Vec<ReceiverPoint> {
     let occluders = occluders();
     let mut random = Random(5);
     let surfaces: Vec<SurfaceId> = occluders.surfaces().collect();
@@ -106,7 +106,7 @@ fn starts(count: usize) -> Vec<Start> {
         .map(|number| {
             let point = 4.0 * random.in_cube();
             match number % 4 {
-                0 => Start {
+                0 => ReceiverPoint {
                     point,
                     surface: None,
                 },
@@ -226,7 +226,7 @@ fn a_batch_has_the_fractions_of_its_points_for_any_number_of_threads() {
         assert_eq!(found, fractions(3));
         let mut samples = LightSamples::default();
         for (row, &fraction) in found.iter().enumerate() {
-            let start = Start {
+            let start = ReceiverPoint {
                 point: points[row].into(),
                 surface: Some(SurfaceId(faces[row])),
             };
@@ -254,7 +254,7 @@ fn samples_behind_the_receivers_plane_are_dark_and_not_asked() {
     // A lamp that stands upright, half of it below the floor, far from everything.
     let edges = [v(0.0, 0.0, 2.0), v(0.0, 2.0, 0.0)];
     let lamp = AreaShape::Rectangle(RectangleLight::new(v(-3.9, -3.0, 0.0), edges, true).unwrap());
-    let start = Start {
+    let start = ReceiverPoint {
         point: v(3.0, -3.0, 0.0),
         surface: Some(SurfaceId(0)),
     };
@@ -305,7 +305,7 @@ fn a_mesh_never_blocks_its_own_light_but_blocks_what_is_behind_it() {
             continue;
         };
         let light = AreaShape::Mesh(Arc::new(light));
-        let start = Start {
+        let start = ReceiverPoint {
             point: offset + 3.0 * random.in_cube(),
             surface: None,
         };
@@ -353,7 +353,7 @@ fn what_has_no_answer_is_refused() {
     let light = &lights()[0];
     let mut samples = LightSamples::default();
     let mut ask = |point, surface| {
-        let start = Start { point, surface };
+        let start = ReceiverPoint { point, surface };
         let sampling = LightSampling::new(4);
         let (side, mut counters) = (ReceiverSide::Front, Counters::default());
         index.sample_light(
@@ -414,7 +414,11 @@ fn sample_counts_out_of_range_are_taken_as_the_nearest() {
 }
 
 /// Returns for each sample whether the reference finds a light in its place lit.
-fn by_reference(occluders: &Arc<Occluders>, start: &Start, samples: &[AreaSample]) -> Vec<bool> {
+fn by_reference(
+    occluders: &Arc<Occluders>,
+    start: &ReceiverPoint,
+    samples: &[AreaSample],
+) -> Vec<bool> {
     let targets = samples.iter().map(|sample| sample.target).collect();
     let index = ShadowIndex::builder(Arc::clone(occluders), targets)
         .method(Method::Naive)

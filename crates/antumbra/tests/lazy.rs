@@ -6,7 +6,7 @@ use std::sync::Arc;
 use antumbra::{
     Counters, Decided, LightId, Method, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
 };
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId};
 use rayon::prelude::*;
 
 /// SplitMix64: enough for tests, the same everywhere.
@@ -112,7 +112,7 @@ fn index_of(
 }
 
 /// Starts in patches, as pictures ask them: on surfaces, and some in space.
-fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<Start> {
+fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<ReceiverPoint> {
     let mut starts = Vec::with_capacity(count);
     while starts.len() < count {
         let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
@@ -137,12 +137,12 @@ fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<Start
                 (None, None) => occluders.surface_bounds(surface).center(),
             };
             starts.push(if is_free {
-                Start {
+                ReceiverPoint {
                     point: point + 0.1 * random.in_cube(),
                     surface: None,
                 }
             } else {
-                Start {
+                ReceiverPoint {
                     point,
                     surface: Some(surface),
                 }
@@ -161,7 +161,7 @@ fn all_bytes(index: &ShadowIndex) -> u64 {
 /// Starts, and what rays say of them for each light.
 struct Questions {
     occluders: Arc<Occluders>,
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     expected: Vec<Vec<bool>>,
 }
 
@@ -518,7 +518,7 @@ fn share_known_on_a_plane(axis: usize, height: f64, place: impl Fn(usize) -> [f6
     let mut counters = Counters::default();
     for number in 0..COUNT {
         let [x, y] = place(number);
-        let start = Start {
+        let start = ReceiverPoint {
             point: turned(x, y, 0.0),
             surface: None,
         };

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use antumbra::{
     BuildError, Counters, DVec3, LightError, LightId, LightShape, Method, Occluders, Opacity,
-    Refine, Refinement, SavedLight, ShadowIndex, Sphere, Start, SurfaceId,
+    ReceiverPoint, Refine, Refinement, SavedLight, ShadowIndex, Sphere, SurfaceId,
 };
 
 use common::{METHODS, Random, add_cone_and_disk, add_pane, builder_of, is_shadowed, lamps};
@@ -56,7 +56,7 @@ fn scene() -> Arc<Occluders> {
 }
 
 /// On surfaces and in space.
-fn starts(occluders: &Occluders, count: usize) -> Vec<Start> {
+fn starts(occluders: &Occluders, count: usize) -> Vec<ReceiverPoint> {
     let random = &mut Random(3);
     let mut all = Vec::new();
     for number in 0..count {
@@ -69,11 +69,11 @@ fn starts(occluders: &Occluders, count: usize) -> Vec<Start> {
             (u, v)
         };
         all.push(match number % 3 {
-            0 => Start {
+            0 => ReceiverPoint {
                 point: DVec3::new(0.0, 0.0, 1.0) + 3.0 * random.in_cube(),
                 surface: None,
             },
-            _ => Start {
+            _ => ReceiverPoint {
                 point: a + u * (b - a) + v * (c - a),
                 surface: Some(surface),
             },
@@ -82,7 +82,7 @@ fn starts(occluders: &Occluders, count: usize) -> Vec<Start> {
     all
 }
 
-fn answers(index: &ShadowIndex, starts: &[Start], light: usize) -> (Vec<bool>, Counters) {
+fn answers(index: &ShadowIndex, starts: &[ReceiverPoint], light: usize) -> (Vec<bool>, Counters) {
     let mut found = vec![false; starts.len()];
     let mut counters = Counters::default();
     index
@@ -96,7 +96,7 @@ fn answers(index: &ShadowIndex, starts: &[Start], light: usize) -> (Vec<bool>, C
     (found, counters)
 }
 
-fn reference(index: &ShadowIndex, starts: &[Start], light: usize) -> Vec<bool> {
+fn reference(index: &ShadowIndex, starts: &[ReceiverPoint], light: usize) -> Vec<bool> {
     let answer = |start| {
         index
             .shadow_by_reference(start, LightId::from_index(light))

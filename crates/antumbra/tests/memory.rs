@@ -9,7 +9,7 @@ use antumbra::{
     Batch, BatchKind, Counters, GridResolution, LightId, Method, RayMethod, Refine, Refinement,
     ShadowIndex,
 };
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId};
 use peak_alloc::PeakAlloc;
 
 use common::Random;
@@ -374,8 +374,8 @@ fn a_thousand_lights_made_eagerly_in_64_mib_take_no_more() {
         assert!((1..1_000).contains(&refused), "{method:?}: {refused}");
         // A light that found room answers without rays, most of the time.
         let mut counters = Counters::default();
-        let starts: Vec<Start> = std::iter::zip(&asked.0, &asked.1)
-            .map(|(&point, &surface)| Start {
+        let starts: Vec<ReceiverPoint> = std::iter::zip(&asked.0, &asked.1)
+            .map(|(&point, &surface)| ReceiverPoint {
                 point: point.into(),
                 surface: Some(SurfaceId(surface)),
             })

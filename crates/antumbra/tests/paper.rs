@@ -7,7 +7,8 @@ use antumbra::{
     RayMethod, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
-    Cone, DVec3, LightShape, Occluders, OccludersBuilder, Opacity, Ray, Sphere, Start, SurfaceId,
+    Cone, DVec3, LightShape, Occluders, OccludersBuilder, Opacity, Ray, ReceiverPoint, Sphere,
+    SurfaceId,
 };
 
 const METHODS: [Method; 3] = [Method::Voxel1990, Method::Grid, Method::Naive];
@@ -49,14 +50,14 @@ fn index_of(
         .unwrap()
 }
 
-fn on(surface: u32, x: f64, y: f64, z: f64) -> Start {
-    Start {
+fn on(surface: u32, x: f64, y: f64, z: f64) -> ReceiverPoint {
+    ReceiverPoint {
         point: DVec3::new(x, y, z),
         surface: Some(SurfaceId(surface)),
     }
 }
 
-fn ask(index: &ShadowIndex, start: &Start, light: usize) -> Answer {
+fn ask(index: &ShadowIndex, start: &ReceiverPoint, light: usize) -> Answer {
     index
         .shadow(start, LightId::from_index(light), &mut Counters::default())
         .expect("a fine query")
@@ -151,7 +152,7 @@ fn light_inside_a_sphere_lights_its_inside_alone() {
             let wall = ask(&index, &on(2, at.x, at.y, at.z), 0).shadow;
             assert_eq!(wall, Shadow::Lit, "{method:?} {at}");
             let free = |point: DVec3| {
-                let start = Start {
+                let start = ReceiverPoint {
                     point,
                     surface: None,
                 };
@@ -282,7 +283,7 @@ fn quick_check_reports_or_is_obeyed() {
         assert_eq!(obey.occlusion_bytes() > 0, is_advised);
         for i in 0..200 {
             let p = f64::from(i);
-            let start = Start {
+            let start = ReceiverPoint {
                 point: DVec3::new(p * 0.07, p * 0.11 % 15.0, p * 0.013),
                 surface: None,
             };
@@ -305,7 +306,7 @@ fn values_survive_moves_of_the_camera() {
     let occluders = Arc::new(with_ball(floor(), DVec3::new(0.3, 0.2, 1.5), 0.7).build());
     let lights = [point_light(2.0, 1.0, 6.0)];
     let index = index_of(&occluders, &lights, Method::Voxel1990, [24; 3]);
-    let starts: Vec<Start> = (0..400)
+    let starts: Vec<ReceiverPoint> = (0..400)
         .map(|i| {
             on(
                 0,

@@ -7,7 +7,7 @@ use antumbra::{
     Counters, GridResolution, LightId, Method, RayBatch, RayMethod, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
-    Cone, DVec3, Disk, Hit, LightShape, Occluders, Opacity, Ray, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, Hit, LightShape, Occluders, Opacity, Ray, ReceiverPoint, Sphere, SurfaceId,
 };
 
 /// A small generator of numbers; quality does not matter here, repeatability does.
@@ -158,7 +158,7 @@ fn check_shadows(name: &str, occluders: &Arc<Occluders>, lights: &[LightShape], 
         for (light, shape) in lights.iter().enumerate() {
             for surface in [Some(hit.surface), None] {
                 let point = hit.point;
-                let start = Start { point, surface };
+                let start = ReceiverPoint { point, surface };
                 let answer = by_tree
                     .shadow(&start, LightId::from_index(light), &mut Counters::default())
                     .expect("a fine query")
@@ -290,7 +290,7 @@ fn nothing_leaks_through_vertices() {
             continue;
         }
         let point = lamp + (vertex - lamp) * 2.0;
-        let start = Start {
+        let start = ReceiverPoint {
             point,
             surface: None,
         };

@@ -11,7 +11,9 @@ use antumbra::{
     Batch, BatchError, BatchKind, Counters, LightId, Method, QueryError, Shadow, ShadowIndex,
     Targets,
 };
-use antumbra_geometry::{Coverage, DVec3, LightShape, Occluders, Opacity, Start, SurfaceId};
+use antumbra_geometry::{
+    Coverage, DVec3, LightShape, Occluders, Opacity, ReceiverPoint, SurfaceId,
+};
 use antumbra_testkit::fixtures;
 use antumbra_testkit::nasty;
 use antumbra_testkit::oracle::{Oracle, OracleLight};
@@ -30,7 +32,7 @@ fn index_of(occluders: &Arc<Occluders>, method: Method) -> ShadowIndex {
 }
 
 /// Returns what the reference says of each target.
-fn expected(occluders: &Arc<Occluders>, start: &Start, targets: &[LightShape]) -> Vec<u64> {
+fn expected(occluders: &Arc<Occluders>, start: &ReceiverPoint, targets: &[LightShape]) -> Vec<u64> {
     // No light is a zero direction; towards nowhere nothing is met.
     let is_nowhere = |target: &LightShape| *target == LightShape::Direction(DVec3::ZERO);
     let lights = targets.iter().map(|&target| match is_nowhere(&target) {
@@ -51,7 +53,7 @@ fn expected(occluders: &Arc<Occluders>, start: &Start, targets: &[LightShape]) -
     words
 }
 
-fn found(index: &ShadowIndex, start: &Start, targets: &[LightShape]) -> Vec<u64> {
+fn found(index: &ShadowIndex, start: &ReceiverPoint, targets: &[LightShape]) -> Vec<u64> {
     // What was there before is overwritten.
     let mut words = vec![u64::MAX; targets.len().div_ceil(64)];
     index
@@ -65,7 +67,7 @@ fn check(
     label: &str,
     index: &ShadowIndex,
     occluders: &Arc<Occluders>,
-    start: &Start,
+    start: &ReceiverPoint,
     targets: &[LightShape],
 ) -> [u32; 2] {
     let (truth, found) = (
@@ -204,20 +206,20 @@ fn hall(random: &mut Random) -> Arc<Occluders> {
 }
 
 /// A start on the hall's floor, on one of its other surfaces, or in its air.
-fn start_in(occluders: &Occluders, random: &mut Random) -> Start {
+fn start_in(occluders: &Occluders, random: &mut Random) -> ReceiverPoint {
     let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
     let on_triangle = |surface| {
         let [a, b, c] = occluders.triangle_positions(surface)?;
         Some((a, b, c))
     };
     match (random.below(4), on_triangle(surface)) {
-        (0, _) => Start {
+        (0, _) => ReceiverPoint {
             point: 4.0 * random.in_cube() + v(0.0, 0.0, 3.0),
             surface: None,
         },
         (1, Some((a, b, c))) => {
             let (s, t) = (random.unit(), random.unit());
-            Start {
+            ReceiverPoint {
                 point: a + (b - a) * (s * 0.5) + (c - a) * (t * 0.5),
                 surface: Some(surface),
             }
@@ -226,7 +228,7 @@ fn start_in(occluders: &Occluders, random: &mut Random) -> Start {
             let floor = SurfaceId(random.below(128) as u32);
             let (a, b, c) = on_triangle(floor).unwrap_or_default();
             let (s, t) = (random.unit(), random.unit());
-            Start {
+            ReceiverPoint {
                 point: a + (b - a) * (s * 0.5) + (c - a) * (t * 0.5),
                 surface: Some(floor),
             }
@@ -271,7 +273,7 @@ fn lamps_of_every_size_over_a_hall_are_the_references() {
 fn all_methods_answer_targets_alike() {
     let random = &mut Random(5);
     let occluders = hall(random);
-    let starts: Vec<Start> = (0..40).map(|_| start_in(&occluders, random)).collect();
+    let starts: Vec<ReceiverPoint> = (0..40).map(|_| start_in(&occluders, random)).collect();
     let targets = samples(v(0.5, 0.3, 8.0), 1.0, 70, random);
     for method in METHODS {
         let index = index_of(&occluders, method);
@@ -301,7 +303,7 @@ fn starts_far_from_most_surfaces_have_targets_like_others() {
     for number in 0..60 {
         let surface = SurfaceId(random.below(300) as u32);
         let [a, b, c] = occluders.triangle_positions(surface).unwrap_or_default();
-        let start = Start {
+        let start = ReceiverPoint {
             point: (a + b + c) / 3.0,
             surface: (number % 3 > 0).then_some(surface),
         };
@@ -315,7 +317,7 @@ fn starts_far_from_most_surfaces_have_targets_like_others() {
 #[test]
 fn scenes_of_nothing_occlude_nothing() {
     let occluders = Arc::new(Occluders::builder().build());
-    let start = Start {
+    let start = ReceiverPoint {
         point: DVec3::ZERO,
         surface: None,
     };
@@ -371,7 +373,7 @@ fn what_has_no_answer_is_refused_by_its_number() {
                 panic!("{bad}: {batch:?}");
             };
         }
-        let lost = Start {
+        let lost = ReceiverPoint {
             point: bad,
             surface: None,
         };
@@ -392,7 +394,7 @@ fn what_has_no_answer_is_refused_by_its_number() {
             panic!("{bad}: {batch:?}");
         };
     }
-    let unknown = Start {
+    let unknown = ReceiverPoint {
         surface: Some(SurfaceId(1_000_000)),
         ..start
     };
@@ -420,7 +422,7 @@ fn bits_do_not_depend_on_how_many_starts_or_threads_there_are() {
     let random = &mut Random(7);
     let occluders = hall(random);
     let index = index_of(&occluders, Method::Bvh);
-    let starts: Vec<Start> = (0..700).map(|_| start_in(&occluders, random)).collect();
+    let starts: Vec<ReceiverPoint> = (0..700).map(|_| start_in(&occluders, random)).collect();
     let per_start = 70;
     let targets: Vec<LightShape> = (0..starts.len())
         .flat_map(|_| samples(v(0.5, 0.3, 8.0), 0.5, per_start, random))
@@ -430,14 +432,14 @@ fn bits_do_not_depend_on_how_many_starts_or_threads_there_are() {
         per_start,
     };
     let points: Vec<[f64; 3]> = starts.iter().map(|start| start.point.to_array()).collect();
-    let free: Vec<Start> = starts
+    let free: Vec<ReceiverPoint> = starts
         .iter()
-        .map(|s| Start {
+        .map(|s| ReceiverPoint {
             surface: None,
             ..*s
         })
         .collect();
-    let singly = |starts: &[Start], of: &dyn Fn(usize) -> Vec<LightShape>| -> Vec<u64> {
+    let singly = |starts: &[ReceiverPoint], of: &dyn Fn(usize) -> Vec<LightShape>| -> Vec<u64> {
         let starts = starts.iter().enumerate();
         starts
             .flat_map(|(number, start)| found(&index, start, &of(number)))
@@ -499,7 +501,7 @@ fn targets_behind_the_normal_of_a_facing_point_are_occluded() {
     let mut away_count = 0;
     for (number, (&point, &normal)) in points.iter().zip(&normals).enumerate() {
         let point = DVec3::from_array(point);
-        let start = Start {
+        let start = ReceiverPoint {
             point,
             surface: None,
         };

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use antumbra::{
     Counters, LightId, Method, QueryError, Refine, Refinement, Shadow, ShadowCounters, ShadowIndex,
 };
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId};
 
 use common::{
     METHODS, Random, add_cone_and_disk, add_face, add_pane, builder_of, is_shadowed, lamps,
@@ -64,7 +64,7 @@ fn index_of(occluders: &Arc<Occluders>, lights: &[LightShape], method: Method) -
 
 /// Starts of all kinds in a random order: free ones in and around the scene, on surfaces of all kinds,
 /// off them, beside them.
-fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<Start> {
+fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<ReceiverPoint> {
     let bounds = occluders.bounds();
     let in_scene = |random: &mut Random| bounds.center() + 0.5 * bounds.size() * random.in_cube();
     let one = |_| {
@@ -85,11 +85,11 @@ fn starts(occluders: &Occluders, count: usize, random: &mut Random) -> Vec<Start
                 None => around.center() + 0.5 * around.size() * random.in_cube(),
             },
         };
-        let on = |point| Start {
+        let on = |point| ReceiverPoint {
             point,
             surface: Some(surface),
         };
-        let free = |point| Start {
+        let free = |point| ReceiverPoint {
             point,
             surface: None,
         };
@@ -167,7 +167,7 @@ fn slices_of_one_kind_are_answered_as_one_by_one() {
         let of_kind = all
             .iter()
             .filter(|start| start.surface.is_none() == is_free);
-        let starts: Vec<Start> = of_kind.copied().collect();
+        let starts: Vec<ReceiverPoint> = of_kind.copied().collect();
         assert!(starts.len() > 500, "{}", starts.len());
         for light in 0..index.lights().len() {
             let mut one_by_one = Counters::default();
@@ -204,7 +204,7 @@ fn slices_do_not_care_for_the_order_of_starts() {
     let random = &mut Random(2);
     let starts = starts(&occluders, 333, random);
     let index = index_of(&occluders, &lamps(), Method::Voxel);
-    let ask = |starts: &[Start]| {
+    let ask = |starts: &[ReceiverPoint]| {
         let mut found = vec![false; starts.len()];
         let mut counters = Counters::default();
         index
@@ -217,7 +217,7 @@ fn slices_do_not_care_for_the_order_of_starts() {
     for i in (1..order.len()).rev() {
         order.swap(i, random.below(i + 1));
     }
-    let mixed: Vec<Start> = order.iter().map(|&i| starts[i]).collect();
+    let mixed: Vec<ReceiverPoint> = order.iter().map(|&i| starts[i]).collect();
     let (found, counters) = ask(&mixed);
     assert!(
         order
@@ -288,7 +288,7 @@ fn errors_name_the_start_that_is_none() {
     ];
     for method in METHODS {
         let index = index_of(&occluders, &lamps(), method);
-        let refused = |start: Start, place: usize| {
+        let refused = |start: ReceiverPoint, place: usize| {
             let mut starts = good.clone();
             starts[place] = start;
             let (mut found, mut counters) = (vec![false; starts.len()], Counters::default());
@@ -305,7 +305,7 @@ fn errors_name_the_start_that_is_none() {
         for place in [0, 1, 31, 32, 69] {
             for point in bad_points {
                 for surface in [None, Some(SurfaceId(0)), last] {
-                    let error = refused(Start { point, surface }, place);
+                    let error = refused(ReceiverPoint { point, surface }, place);
                     let QueryError::BadPoint(named) = error else {
                         panic!("{method:?}: {error:?}");
                     };
@@ -313,7 +313,7 @@ fn errors_name_the_start_that_is_none() {
                 }
             }
             for surface in [count, count + 1, u32::MAX] {
-                let start = Start {
+                let start = ReceiverPoint {
                     point: DVec3::new(0.1, 0.2, 0.3),
                     surface: Some(SurfaceId(surface)),
                 };
@@ -450,7 +450,7 @@ fn free_starts_outside_the_scene_are_answered_as_the_reference_does() {
                     point
                 }
             };
-            let start = Start {
+            let start = ReceiverPoint {
                 point,
                 surface: None,
             };
@@ -500,7 +500,7 @@ fn short_directions_are_those_of_any_length() {
     builder.add_face(&corners, Opacity::Opaque).expect("a face");
     let occluders = Arc::new(builder.build());
     let mut starts = starts(&occluders, 1_500, &mut Random(8));
-    let behind_the_last_ball = Start {
+    let behind_the_last_ball = ReceiverPoint {
         point: DVec3::new(1.6799375195161808, -1.149680221965362, -0.8467473389055755),
         surface: None,
     };

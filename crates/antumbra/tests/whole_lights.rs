@@ -9,8 +9,8 @@ use antumbra::{
     Refinement, ShadowIndex, Targets,
 };
 use antumbra_geometry::{
-    AreaShape, DVec3, DiskLight, LightShape, MeshLight, Occluders, PolygonLight, RectangleLight,
-    SamplePattern, SegmentLight, SphereLight, Start, SunDisc, SurfaceId, TriangleLight,
+    AreaShape, DVec3, DiskLight, LightShape, MeshLight, Occluders, PolygonLight, ReceiverPoint,
+    RectangleLight, SamplePattern, SegmentLight, SphereLight, SunDisc, SurfaceId, TriangleLight,
 };
 use antumbra_testkit::nasty;
 use common::Random;
@@ -95,7 +95,11 @@ fn lights(occluders: &Occluders, own: &[LightShape], random: &mut Random) -> Vec
 }
 
 /// Starts that share cells and triangles with some others: on corners, on edges, on planes between cells and a hair beside.
-fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<Start> {
+fn attackers(
+    index: &ShadowIndex,
+    starts: &[ReceiverPoint],
+    random: &mut Random,
+) -> Vec<ReceiverPoint> {
     let occluders = index.occluders();
     let mut found = starts.to_vec();
     let planes = index.whole_light_planes();
@@ -114,7 +118,7 @@ fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<
             }
             if point.is_finite() && point.abs().max_element() < 1e30 {
                 let surface = random.pick(&[start.surface, start.surface, start.surface, None]);
-                found.push(Start { point, surface });
+                found.push(ReceiverPoint { point, surface });
             }
         }
     }
@@ -122,7 +126,12 @@ fn attackers(index: &ShadowIndex, starts: &[Start], random: &mut Random) -> Vec<
 }
 
 /// Samples of a light, those at its corners among them.
-fn samples(light: &AreaShape, start: &Start, count: usize, random: &mut Random) -> Vec<LightShape> {
+fn samples(
+    light: &AreaShape,
+    start: &ReceiverPoint,
+    count: usize,
+    random: &mut Random,
+) -> Vec<LightShape> {
     let most = 1.0 - f64::EPSILON / 2.0;
     let scramble = SamplePattern { seed: 4 }.scramble(random.below(1000) as u64, 0);
     let nowhere = LightShape::Direction(DVec3::ZERO);
@@ -142,7 +151,7 @@ fn samples(light: &AreaShape, start: &Start, count: usize, random: &mut Random) 
 }
 
 /// Returns whether the reference says that a target is blocked.
-fn is_blocked(occluders: &Occluders, start: &Start, target: &LightShape) -> bool {
+fn is_blocked(occluders: &Occluders, start: &ReceiverPoint, target: &LightShape) -> bool {
     if *target == LightShape::Direction(DVec3::ZERO) {
         return false;
     }

@@ -1,6 +1,6 @@
 //! Queries as Embree takes them.
 
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 
 use crate::{Batch, TargetBatch};
 
@@ -68,7 +68,7 @@ pub(super) fn rays_to(batch: &TargetBatch, lift: f64) -> impl Iterator<Item = Ra
         })
 }
 
-fn ray(start: &Start, lift: DVec3, light: &LightShape) -> RayToLight {
+fn ray(start: &ReceiverPoint, lift: DVec3, light: &LightShape) -> RayToLight {
     let origin = (start.point + lift).as_vec3();
     let (direction, far) = match *light {
         LightShape::Point(position) => ((position - origin.as_dvec3()).as_vec3(), 1.0),
@@ -118,7 +118,7 @@ mod tests {
             light: 0,
             light_shape: LightShape::Point(DVec3::new(0.0, 0.0, 4.0)),
             starts: (0..3)
-                .map(|i| Start {
+                .map(|i| ReceiverPoint {
                     point: DVec3::new(f64::from(i), 0.0, 0.0),
                     surface: None,
                 })

@@ -1,7 +1,7 @@
 //! Inputs of rivals, and code that they share.
 
 use antumbra::{Answer, Counters, Decided, QueryError, Shadow, ShadowIndex};
-use antumbra_geometry::{DVec3, Segment, Start};
+use antumbra_geometry::{DVec3, ReceiverPoint, Segment};
 use std::fmt;
 
 use super::formulas::PaperMemory;
@@ -117,7 +117,7 @@ pub trait Rival: fmt::Debug + Send + Sync {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError>;

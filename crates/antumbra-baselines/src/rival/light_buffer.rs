@@ -14,7 +14,7 @@
 //! one by one, so of a polygon of several no cell across a seam is fully occluded.
 
 use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
-use antumbra_geometry::{LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{LightShape, Occluders, ReceiverPoint, SurfaceId};
 
 use super::formulas::{self, PaperMemory};
 use super::projection::{Place, Planes, Projected};
@@ -211,7 +211,7 @@ impl Rival for LightBuffer {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {
@@ -234,7 +234,7 @@ impl Buffer {
     fn answer(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: &LightShape,
         work: &mut Work,
     ) -> Answer {

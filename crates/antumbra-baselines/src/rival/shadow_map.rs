@@ -10,7 +10,7 @@
 //! start is. Planes are fitted to the scene, as those of the light buffer; there is no filter.
 
 use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
-use antumbra_geometry::{LightShape, Occluders, Ray, Start};
+use antumbra_geometry::{LightShape, Occluders, Ray, ReceiverPoint};
 
 use super::formulas::PaperMemory;
 use super::projection::{Place, Planes, Projected};
@@ -105,7 +105,7 @@ impl Rival for ShadowMap {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {

@@ -12,7 +12,7 @@
 //! the ball around them.
 
 use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
-use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, Segment, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, LightShape, Occluders, ReceiverPoint, Segment, SurfaceId};
 
 use super::forms::{Frame, Polygon};
 use super::formulas::PaperMemory;
@@ -178,7 +178,7 @@ impl Rival for ShadowVolumes {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {
@@ -215,7 +215,7 @@ impl ShadowVolumes {
     pub fn volumes_holding(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
     ) -> Result<u64, QueryError> {
         index.check_query(start, LightId::from_index(light))?;

@@ -5,7 +5,7 @@
 
 use antumbra::{Counters, LightId, ShadowIndex};
 use antumbra_baselines::Batch;
-use antumbra_geometry::{DVec3, Start};
+use antumbra_geometry::{DVec3, ReceiverPoint};
 use rayon::prelude::*;
 
 use super::segments::{Ends, SHARE_BITS, exact_place, jittered};
@@ -41,7 +41,7 @@ impl March {
         seed: u64,
         order: Order,
     ) -> Self {
-        let points: Vec<Vec<Start>> = segments
+        let points: Vec<Vec<ReceiverPoint>> = segments
             .iter()
             .enumerate()
             .map(|(number, &ends)| jittered(ends, number, steps, seed).collect())
@@ -90,7 +90,7 @@ impl March {
     }
 }
 
-fn ask(index: &ShadowIndex, starts: &[Start], is_shadowed: &mut [bool]) {
+fn ask(index: &ShadowIndex, starts: &[ReceiverPoint], is_shadowed: &mut [bool]) {
     let light = LightId::from_index(0);
     index
         .shadows(starts, light, is_shadowed, &mut Counters::default())
@@ -115,7 +115,7 @@ pub(super) fn reference(
 ) -> Reference {
     let one = |(&ends, intervals): (&Ends, &Vec<[f64; 2]>)| {
         let share = |step: u32| (f64::from(step) + 0.5) / f64::from(steps);
-        let starts: Vec<Start> = (0..steps)
+        let starts: Vec<ReceiverPoint> = (0..steps)
             .map(|step| exact_place(ends, share(step)))
             .collect();
         let mut is_shadowed = vec![false; starts.len()];

@@ -5,7 +5,7 @@
 //! of two and at most 2^36 of them, so a place whose share has 17 bits is an `f64` on the exact segment: the rule there is
 //! the rule on the segment.
 
-use antumbra_geometry::{Bounds, DVec3, Ray, Start};
+use antumbra_geometry::{Bounds, DVec3, Ray, ReceiverPoint};
 use antumbra_render::camera::View;
 use antumbra_render::integrator::{Integrator, Tally};
 use antumbra_render::prepare::Prepared;
@@ -109,8 +109,8 @@ fn on_lattice(segments: &mut [Ends]) {
 }
 
 /// Returns the point of a segment at a share whose last bit is 2^-17 or before: exactly there.
-pub(super) fn exact_place([from, to]: Ends, share: f64) -> Start {
-    Start {
+pub(super) fn exact_place([from, to]: Ends, share: f64) -> ReceiverPoint {
+    ReceiverPoint {
         point: (1.0 - share) * from + share * to,
         surface: None,
     }
@@ -127,9 +127,9 @@ pub(super) fn jittered(
     number: usize,
     steps: u32,
     seed: u64,
-) -> impl Iterator<Item = Start> {
+) -> impl Iterator<Item = ReceiverPoint> {
     let shift = shift(number, steps, seed);
-    (0..steps).map(move |step| Start {
+    (0..steps).map(move |step| ReceiverPoint {
         point: from + (f64::from(step) + shift) / f64::from(steps) * (to - from),
         surface: None,
     })

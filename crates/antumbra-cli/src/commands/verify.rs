@@ -19,7 +19,7 @@ mod tally;
 use std::ops::Range;
 
 use antumbra::{Counters, IndexOptions, LightId, Method, Refine, Shadow, ShadowIndex};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 use antumbra_scene::gather::{Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 use rayon::prelude::*;
@@ -243,7 +243,7 @@ impl Comparison<'_> {
 
     /// Returns where query number `query` starts. All lights take turns at each start, or, at delicate
     /// places, which often are meant for one light, at each query.
-    fn start(&self, query: u64, light: usize) -> (Option<Kind>, Start) {
+    fn start(&self, query: u64, light: usize) -> (Option<Kind>, ReceiverPoint) {
         match &self.attack {
             Some(attack) => {
                 let (kind, start) = attack.start(query, light);
@@ -342,7 +342,7 @@ impl Comparison<'_> {
     }
 
     /// Returns what the judge says.
-    fn expected(&self, start: &Start, light: usize) -> Shadow {
+    fn expected(&self, start: &ReceiverPoint, light: usize) -> Shadow {
         let (judge, light) = (self.surfaces.index, LightId::from_index(light));
         let expected = match self.typed.against {
             Against::Reference => judge.shadow_by_reference(start, light),
@@ -358,6 +358,6 @@ impl Comparison<'_> {
 #[derive(Clone, Debug, Default)]
 struct Asked {
     queries: Vec<(u64, Option<Kind>)>,
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     expected: Vec<Shadow>,
 }

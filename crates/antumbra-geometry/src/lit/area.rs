@@ -7,7 +7,7 @@ use super::measure::Measure;
 use super::piece::{Cut, Piece, Plan};
 use super::pyramid::Pyramid;
 use super::trace::Eye;
-use crate::{Occluders, Start, SurfaceId};
+use crate::{Occluders, ReceiverPoint, SurfaceId};
 
 /// Largest number of pieces that the lit part is held in.
 const MOST_PIECES: usize = 4096;
@@ -39,7 +39,7 @@ struct Blocker {
 impl<'a> AreaView<'a> {
     pub(super) fn new(
         occluders: &'a Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         horizon: HorizonTrace<3>,
         part: FlatPart,
     ) -> Self {

@@ -38,7 +38,7 @@ use self::span::SpanView;
 use self::trace::Trace;
 use crate::occluders::OwnShape;
 use crate::segment::Plane;
-use crate::{AreaShape, Occluders, Start, SurfaceId};
+use crate::{AreaShape, Occluders, ReceiverPoint, SurfaceId};
 
 pub use answer::{Meeting, Shares};
 
@@ -83,7 +83,7 @@ impl<'a> LightView<'a> {
     /// triangles, and starts on curved surfaces that may hide the light by their own rule.
     pub fn new(
         occluders: &'a Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         horizon: Horizon,
         light: &AreaShape,
     ) -> Option<Self> {
@@ -212,7 +212,7 @@ impl<'a> LightView<'a> {
 /// that has no closed form.
 fn horizon_trace<const K: usize>(
     occluders: &Occluders,
-    start: &Start,
+    start: &ReceiverPoint,
     horizon: Horizon,
 ) -> Option<HorizonTrace<K>> {
     let own = start.surface.map(|surface| occluders.own_shape(surface));

@@ -10,7 +10,7 @@ use super::lines::{Candidate, Half, Lines};
 use super::pyramid::Pyramid;
 use super::trace::{Eye, Trace};
 use crate::number::{Number, Sign};
-use crate::{Occluders, Start, SurfaceId};
+use crate::{Occluders, ReceiverPoint, SurfaceId};
 
 /// Places are right to this share of the length, or are computed exactly first.
 const FINE: f64 = 1.0 / (1_u64 << 48) as f64;
@@ -38,7 +38,7 @@ struct Span {
 impl<'a> SpanView<'a> {
     pub(super) fn new(
         occluders: &'a Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         horizon: HorizonTrace<2>,
         ends: [DVec3; 2],
     ) -> Self {

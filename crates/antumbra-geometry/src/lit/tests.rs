@@ -20,7 +20,7 @@ fn scene(faces: &[&[DVec3]]) -> Occluders {
 /// Shows all surfaces to a light and returns what is left.
 fn shares(
     occluders: &Occluders,
-    start: &Start,
+    start: &ReceiverPoint,
     horizon: Horizon,
     light: &AreaShape,
 ) -> Option<Shares> {
@@ -35,8 +35,8 @@ fn shares(
     view.shares()
 }
 
-fn free(point: DVec3) -> Start {
-    Start {
+fn free(point: DVec3) -> ReceiverPoint {
+    ReceiverPoint {
         point,
         surface: None,
     }
@@ -203,7 +203,7 @@ fn the_receivers_plane_cuts_the_light() {
     let edges = [v(0.0, 0.0, 3.0), v(0.0, 2.0, 0.0)];
     let upright = RectangleLight::new(v(5.0, 0.0, 0.5), edges, true).unwrap();
     let upright = AreaShape::Rectangle(upright);
-    let start = Start {
+    let start = ReceiverPoint {
         point: v(0.1, 0.2, 0.0),
         surface: Some(SurfaceId(0)),
     };
@@ -258,7 +258,7 @@ fn what_has_no_closed_form_is_left_to_samples() {
         })
     );
     // From its own front a ball hides nothing; from its back only the own rule knows.
-    let on_ball = Start {
+    let on_ball = ReceiverPoint {
         point: v(0.0, 0.0, 2.5),
         surface: Some(SurfaceId(0)),
     };

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::number::{Approximate, Exact, Number, Point4, Sign, Vector};
 use crate::segment::{Plane, Segment};
-use crate::{LightShape, Occluders, Sphere, Start};
+use crate::{LightShape, Occluders, ReceiverPoint, Sphere};
 
 /// A place of the light as given: a point with weight 1, or a direction with weight 0.
 pub(super) type Place = (DVec3, f64);
@@ -47,7 +47,7 @@ pub(super) struct Eye<const K: usize> {
 impl<const K: usize> Eye<K> {
     pub(super) fn new(
         occluders: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         basis: [Place; K],
         is_affine: bool,
     ) -> Self {

@@ -234,7 +234,7 @@ fn an_alpha_tested_triangle_without_holes_is_opaque_and_one_of_holes_only_is_not
         assert_eq!(occluders.is_opaque(surface), is_opaque, "{least}");
         assert_eq!(occluders.is_opaque_everywhere(surface), is_whole, "{least}");
         for x in [0.1, 0.3, 0.6] {
-            let start = crate::Start {
+            let start = crate::ReceiverPoint {
                 point: v(x, 0.3, -1.0),
                 surface: None,
             };

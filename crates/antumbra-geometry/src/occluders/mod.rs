@@ -22,7 +22,7 @@ pub use data::{Element, ElementKind, Occluders, Opacity};
 pub(crate) use data::{NO_AXIS, Triangle};
 pub use identity::UnidentifiedCoverage;
 pub use nearest::Gap;
-pub use query::StartTriangle;
+pub use query::ReceiverTriangle;
 pub(crate) use query::{OwnShape, RoundShape};
 pub use rounding::Precision;
 

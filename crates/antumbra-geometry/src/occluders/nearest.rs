@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::{CurvedShape, NO_AXIS, Occluders, Surface, SurfaceId};
 use crate::intersect::DiskPlane;
-use crate::{Cone, Start, flat};
+use crate::{Cone, ReceiverPoint, flat};
 
 /// The shortest way from a point to a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ impl Occluders {
     /// Returns the start on a surface that a point near it means. The rule of starts moves a point over a
     /// triangle or a disk onto it exactly, so such a point stays. Others are moved to the nearest point of
     /// the surface, rounded.
-    pub fn start_on(&self, surface: SurfaceId, point_in_world: DVec3) -> Start {
+    pub fn start_on(&self, surface: SurfaceId, point_in_world: DVec3) -> ReceiverPoint {
         let point = match self.surface(surface) {
             Surface::Triangle(triangle) if triangle.axis != NO_AXIS => {
                 let corners = self.positions_of(triangle);
@@ -93,7 +93,7 @@ impl Occluders {
                 }
             },
         };
-        Start {
+        ReceiverPoint {
             point,
             surface: Some(surface),
         }

@@ -10,19 +10,21 @@ use crate::intersect::{
     sphere_side, triangle_blocks, triangle_distance, tube_blocks, tube_side, wall_exit,
 };
 use crate::number::Sign;
-use crate::segment::{Plane, Segment, StartSurface, largest_move_onto};
+use crate::segment::{Plane, ReceiverSurface, Segment, largest_move_onto};
 use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
-use crate::{Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, Sphere, Start, Umbra};
+use crate::{
+    Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, ReceiverPoint, Sphere, Umbra,
+};
 
 /// A triangle with an area that a start lies on, still without its corners: whoever asks for many of them
 /// first, and for their corners then, waits once for memory.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct StartTriangle {
+pub struct ReceiverTriangle {
     vertices: [u32; 3],
     axis: u8,
 }
 
-impl StartTriangle {
+impl ReceiverTriangle {
     /// Returns the axis along which the normal is largest.
     #[inline(always)]
     pub fn axis(&self) -> usize {
@@ -101,12 +103,12 @@ impl Occluders {
 
     /// Prepares the segment from a start to a light.
     #[inline]
-    pub fn segment(&self, start: &Start, light: &LightShape) -> Segment {
+    pub fn segment(&self, start: &ReceiverPoint, light: &LightShape) -> Segment {
         self.segment_as_given(start, &light.without_underflow())
     }
 
     #[inline]
-    fn segment_as_given(&self, start: &Start, light: &LightShape) -> Segment {
+    fn segment_as_given(&self, start: &ReceiverPoint, light: &LightShape) -> Segment {
         let surface = start
             .surface
             .and_then(|surface| self.start_surface(surface));
@@ -115,7 +117,7 @@ impl Occluders {
 
     /// Prepares a ray as a segment towards a direction.
     pub fn ray_segment(&self, ray: &Ray) -> Segment {
-        let start = Start {
+        let start = ReceiverPoint {
             point: ray.origin,
             surface: ray.leaves,
         };
@@ -126,7 +128,7 @@ impl Occluders {
     /// Returns a bound on how far, in any coordinate, the exact start (EXACTNESS.md, "The start") lies
     /// from its point as given; infinity where only [`Occluders::segment`] knows.
     #[inline]
-    pub fn start_offset(&self, start: &Start) -> f64 {
+    pub fn start_offset(&self, start: &ReceiverPoint) -> f64 {
         let Some(surface) = start.surface else {
             return 0.0;
         };
@@ -146,15 +148,15 @@ impl Occluders {
     /// Returns the triangle that a start is moved onto (EXACTNESS.md, "The start"); `None` where there is no
     /// triangle, or it has no area.
     #[inline(always)]
-    pub fn start_triangle(&self, surface: SurfaceId) -> Option<StartTriangle> {
+    pub fn start_triangle(&self, surface: SurfaceId) -> Option<ReceiverTriangle> {
         let triangle = self.triangles.get(surface.0 as usize)?;
         let (vertices, axis) = (triangle.vertices, triangle.axis);
-        (axis != NO_AXIS).then_some(StartTriangle { vertices, axis })
+        (axis != NO_AXIS).then_some(ReceiverTriangle { vertices, axis })
     }
 
     /// Returns the corners of a triangle of these surfaces.
     #[inline(always)]
-    pub fn start_corners(&self, triangle: &StartTriangle) -> [DVec3; 3] {
+    pub fn start_corners(&self, triangle: &ReceiverTriangle) -> [DVec3; 3] {
         let [a, b, c] = triangle.vertices;
         [
             self.positions[a as usize],
@@ -336,7 +338,7 @@ impl Occluders {
     /// Returns on which side of its surface the light is, at the start (EXACTNESS.md, "The side of
     /// the light"): 1 on the side of the normal, -1 behind, 0 in the tangent plane and for free
     /// starts and degenerate surfaces.
-    pub fn light_side(&self, start: &Start, light: &LightShape) -> i8 {
+    pub fn light_side(&self, start: &ReceiverPoint, light: &LightShape) -> i8 {
         let Some(surface) = start.surface else {
             return 0;
         };
@@ -455,21 +457,21 @@ impl Occluders {
     }
 
     #[inline]
-    fn start_surface(&self, surface: SurfaceId) -> Option<StartSurface> {
+    fn start_surface(&self, surface: SurfaceId) -> Option<ReceiverSurface> {
         let (start, axis) = match self.surface(surface) {
             Surface::Triangle(triangle) => {
                 let (corners, axis) = (self.positions_of(triangle), triangle.axis);
-                (StartSurface::Triangle { corners, axis }, axis)
+                (ReceiverSurface::Triangle { corners, axis }, axis)
             }
             Surface::Curved(curved) => match &curved.shape {
                 CurvedShape::Disk(disk, axis) => {
                     let (plane, axis) = (disk.plane(), *axis);
-                    (StartSurface::Plane { plane, axis }, axis)
+                    (ReceiverSurface::Plane { plane, axis }, axis)
                 }
                 CurvedShape::Cap(disk, _) => {
                     let plane = disk.plane();
                     let axis = plane.dominant_axis().unwrap_or(NO_AXIS);
-                    (StartSurface::Plane { plane, axis }, axis)
+                    (ReceiverSurface::Plane { plane, axis }, axis)
                 }
                 CurvedShape::Sphere(_) | CurvedShape::Tube(_) => return None,
             },

@@ -1,7 +1,7 @@
 //! Patches against the exact rule.
 
 use super::*;
-use crate::{Mesh, Opacity, Segment, Start};
+use crate::{Mesh, Opacity, ReceiverPoint, Segment};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -208,7 +208,7 @@ fn starts_of_a_clear_patch_have_one_answer() {
         };
         let places: Vec<DVec3> = patch.corners().collect();
         let starts: Vec<Segment> = (0..12)
-            .map(|_| Start {
+            .map(|_| ReceiverPoint {
                 point: random.inside(&places),
                 surface: Some(triangle),
             })

@@ -6,7 +6,7 @@ use super::shaft::SidePlane;
 use super::{Relation, SHRINK, Shaft};
 use crate::intersect::{cone_is_outside, cone_meets_interior};
 use crate::segment::Segment;
-use crate::{Cone, LightShape, Start};
+use crate::{Cone, LightShape, ReceiverPoint};
 
 /// A cone's umbra. With the light outside, that of the closed cone is convex. An open tube lets
 /// light through its ends, so it covers only what its hull covers through the wall.
@@ -20,7 +20,7 @@ pub(crate) struct ConeUmbra {
 
 impl ConeUmbra {
     pub(crate) fn new(cone: Cone, light: &LightShape) -> Self {
-        let start = Start {
+        let start = ReceiverPoint {
             point: cone.base,
             surface: None,
         };

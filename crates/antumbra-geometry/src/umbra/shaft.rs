@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::number::UNIT_ROUNDOFF;
 use crate::segment::Segment;
-use crate::{Bounds, LightShape, Start};
+use crate::{Bounds, LightShape, ReceiverPoint};
 
 /// The union of all segments from a box, or from a polygon, to a light.
 ///
@@ -290,7 +290,7 @@ impl Shaft {
     /// Returns the segment from a point of space to the light.
     pub(crate) fn segment_from(&self, point: DVec3) -> Segment {
         Segment::new(
-            Start {
+            ReceiverPoint {
                 point,
                 surface: None,
             },

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use antumbra::{Counters, LitIntervalsError, ShadowCounters, Targets};
 use antumbra_geometry::{
-    AreaShape, DVec3, Emission, LightShape, MAX_LIGHT_SAMPLES, Ray, SamplePattern, Start,
+    AreaShape, DVec3, Emission, LightShape, MAX_LIGHT_SAMPLES, Ray, ReceiverPoint, SamplePattern,
 };
 use antumbra_scene::model::{AreaLight, Color, Light, LightKind};
 use antumbra_task::check;
@@ -203,8 +203,8 @@ impl Integrator<'_> {
     fn lit_parts(&self, line: &Line, light: &LightShape, counters: &mut Counters) -> Vec<[f64; 2]> {
         let share = |part: u32| f64::from(part) / f64::from(PARTS);
         let [origin, end] = line.ends;
-        let starts: Vec<Start> = (0..PARTS)
-            .map(|part| Start {
+        let starts: Vec<ReceiverPoint> = (0..PARTS)
+            .map(|part| ReceiverPoint {
                 point: origin + (end - origin) * (0.5 * (share(part) + share(part + 1))),
                 surface: None,
             })

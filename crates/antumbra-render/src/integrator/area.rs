@@ -4,7 +4,7 @@
 use antumbra::{
     Counters, LightSamples, LightSampling, ReceiverSide, ShadowCounters, VisibleFraction,
 };
-use antumbra_geometry::{AreaSample, AreaShape, LightShape, SamplePattern, Start};
+use antumbra_geometry::{AreaSample, AreaShape, LightShape, ReceiverPoint, SamplePattern};
 use antumbra_scene::model::{AreaLight, Color, Facing};
 
 use super::area_query::AreaQuery;
@@ -34,7 +34,7 @@ impl<'a> Integrator<'a> {
     ) -> AreaQuery {
         let Work { samples, tally, .. } = work;
         let scene = self.prepared.scene();
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.hit.point,
             surface: Some(point.hit.surface),
         };
@@ -94,7 +94,7 @@ impl<'a> Integrator<'a> {
         light: &AreaLight,
         exact: &VisibleFraction,
     ) -> Color {
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.hit.point,
             surface: Some(point.hit.surface),
         };

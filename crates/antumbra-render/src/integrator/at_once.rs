@@ -4,7 +4,7 @@
 //! neither answers nor counts, but for how answers were found.
 
 use antumbra::{LightId, LightSamples};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 use antumbra_scene::model::LightKind;
 
 use super::terms::cone_share;
@@ -53,7 +53,7 @@ impl<'a> Integrator<'a> {
             at_once.dark[light / 64] |= u64::from(is_dark) << (light % 64);
         }
 
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.hit.point,
             surface: Some(point.hit.surface),
         };

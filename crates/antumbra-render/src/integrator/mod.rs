@@ -25,7 +25,7 @@ mod terms;
 mod work;
 
 use antumbra::{Answer, LightId, Shadow, ShadowIndex};
-use antumbra_geometry::{DVec3, Ray, Start};
+use antumbra_geometry::{DVec3, Ray, ReceiverPoint};
 use antumbra_scene::model::{Color, Facing, Scene};
 
 use crate::fog::Fog;
@@ -276,7 +276,7 @@ impl<'a> Integrator<'a> {
     /// Asks whether a light of the scene reaches a point, if it can at all.
     pub fn ask(&self, point: &SurfacePoint, light: usize, tally: &mut Tally) -> LightQuery {
         tally.queries += 1;
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.hit.point,
             surface: Some(point.hit.surface),
         };

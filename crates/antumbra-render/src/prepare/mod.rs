@@ -14,7 +14,7 @@ mod surface;
 use std::path::Path;
 
 use antumbra::{Answer, BuildError, Counters, IndexOptions, LightId, QueryError, ShadowIndex};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 use antumbra_scene::gather::{GatherError, Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 
@@ -132,7 +132,7 @@ impl Prepared {
     /// As [`ShadowIndex::shadow`].
     pub fn shadow(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         counters: &mut Counters,
         candidates: &mut u64,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use antumbra::{Answer, Counters, QueryError, ShadowIndex};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 
 /// A method that answers shadow queries about the surfaces and lights of an index in its place.
 pub trait StandIn: fmt::Debug + Send + Sync {
@@ -15,7 +15,7 @@ pub trait StandIn: fmt::Debug + Send + Sync {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         counters: &mut Counters,
         candidates: &mut u64,

@@ -6,7 +6,7 @@
 
 use super::place::{OraclePlace, Polynomial};
 use super::share::OracleShare;
-use super::surface::{Light, Segment, Start};
+use super::surface::{Light, ReceiverPoint, Segment};
 use super::{Oracle, OracleLight};
 use crate::exact::{Exact, Vec3};
 
@@ -73,7 +73,7 @@ impl Oracle {
 /// The line from a place of a segment to a light.
 fn segment_at(ends: [[f64; 3]; 2], share: &Exact, light: OracleLight) -> Segment {
     let [first, last] = ends.map(Vec3::new);
-    let start = Start {
+    let start = ReceiverPoint {
         scaled: &first + &(&last - &first).scale(share),
         scale: Exact::ONE,
     };

@@ -1,6 +1,6 @@
 //! Triangles and disks.
 
-use super::{Light, Segment, Start};
+use super::{Light, ReceiverPoint, Segment};
 use crate::exact::{Exact, Vec3};
 
 /// The plane of the points `x` with `normal . x = offset`.
@@ -39,10 +39,10 @@ impl Plane {
 
     /// The point of the plane that agrees with `point` in the two axes that are not the plane's
     /// own: solve `normal . x = offset` for the third coordinate.
-    pub(super) fn start(&self, point: Vec3) -> Start {
+    pub(super) fn start(&self, point: Vec3) -> ReceiverPoint {
         let missing = &self.offset - &self.normal.dot(&point);
         if missing.is_zero() {
-            return Start {
+            return ReceiverPoint {
                 scaled: point,
                 scale: Exact::ONE,
             };
@@ -53,7 +53,7 @@ impl Plane {
         let step = if pivot.sign() < 0 { -&missing } else { missing };
         let mut scaled = point.scale(&scale);
         scaled.0[self.axis] = &scaled.0[self.axis] + &step;
-        Start { scaled, scale }
+        ReceiverPoint { scaled, scale }
     }
 
     pub(super) fn side_of_light(&self, light: &Light) -> i8 {
@@ -170,7 +170,7 @@ impl Triangle {
     ///
     /// The outside of a convex figure is divided among its corners (both edges lead away from
     /// `point`) and its edges (`point` is beyond the edge and between the ends of it).
-    pub(super) fn start(&self, point: Vec3) -> Start {
+    pub(super) fn start(&self, point: Vec3) -> ReceiverPoint {
         let (i, j) = self.axes_seen();
         let dot = |x: &Vec3, y: &Vec3| &x.0[i] * &y.0[i] + &x.0[j] * &y.0[j];
         let is_outside = |(from, to): (&Vec3, &Vec3)| self.turn(&(to - from), &(&point - from)) < 0;
@@ -182,7 +182,7 @@ impl Triangle {
             let to_point = &point - corner;
             let leads_away = |end: &Vec3| dot(&(end - corner), &to_point).sign() <= 0;
             if leads_away(next) && leads_away(last) {
-                return Start {
+                return ReceiverPoint {
                     scaled: corner.clone(),
                     scale: Exact::ONE,
                 };
@@ -192,7 +192,7 @@ impl Triangle {
             let edge = to - from;
             let (along, scale) = (dot(&edge, &(&point - from)), dot(&edge, &edge));
             if along.sign() > 0 && along.compare(&scale).is_lt() {
-                return Start {
+                return ReceiverPoint {
                     scaled: &from.scale(&scale) + &edge.scale(&along),
                     scale,
                 };

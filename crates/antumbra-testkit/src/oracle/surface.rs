@@ -177,7 +177,7 @@ impl Light {
 
 /// A start with rational coordinates `scaled / scale`, `scale > 0`.
 #[derive(Debug)]
-pub(super) struct Start {
+pub(super) struct ReceiverPoint {
     pub(super) scaled: Vec3,
     pub(super) scale: Exact,
 }
@@ -187,7 +187,7 @@ pub(super) struct Start {
 /// `scale x(v) = start.scaled + v delta`. (On a ray the scale is put into `v`.)
 #[derive(Debug)]
 pub(super) struct Segment {
-    pub(super) start: Start,
+    pub(super) start: ReceiverPoint,
     pub(super) delta: Vec3,
     pub(super) light: Light,
     /// Three times the centroid of the triangle that the start lies on.
@@ -195,7 +195,7 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    pub(super) fn new(start: Start, light: Light, own_centroid: Option<Vec3>) -> Self {
+    pub(super) fn new(start: ReceiverPoint, light: Light, own_centroid: Option<Vec3>) -> Self {
         let delta = if light.is_direction() {
             light.position.clone()
         } else {
@@ -221,7 +221,7 @@ impl Segment {
         let three = Exact::new(3.0);
         let scaled = self.start.scaled.scale(&three);
         let inwards = &centroid.scale(&self.start.scale) - &scaled;
-        let start = Start {
+        let start = ReceiverPoint {
             scaled: &scaled + &inwards.scale(&share),
             scale: &self.start.scale * &three,
         };

@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use antumbra_geometry::{
-    Bounds, DVec3, ElementId, Hit, LightShape, Occluders, Segment, Start, SurfaceId,
+    Bounds, DVec3, ElementId, Hit, LightShape, Occluders, ReceiverPoint, Segment, SurfaceId,
 };
 
 use crate::Counters;
@@ -141,7 +141,7 @@ impl Parts {
 
     /// Returns whether a start lies on a far surface: values and grid know nothing of it.
     #[inline(always)]
-    pub(crate) fn is_far(&self, start: &Start) -> bool {
+    pub(crate) fn is_far(&self, start: &ReceiverPoint) -> bool {
         !self.is_whole()
             && start
                 .surface
@@ -153,7 +153,7 @@ impl Parts {
     pub(crate) fn far_blocks(
         &self,
         all: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         light: &LightShape,
         counters: &mut Counters,
     ) -> bool {
@@ -177,7 +177,7 @@ impl Parts {
     pub(crate) fn mark_blocked(
         &self,
         all: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: &LightShape,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -322,7 +322,7 @@ impl Zone {
     fn blocks(
         &self,
         all: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         light: &LightShape,
         counters: &mut Counters,
     ) -> bool {
@@ -337,7 +337,7 @@ impl Zone {
 }
 
 /// Returns a box that holds the exact starts.
-fn around(all: &Occluders, starts: &[Start]) -> Bounds {
+fn around(all: &Occluders, starts: &[ReceiverPoint]) -> Bounds {
     starts.iter().fold(Bounds::EMPTY, |bounds, start| {
         let point = Bounds {
             min: start.point,
@@ -506,7 +506,7 @@ mod tests {
                     let share = random.pick(&shares);
                     let point = points.center() + 0.5 * points.size() * share;
                     let point = point.clamp(points.min, points.max);
-                    let start = Start {
+                    let start = ReceiverPoint {
                         point,
                         surface: Some(surface),
                     };

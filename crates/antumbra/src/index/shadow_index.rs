@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use antumbra_geometry::{
-    DVec3, Hit, LightId, LightShape, Occluders, Ray, Segment, Start, SurfaceId,
+    DVec3, Hit, LightId, LightShape, Occluders, Ray, ReceiverPoint, Segment, SurfaceId,
 };
 
 use crate::accel::bvh::{Bvh, Tree};
@@ -24,12 +24,17 @@ struct OwnRays<'a> {
 
 impl Rays for OwnRays<'_> {
     #[inline]
-    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
+    fn is_blocked(&self, start: &ReceiverPoint, counters: &mut Counters) -> bool {
         let light = &self.index.lights[self.light];
         self.index.by_ray(start, light, counters).shadow == Shadow::Shadowed
     }
 
-    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
+    fn are_blocked(
+        &self,
+        starts: &[ReceiverPoint],
+        is_blocked: &mut [bool],
+        counters: &mut Counters,
+    ) {
         self.index.by_rays(starts, self.light, is_blocked, counters);
     }
 }
@@ -42,7 +47,7 @@ impl Rays for OwnRays<'_> {
 /// ```
 /// use std::sync::Arc;
 /// use antumbra::{
-///     Counters, DVec3, LightId, LightShape, Occluders, Opacity, Shadow, ShadowIndex, Sphere, Start, SurfaceId,
+///     Counters, DVec3, LightId, LightShape, Occluders, Opacity, Shadow, ShadowIndex, Sphere, ReceiverPoint, SurfaceId,
 /// };
 ///
 /// // A ball over a square floor, lit from above.
@@ -56,7 +61,7 @@ impl Rays for OwnRays<'_> {
 ///
 /// let mut counters = Counters::default();
 /// let mut shadow_at = |x: f64| {
-///     let start = Start { point: DVec3::new(x, 0.1, 0.0), surface: Some(SurfaceId(0)) };
+///     let start = ReceiverPoint { point: DVec3::new(x, 0.1, 0.0), surface: Some(SurfaceId(0)) };
 ///     index.shadow(&start, LightId(0), &mut counters).map(|answer| answer.shadow)
 /// };
 /// assert_eq!(shadow_at(0.0)?, Shadow::Shadowed);
@@ -200,7 +205,7 @@ impl ShadowIndex {
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
-    pub fn light_side(&self, start: &Start, light: LightId) -> Result<i8, QueryError> {
+    pub fn light_side(&self, start: &ReceiverPoint, light: LightId) -> Result<i8, QueryError> {
         self.check_query(start, light)?;
         Ok(self
             .occluders
@@ -216,7 +221,7 @@ impl ShadowIndex {
     /// The receiver point is not finite or beyond 2^100, or its surface or the light does not exist.
     pub fn shadow(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         light: LightId,
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
@@ -230,7 +235,7 @@ impl ShadowIndex {
 
     /// Answers as far as the near surfaces go.
     #[inline]
-    fn near_answer(&self, start: &Start, light: usize, counters: &mut Counters) -> Answer {
+    fn near_answer(&self, start: &ReceiverPoint, light: usize, counters: &mut Counters) -> Answer {
         let occluders = &*self.parts.near;
         if self.parts.is_far(start) && self.method != Method::Naive {
             return self.by_ray(start, &self.lights[light], counters);
@@ -262,7 +267,7 @@ impl ShadowIndex {
     pub(crate) fn with_far(
         &self,
         near: Answer,
-        start: &Start,
+        start: &ReceiverPoint,
         light: &LightShape,
         counters: &mut Counters,
     ) -> Answer {
@@ -288,7 +293,7 @@ impl ShadowIndex {
     /// `is_shadowed` is not as long as `starts`.
     pub fn shadows(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -357,7 +362,7 @@ impl ShadowIndex {
     /// Answers by a ray through the tree, or through the grid where there is no tree, as far as the near surfaces
     /// go.
     #[inline]
-    fn by_ray(&self, start: &Start, light: &LightShape, counters: &mut Counters) -> Answer {
+    fn by_ray(&self, start: &ReceiverPoint, light: &LightShape, counters: &mut Counters) -> Answer {
         let occluders = &*self.parts.near;
         match self.bvh() {
             Some(bvh) => method::by_bvh(occluders, bvh, start, light, counters),
@@ -371,7 +376,7 @@ impl ShadowIndex {
     /// Answers a query about a light that is none of the index's: without values.
     pub(crate) fn answer_to(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         light: &LightShape,
         counters: &mut Counters,
     ) -> Answer {
@@ -435,7 +440,7 @@ impl ShadowIndex {
     /// Answers as [`ShadowIndex::by_ray`] does.
     fn by_rays(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: usize,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -455,7 +460,11 @@ impl ShadowIndex {
     ///
     /// # Errors
     /// As [`ShadowIndex::shadow`].
-    pub fn shadow_by_reference(&self, start: &Start, light: LightId) -> Result<Shadow, QueryError> {
+    pub fn shadow_by_reference(
+        &self,
+        start: &ReceiverPoint,
+        light: LightId,
+    ) -> Result<Shadow, QueryError> {
         self.check_query(start, light)?;
         let segment = self.occluders.segment(start, &self.lights[light.index()]);
         Ok(method::by_reference(&self.occluders, &segment, &mut Counters::default()).shadow)
@@ -466,8 +475,8 @@ impl ShadowIndex {
     /// # Errors
     /// As [`ShadowIndex::shadow`].
     #[inline]
-    pub fn check_query(&self, start: &Start, light: LightId) -> Result<(), QueryError> {
-        let Start { point, surface } = *start;
+    pub fn check_query(&self, start: &ReceiverPoint, light: LightId) -> Result<(), QueryError> {
+        let ReceiverPoint { point, surface } = *start;
         // Not for NaN.
         let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()
             && surface.is_none_or(|surface| (surface.0 as usize) < self.surface_count)
@@ -480,8 +489,8 @@ impl ShadowIndex {
     }
 
     /// Checks a start as [`ShadowIndex::check_query`] does.
-    pub(crate) fn check_start(&self, start: &Start) -> Result<(), QueryError> {
-        let Start { point, surface } = *start;
+    pub(crate) fn check_start(&self, start: &ReceiverPoint) -> Result<(), QueryError> {
+        let ReceiverPoint { point, surface } = *start;
         // Not for NaN.
         let is_fine = point.abs().cmple(DVec3::splat(LARGEST)).all()
             && surface.is_none_or(|surface| (surface.0 as usize) < self.surface_count);
@@ -493,8 +502,8 @@ impl ShadowIndex {
     }
 
     #[cold]
-    fn refusal(&self, start: &Start, light: LightId) -> QueryError {
-        let Start { point, surface } = *start;
+    fn refusal(&self, start: &ReceiverPoint, light: LightId) -> QueryError {
+        let ReceiverPoint { point, surface } = *start;
         if !point.is_finite() || point.abs().max_element() > LARGEST {
             return QueryError::BadPoint(point);
         }

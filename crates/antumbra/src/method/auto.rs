@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use antumbra_geometry::{DVec3, Start};
+use antumbra_geometry::{DVec3, ReceiverPoint};
 
 use super::order::{self, Order, WINDOW};
 use super::voxel::{ByVoxel, NOTED, Rays};
@@ -18,10 +18,10 @@ impl<R: Rays> ByVoxel<'_, R> {
     /// Answers queries by the map, as far as there is one, and by rays.
     pub(super) fn answer_by_map(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
         let light = self.light_number;
         self.values.expect(light, starts.len() as u64);
@@ -67,7 +67,7 @@ impl<R: Rays> ByVoxel<'_, R> {
                 (Some(map), Some(order)) => {
                     let together = (self.values, TOGETHER);
                     let mut beside = Beside::default();
-                    let ask = |starts: &[Start], found: &mut [bool]| {
+                    let ask = |starts: &[ReceiverPoint], found: &mut [bool]| {
                         beside.add(&self.ask_map(map, starts, found, counters, &check)?);
                         Ok(())
                     };
@@ -108,15 +108,15 @@ impl<R: Rays> ByVoxel<'_, R> {
     fn ask_map(
         &self,
         (lists, map): (&Lists, &Map),
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<Beside, QueryError> {
         let (occluders, light) = (self.occluders, self.light_number);
         let mut unknown = Unknown::default();
         let (mut list_count, mut shadowed_count) = (0, 0);
-        let mut ask = |starts: &[Start], numbers: &[u32], is_shadowed: &mut [bool]| {
+        let mut ask = |starts: &[ReceiverPoint], numbers: &[u32], is_shadowed: &mut [bool]| {
             let told = self
                 .values
                 .find_many_in_map((lists, map), occluders, starts, light);
@@ -195,7 +195,11 @@ impl<R: Rays> ByVoxel<'_, R> {
 
     /// Answers one query by the map, if there is one that is worth asking, or by a ray.
     #[inline]
-    pub(super) fn answer_one_by_map(&self, start: &Start, counters: &mut Counters) -> Answer {
+    pub(super) fn answer_one_by_map(
+        &self,
+        start: &ReceiverPoint,
+        counters: &mut Counters,
+    ) -> Answer {
         let is_refining = self.values.is_refining();
         let is_one_in = |drawn: u64, count| {
             is_refining && (self.values.is_made_when_queried() || drawn.is_multiple_of(count))
@@ -212,7 +216,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline(never)]
     fn ask_map_one(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         [is_sampled, is_timed]: [bool; 2],
         counters: &mut Counters,
     ) -> Answer {
@@ -283,14 +287,14 @@ impl Beside {
 /// Starts of a chunk that nothing is known of.
 #[derive(Default)]
 struct Unknown {
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     numbers: Vec<u32>,
 }
 
 impl Unknown {
     /// Adds those of a block, a bit each.
     #[inline]
-    fn add(&mut self, block: &[Start], numbers: &[u32], mut places: u64) {
+    fn add(&mut self, block: &[ReceiverPoint], numbers: &[u32], mut places: u64) {
         while places != 0 {
             let place = places.trailing_zeros() as usize;
             places &= places - 1;
@@ -304,14 +308,14 @@ impl Unknown {
 
 /// Starts on faces of which nothing is known as a whole, until there are enough for a lookup.
 struct Rest {
-    starts: [Start; MANY],
+    starts: [ReceiverPoint; MANY],
     /// Their numbers in the chunk.
     numbers: [u32; MANY],
     count: usize,
 }
 
 /// In place of a start.
-const NOWHERE: Start = Start {
+const NOWHERE: ReceiverPoint = ReceiverPoint {
     point: DVec3::ZERO,
     surface: None,
 };
@@ -327,7 +331,7 @@ impl Rest {
 
     /// Adds a start if that is wanted, without a branch.
     #[inline(always)]
-    fn add_if(&mut self, is_wanted: bool, start: &Start, number: usize) {
+    fn add_if(&mut self, is_wanted: bool, start: &ReceiverPoint, number: usize) {
         let at = self.count % MANY;
         self.starts[at] = *start;
         self.numbers[at] = number as u32;

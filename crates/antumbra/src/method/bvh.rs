@@ -1,6 +1,6 @@
 //! A ray through the tree to the light.
 
-use antumbra_geometry::{LightShape, Occluders, Start};
+use antumbra_geometry::{LightShape, Occluders, ReceiverPoint};
 
 use crate::accel::bvh::Bvh;
 use crate::{Answer, Counters, Decided};
@@ -10,7 +10,7 @@ use crate::{Answer, Counters, Decided};
 pub(crate) fn by_bvh(
     occluders: &Occluders,
     bvh: &Bvh,
-    start: &Start,
+    start: &ReceiverPoint,
     light: &LightShape,
     counters: &mut Counters,
 ) -> Answer {
@@ -25,7 +25,7 @@ pub(crate) fn by_bvh(
 pub(crate) fn many_by_bvh(
     occluders: &Occluders,
     bvh: &Bvh,
-    starts: &[Start],
+    starts: &[ReceiverPoint],
     light: &LightShape,
     is_shadowed: &mut [bool],
     counters: &mut Counters,

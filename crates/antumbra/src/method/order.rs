@@ -3,7 +3,7 @@
 //! In: starts in the caller's order. Out: an order by which neighbours come one after the other, if theirs is
 //! not one. Answers do not depend on it; what is read for one start is then near at hand for the next.
 
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 
 use crate::occlusion::AdaptiveValues;
 
@@ -23,7 +23,11 @@ const SMALLEST_STORE: u64 = 32 << 20;
 const SMALLEST_MAP: u64 = 4 << 20;
 
 /// Returns whether so many neighbours in a batch lie apart that it is worth putting in order.
-pub(super) fn is_scattered(values: &AdaptiveValues, light: usize, starts: &[Start]) -> bool {
+pub(super) fn is_scattered(
+    values: &AdaptiveValues,
+    light: usize,
+    starts: &[ReceiverPoint],
+) -> bool {
     let smallest = match values.has_maps() {
         true => SMALLEST_MAP,
         false => SMALLEST_STORE,
@@ -35,7 +39,7 @@ pub(super) fn is_scattered(values: &AdaptiveValues, light: usize, starts: &[Star
         && are_neighbours_apart(values, starts)
 }
 
-fn are_neighbours_apart(values: &AdaptiveValues, starts: &[Start]) -> bool {
+fn are_neighbours_apart(values: &AdaptiveValues, starts: &[ReceiverPoint]) -> bool {
     let step = starts.len() / PAIRS;
     let mut keys = [0; 2];
     let are_apart = |pair: &usize| {
@@ -67,10 +71,10 @@ impl Order {
     pub(super) fn answer<E>(
         &mut self,
         (values, together): (&AdaptiveValues, usize),
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
-        check: impl Fn(&Start) -> Result<(), E>,
-        mut answer: impl FnMut(&[Start], &mut [bool]) -> Result<(), E>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), E>,
+        mut answer: impl FnMut(&[ReceiverPoint], &mut [bool]) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut near = Vec::with_capacity(together);
         let mut found = vec![false; together];
@@ -90,7 +94,7 @@ impl Order {
     }
 
     /// Returns the numbers of some starts in order.
-    pub(super) fn of(&mut self, values: &AdaptiveValues, starts: &[Start]) -> &[u32] {
+    pub(super) fn of(&mut self, values: &AdaptiveValues, starts: &[ReceiverPoint]) -> &[u32] {
         self.keys.clear();
         self.keys.resize(starts.len(), 0);
         values.keys(starts, &mut self.keys);
@@ -150,18 +154,18 @@ mod tests {
     }
 
     /// Starts row by row over the floor, as a picture asks them.
-    fn rows(count: usize) -> Vec<Start> {
+    fn rows(count: usize) -> Vec<ReceiverPoint> {
         let width = (count as f64).sqrt().ceil() as usize;
         let place = |number: usize| 8.0 * (number as f64 + 0.5) / width as f64 - 4.0;
         (0..count)
-            .map(|number| Start {
+            .map(|number| ReceiverPoint {
                 point: DVec3::new(place(number % width), place(number / width), 0.0),
                 surface: None,
             })
             .collect()
     }
 
-    fn shuffle(starts: &mut [Start], random: &mut Random) {
+    fn shuffle(starts: &mut [ReceiverPoint], random: &mut Random) {
         for number in (1..starts.len()).rev() {
             starts.swap(number, random.below(number + 1));
         }
@@ -214,7 +218,7 @@ mod tests {
             assert_eq!(alone, [expected]);
             assert!(usize::from(expected) < AdaptiveValues::KEYS);
             // Keys change at planes alone, sixteen along an axis.
-            let beside = Start {
+            let beside = ReceiverPoint {
                 point: start.point + 1e-4 * random.in_cube(),
                 ..*start
             };

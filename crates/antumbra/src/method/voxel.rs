@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use antumbra_geometry::{Occluders, Start};
+use antumbra_geometry::{Occluders, ReceiverPoint};
 
 use super::order::{self, Order, WINDOW};
 use crate::accel::bvh::Bvh;
@@ -16,18 +16,23 @@ use crate::{Answer, Counters, Decided, QueryError};
 /// Who answers what values do not know, own rules and all.
 pub(crate) trait Rays {
     /// Returns whether an opaque surface blocks a start's segment.
-    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool;
+    fn is_blocked(&self, start: &ReceiverPoint, counters: &mut Counters) -> bool;
 
     /// Tells the same of many starts.
-    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], counters: &mut Counters) {
+    fn are_blocked(
+        &self,
+        starts: &[ReceiverPoint],
+        is_blocked: &mut [bool],
+        counters: &mut Counters,
+    ) {
         for (start, is_blocked) in starts.iter().zip(is_blocked) {
             *is_blocked = self.is_blocked(start, counters);
         }
     }
 }
 
-impl<F: Fn(&Start, &mut Counters) -> bool> Rays for F {
-    fn is_blocked(&self, start: &Start, counters: &mut Counters) -> bool {
+impl<F: Fn(&ReceiverPoint, &mut Counters) -> bool> Rays for F {
+    fn is_blocked(&self, start: &ReceiverPoint, counters: &mut Counters) -> bool {
         self(start, counters)
     }
 }
@@ -51,10 +56,10 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline]
     pub(crate) fn answer(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
         if self.values.has_maps() {
             return self.answer_by_map(starts, is_shadowed, counters, check);
@@ -75,10 +80,10 @@ impl<R: Rays> ByVoxel<'_, R> {
     #[inline]
     fn answer_in_order(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
         let light = self.light_number;
         if let Some(packed) = self.values.packed(light) {
@@ -139,10 +144,10 @@ impl<R: Rays> ByVoxel<'_, R> {
     fn answer_packed(
         &self,
         packed: &PackedLight,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
         let (mut shadowed_count, mut list_count, mut ray_count) = (0_u64, 0_u64, 0_u64);
         for (starts, is_shadowed) in starts.chunks(MANY).zip(is_shadowed.chunks_mut(MANY)) {
@@ -174,10 +179,10 @@ impl<R: Rays> ByVoxel<'_, R> {
 
     pub(super) fn answer_by_rays(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<(), QueryError> {
         starts.iter().try_for_each(check)?;
         self.rays.are_blocked(starts, is_shadowed, counters);
@@ -192,10 +197,10 @@ impl<R: Rays> ByVoxel<'_, R> {
     fn answer_growing(
         &self,
         (known, store): (&Known, &Store),
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
-        check: impl Fn(&Start) -> Result<(), QueryError>,
+        check: impl Fn(&ReceiverPoint) -> Result<(), QueryError>,
     ) -> Result<Rayed, QueryError> {
         let (occluders, light) = (self.occluders, self.light_number);
         let (mut shadowed_count, mut list_count) = (0, 0);
@@ -241,7 +246,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     }
 
     /// Answers one query.
-    pub(crate) fn answer_one(&self, start: &Start, counters: &mut Counters) -> Answer {
+    pub(crate) fn answer_one(&self, start: &ReceiverPoint, counters: &mut Counters) -> Answer {
         if self.values.has_maps() {
             return self.answer_one_by_map(start, counters);
         }
@@ -297,7 +302,7 @@ impl<R: Rays> ByVoxel<'_, R> {
     }
 
     /// Counts a ray at the cell whose link stands at a place; returns what the making of values took, in nanoseconds.
-    fn count_ray(&self, values: (&Known, &Store), start: &Start, place: u32) -> u64 {
+    fn count_ray(&self, values: (&Known, &Store), start: &ReceiverPoint, place: u32) -> u64 {
         match self.bvh {
             Some(bvh) if place != 0 && self.values.is_refining() => {
                 let scene = Scene {

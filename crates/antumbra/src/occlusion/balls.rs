@@ -256,7 +256,7 @@ fn size(v: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use antumbra_geometry::{Bounds, Occluders, Opacity, Start, SurfaceId};
+    use antumbra_geometry::{Bounds, Occluders, Opacity, ReceiverPoint, SurfaceId};
     use fearless_simd::{Level, dispatch};
 
     use super::super::forms::START_ROOM;
@@ -338,7 +338,7 @@ mod tests {
                     None => room * random.of_cube(),
                     Some(_) => DVec3::ZERO,
                 };
-                let start = Start {
+                let start = ReceiverPoint {
                     point: point + move_by,
                     surface,
                 };
@@ -371,7 +371,7 @@ mod tests {
                 let way = random.in_cube().normalize();
                 // Off the sphere, too: the rule has an answer there, but values have none.
                 let off = random.pick(&[0.0, 0.0, 0.1, 0.6, 2.0, 10.0]) * room;
-                let start = Start {
+                let start = ReceiverPoint {
                     point: own.center + (own.radius + off) * way,
                     surface: Some(SurfaceId(0)),
                 };

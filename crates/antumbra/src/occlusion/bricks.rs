@@ -12,7 +12,7 @@ use super::lattice::{Cell, Code, Lattice};
 use super::links::{Link, read};
 use super::room::Room;
 use super::sync::{AtomicU32, Ordering};
-use super::value::{Audience, Occlusion, Values64};
+use super::value::{Occlusion, ReceiverClass, Values64};
 
 /// Decision for a cell and a receiver class.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,10 +102,10 @@ impl Store {
 
     /// Returns what finds links.
     #[inline(always)]
-    pub(crate) fn finder(&self, audience: Audience, lattice: &Lattice) -> Finder<'_> {
+    pub(crate) fn finder(&self, class: ReceiverClass, lattice: &Lattice) -> Finder<'_> {
         Finder {
             arena: &self.arena,
-            root: self.roots[audience as usize] as usize,
+            root: self.roots[class as usize] as usize,
             root_places: lattice.root_places(),
             root_shift: lattice.root_shift(),
             brick_shift: lattice.coarsest_shift(),
@@ -113,8 +113,8 @@ impl Store {
     }
 
     /// Returns where a root table starts.
-    pub(crate) fn root(&self, audience: Audience) -> u32 {
-        self.roots[audience as usize]
+    pub(crate) fn root(&self, class: ReceiverClass) -> u32 {
+        self.roots[class as usize]
     }
 
     /// Returns what is known at a link.

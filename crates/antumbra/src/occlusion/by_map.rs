@@ -4,7 +4,7 @@
 
 use std::hint::black_box;
 
-use antumbra_geometry::{DVec3, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Occluders, ReceiverPoint, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, u32x8};
 
@@ -14,8 +14,8 @@ use super::lookup::{BLOCK, Found, Lookup, Source};
 use super::many::{FEW, MANY, Numbers, Places, Told, first_bits};
 use super::map::{BIAS, FREE, Located, Map, NOWHERE, Told as ToldOfCell, Word, rough_depth};
 use super::pairs::{Pairs, widened};
-use super::planes::StartPlane;
-use super::starts::{Asks, Entry, Moved};
+use super::planes::ReceiverPlane;
+use super::receivers::{Asks, Entry, Moved};
 use super::tables::{NONE, Tables};
 use crate::draw::draw;
 
@@ -29,7 +29,7 @@ impl AdaptiveValues {
         &self,
         (lists, map): (&Lists, &Map),
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: usize,
     ) -> Told {
         let asked = first_bits(starts.len());
@@ -52,7 +52,7 @@ impl AdaptiveValues {
         &self,
         (lists, map): (&Lists, &Map),
         occluders: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
     ) -> Found {
         let Some(tables) = self.tables(occluders, light, lists) else {
@@ -72,7 +72,7 @@ impl AdaptiveValues {
         &self,
         map: &Map,
         tables: &Tables<'_>,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
     ) -> Vec<(u32, u32)> {
         let mut all = Vec::with_capacity(starts.len());
         dispatch!(self.level, simd => {
@@ -92,7 +92,7 @@ impl AdaptiveValues {
 
 /// Returns whether a start that is where its point is lies on a triangle that the tiles list.
 #[inline(always)]
-fn is_listed(tables: &Tables<'_>, start: &Start) -> bool {
+fn is_listed(tables: &Tables<'_>, start: &ReceiverPoint) -> bool {
     start.surface.is_some_and(|surface| {
         let side = tables.side(surface.0 as usize);
         side.is_some_and(|side| side != 0) && tables.occluders.is_opaque(surface)
@@ -112,13 +112,13 @@ struct Kinds {
 
 impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
-    fn find_many_in_map(&self, map: &Map, starts: &[Start], asked: u64) -> Told {
+    fn find_many_in_map(&self, map: &Map, starts: &[ReceiverPoint], asked: u64) -> Told {
         let mut told = Told::default();
         if asked.count_ones() as usize <= FEW {
             self.find_each_in_map(map, starts, asked, &mut told);
             return told;
         }
-        match <&[Start; MANY]>::try_from(starts) {
+        match <&[ReceiverPoint; MANY]>::try_from(starts) {
             Ok(starts) => self.find_block_in_map(map, starts, asked, &mut told),
             Err(_) => {
                 let mut block = [starts[0]; MANY];
@@ -130,7 +130,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(never)]
-    fn find_each_in_map(&self, map: &Map, starts: &[Start], asked: u64, told: &mut Told) {
+    fn find_each_in_map(&self, map: &Map, starts: &[ReceiverPoint], asked: u64, told: &mut Told) {
         self.simd.vectorize(
             #[inline(always)]
             || {
@@ -142,15 +142,15 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(always)]
-    fn find_one_in_map(&self, map: &Map, start: &Start) -> Found {
+    fn find_one_in_map(&self, map: &Map, start: &ReceiverPoint) -> Found {
         let x = self.values.narrow(start.point);
         let surface = start.surface.map(|SurfaceId(surface)| surface as usize);
         let asks = match surface.and_then(|surface| self.tables.start_planes().get(surface)) {
             Some(plane) => match plane.tell_one(self.simd, x) {
-                Some(_) => Asks::In(super::value::Audience::Front),
+                Some(_) => Asks::In(super::value::ReceiverClass::Front),
                 None => Asks::Doubt,
             },
-            None => self.audience(start, x),
+            None => self.class(start, x),
         };
         match asks {
             Asks::In(_) => {
@@ -163,7 +163,13 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Answers those starts of a block that are asked. One step for all of them before the next, as in `many`.
     #[inline(always)]
-    fn find_block_in_map(&self, map: &Map, starts: &[Start; MANY], asked: u64, told: &mut Told) {
+    fn find_block_in_map(
+        &self,
+        map: &Map,
+        starts: &[ReceiverPoint; MANY],
+        asked: u64,
+        told: &mut Told,
+    ) {
         let mut surfaces = [0; MANY];
         let mut on_surface_count = 0;
         for (surface, start) in surfaces.iter_mut().zip(starts) {
@@ -200,7 +206,7 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn find_known_in_map(
         &self,
         map: &Map,
-        starts: [&[Start; MANY]; 2],
+        starts: [&[ReceiverPoint; MANY]; 2],
         places: &Places,
         known: u64,
         listed: u64,
@@ -281,7 +287,7 @@ impl<S: Simd> Lookup<'_, S> {
     fn find_in_lists_of_map(
         &self,
         map: &Map,
-        starts: [&[Start; MANY]; 2],
+        starts: [&[ReceiverPoint; MANY]; 2],
         places: &Places,
         (located, words): (&Located<MANY>, &[u32; MANY]),
         [lists, listed]: [u64; 2],
@@ -324,7 +330,7 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
     fn are_on_surfaces(
         &self,
-        starts: &[Start; MANY],
+        starts: &[ReceiverPoint; MANY],
         surfaces: &[u32; MANY],
         places: &Places,
         asked: u64,
@@ -338,7 +344,7 @@ impl<S: Simd> Lookup<'_, S> {
             for (number, &surface) in surfaces.iter().enumerate() {
                 let clear = planes
                     .get(surface as usize)
-                    .map_or(0, StartPlane::clear_bit);
+                    .map_or(0, ReceiverPlane::clear_bit);
                 listed &= !(u64::from(clear) << number);
             }
         }
@@ -364,7 +370,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     #[cold]
     #[inline(never)]
-    fn find_outside_in_map(&self, map: &Map, start: &Start) -> Found {
+    fn find_outside_in_map(&self, map: &Map, start: &ReceiverPoint) -> Found {
         match self.entry(start.point) {
             Entry::Never => Found::by_value(false),
             Entry::Unknown => Found::NOTHING,
@@ -376,7 +382,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     #[cold]
     #[inline(never)]
-    fn find_off_surface_in_map(&self, map: &Map, start: &Start) -> Found {
+    fn find_off_surface_in_map(&self, map: &Map, start: &ReceiverPoint) -> Found {
         match self.move_onto_surface(start) {
             Moved::OwnShadow => Found::by_value(true),
             Moved::Unknown => Found::NOTHING,
@@ -395,7 +401,7 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn find_at_in_map(
         &self,
         map: &Map,
-        start: &Start,
+        start: &ReceiverPoint,
         point: DVec3,
         x: [f32; 3],
         is_listed: bool,

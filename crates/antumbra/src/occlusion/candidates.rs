@@ -8,7 +8,7 @@ use antumbra_geometry::{Bounds, DVec3, LightShape, Mesh, Occluders, Relation, Sh
 
 use super::forms::{BOUND, Forms, Verdict};
 use super::tables::{Contour, CurvedCaster, NONE, Tables};
-use super::value::Audience;
+use super::value::ReceiverClass;
 use crate::accel::bvh::{Bvh, Region};
 use crate::accel::frame::Frame;
 
@@ -121,15 +121,15 @@ impl<'a> Casters<'a> {
         &self,
         all: &Candidates,
         bounds: &Bounds,
-        audience: Audience,
+        class: ReceiverClass,
         kept: &mut Candidates,
     ) -> bool {
-        let wanted = match audience {
-            Audience::Front => 1,
-            Audience::Back => -1,
-            Audience::Free => 0,
+        let wanted = match class {
+            ReceiverClass::Front => 1,
+            ReceiverClass::Back => -1,
+            ReceiverClass::Free => 0,
         };
-        let mut are_there = audience == Audience::Free;
+        let mut are_there = class == ReceiverClass::Free;
         kept.holders.clear();
         let (center, half) = self.box_in_frame(bounds);
         for &holder in &all.holders {

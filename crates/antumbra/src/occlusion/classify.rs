@@ -5,11 +5,11 @@
 //! surface with its own outline (curved, with holes) does. Where none of these is, one start speaks for
 //! all. Absent here: bits, bricks, queries.
 
-use antumbra_geometry::{Bounds, NO_COMPONENT, Patch, Relation, Segment, Start, SurfaceId};
+use antumbra_geometry::{Bounds, NO_COMPONENT, Patch, ReceiverPoint, Relation, Segment, SurfaceId};
 
 use super::candidates::{Candidates, Casters};
 use super::forms::Verdict;
-use super::value::Audience;
+use super::value::ReceiverClass;
 
 /// Cells with more surfaces or events are not tried.
 const MOST_HOLDERS: usize = 48;
@@ -54,7 +54,7 @@ impl<'a> Casters<'a> {
     /// Returns the surfaces in a cell from which a receiver class asks.
     pub(crate) fn receivers(
         &self,
-        audience: Audience,
+        class: ReceiverClass,
         candidates: &Candidates,
         bounds: &Bounds,
     ) -> Receivers<'a> {
@@ -66,10 +66,10 @@ impl<'a> Casters<'a> {
         if receivers.are_too_many {
             return receivers;
         }
-        let wanted = match audience {
-            Audience::Front => 1,
-            Audience::Back => -1,
-            Audience::Free => return receivers,
+        let wanted = match class {
+            ReceiverClass::Front => 1,
+            ReceiverClass::Back => -1,
+            ReceiverClass::Free => return receivers,
         };
         for &surface in &candidates.holders {
             match self.side(surface) {
@@ -95,7 +95,7 @@ impl<'a> Casters<'a> {
         if candidates.triangles.is_empty() && candidates.crossing.is_empty() {
             return Some(false);
         }
-        let start = Start {
+        let start = ReceiverPoint {
             point: bounds.center(),
             surface: None,
         };
@@ -107,7 +107,7 @@ impl<'a> Casters<'a> {
     fn decide_box(
         &self,
         candidates: &Candidates,
-        start: &Start,
+        start: &ReceiverPoint,
         are_holders_in_the_way: bool,
     ) -> Option<bool> {
         if candidates.contours.len() > MOST_CONTOURS {
@@ -223,7 +223,7 @@ impl<'a> Casters<'a> {
             return None;
         }
         // Its own solid blocks nothing here, and no other curved one does: triangles decide.
-        let start = Start {
+        let start = ReceiverPoint {
             point: bounds.center(),
             surface: None,
         };
@@ -285,7 +285,7 @@ impl<'a> Casters<'a> {
             && candidates.triangles.iter().all(|&triangle| {
                 self.blocks_everywhere(triangle) || patch.misses_triangle(SurfaceId(triangle))
             });
-        let start = Start {
+        let start = ReceiverPoint {
             point: patch.middle(),
             surface: Some(patch.surface()),
         };
@@ -418,7 +418,7 @@ mod tests {
         bounds: &Bounds,
         light: &LightShape,
         random: &mut Random,
-    ) -> Vec<Start> {
+    ) -> Vec<ReceiverPoint> {
         let mut points: Vec<DVec3> = Vec::new();
         match surface.map(|surface| (surface, occluders.sphere(surface))) {
             None => {
@@ -446,7 +446,7 @@ mod tests {
             }
         }
         points.retain(|&point| bounds.contains(point));
-        let start = |point| Start { point, surface };
+        let start = |point| ReceiverPoint { point, surface };
         points.into_iter().map(start).collect()
     }
 
@@ -502,7 +502,12 @@ mod tests {
                         let bounds = lattice.inflated(cell);
                         if random.below(2) == 0 {
                             let mut kept = Candidates::NONE;
-                            casters.narrow_holders(&candidates, &bounds, Audience::Free, &mut kept);
+                            casters.narrow_holders(
+                                &candidates,
+                                &bounds,
+                                ReceiverClass::Free,
+                                &mut kept,
+                            );
                             casters.narrow(&candidates, &bounds, &mut kept);
                             candidates = kept;
                         } else {
@@ -511,9 +516,9 @@ mod tests {
                     }
                 }
                 let bounds = lattice.inflated(cell);
-                for audience in Audience::ALL {
-                    let receivers = casters.receivers(audience, &candidates, &bounds);
-                    let (answer, list, surfaces) = if audience == Audience::Free {
+                for class in ReceiverClass::ALL {
+                    let receivers = casters.receivers(class, &candidates, &bounds);
+                    let (answer, list, surfaces) = if class == ReceiverClass::Free {
                         let answer = casters.decide_free(&candidates, &bounds);
                         let list = casters.blockers(None, &candidates, 8, 1);
                         (answer, list, vec![None])
@@ -537,7 +542,7 @@ mod tests {
                                     (occluders.triangle_positions(s), occluders.sphere(s))
                                 });
                                 format!(
-                                    "{round} {audience:?} {start:?} {light:?} {cell:?} {:?}",
+                                    "{round} {class:?} {start:?} {light:?} {cell:?} {:?}",
                                     triangles.collect::<Vec<_>>()
                                 )
                             };
@@ -554,12 +559,12 @@ mod tests {
                                 );
                                 if let Some(list) = &list {
                                     assert!(list.contains(&other.0), "{other:?} {}", context());
-                                    listed[audience as usize] += 1;
+                                    listed[class as usize] += 1;
                                 }
                             }
                             if let Some(answer) = answer {
                                 assert_eq!(answer, is_blocked, "{}", context());
-                                decided[audience as usize][usize::from(answer)] += 1;
+                                decided[class as usize][usize::from(answer)] += 1;
                             }
                         }
                     }

@@ -3,7 +3,7 @@
 //! In: starts. Out: a [`Found`] each. Invariant: an answer that is found is the reference's. Absent here:
 //! rays, lights' power, how values were made.
 
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, ReceiverPoint, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::adaptive::{AdaptiveValues, Known, Lists, PackedLight};
@@ -16,9 +16,9 @@ pub(super) use super::looking::Lookup;
 pub(crate) use super::looking::Source;
 use super::many::{MANY, Told};
 use super::packed::{self, Packed};
-use super::starts::{Asks, Entry, Moved};
+use super::receivers::{Asks, Entry, Moved};
 use super::sync::{AtomicU32, Ordering};
-use super::value::Audience;
+use super::value::ReceiverClass;
 
 /// Of a start's code, the first bits are its key: cells of 16^3.
 const KEY_BITS: u32 = 12;
@@ -30,7 +30,7 @@ impl AdaptiveValues {
         &self,
         (lists, store): (&Lists, &Store),
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: usize,
     ) -> Looked {
         let Some(tables) = self.tables(occluders, light, lists) else {
@@ -49,7 +49,7 @@ impl AdaptiveValues {
         &self,
         PackedLight { packed, lists, .. }: &PackedLight,
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: usize,
         is_shadowed: &mut [bool],
     ) -> Told {
@@ -69,7 +69,7 @@ impl AdaptiveValues {
         &self,
         PackedLight { packed, lists, .. }: &PackedLight,
         occluders: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
     ) -> Found {
         let Some(tables) = self.tables(occluders, light, lists) else {
@@ -89,7 +89,7 @@ impl AdaptiveValues {
         &self,
         (lists, store): (&Lists, &Store),
         occluders: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
     ) -> (Found, u32) {
         let Some(tables) = self.tables(occluders, light, lists) else {
@@ -106,8 +106,8 @@ impl AdaptiveValues {
     pub(crate) const KEYS: usize = 1 << KEY_BITS;
 
     /// Writes for each start a key that starts near each other share.
-    pub(crate) fn keys(&self, starts: &[Start], keys: &mut [u16]) {
-        let lattice = &self.lattices[Audience::Front as usize];
+    pub(crate) fn keys(&self, starts: &[ReceiverPoint], keys: &mut [u16]) {
+        let lattice = &self.lattices[ReceiverClass::Front as usize];
         dispatch!(self.level, simd => {
             for (starts, keys) in starts.chunks(BLOCK).zip(keys.chunks_mut(BLOCK)) {
                 let codes = lattice.codes(simd, &self.places(starts));
@@ -120,7 +120,7 @@ impl AdaptiveValues {
 
     /// Returns where some starts lie, coordinate by coordinate.
     #[inline(always)]
-    pub(super) fn places(&self, starts: &[Start]) -> [[f32; BLOCK]; 3] {
+    pub(super) fn places(&self, starts: &[ReceiverPoint]) -> [[f32; BLOCK]; 3] {
         let mut places = [[0.0; BLOCK]; 3];
         for (number, start) in starts.iter().enumerate() {
             let [x, y, z] = self.narrow(start.point);
@@ -137,16 +137,16 @@ impl AdaptiveValues {
         known: &Known,
         occluders: &Occluders,
         light: usize,
-        start: &Start,
-    ) -> Option<(Audience, Code)> {
+        start: &ReceiverPoint,
+    ) -> Option<(ReceiverClass, Code)> {
         let tables = self.tables(occluders, light, &known.lists)?;
         let x = self.narrow(start.point);
         dispatch!(self.level, simd => {
             let code = self.lattices[0].code_of(simd, x);
             let source = Source::Nothing;
             let lookup = Lookup { simd, values: self, number: light, tables, source, occluders };
-            match lookup.audience(start, x) {
-                Asks::In(audience) => Some((audience, code)),
+            match lookup.class(start, x) {
+                Asks::In(class) => Some((class, code)),
                 Asks::OwnShadow | Asks::Doubt => None,
             }
         })
@@ -182,29 +182,29 @@ impl Listed for u32 {
 impl<S: Simd> Lookup<'_, S> {
     /// One step for all starts before the next: so the memory that they need is fetched together.
     #[inline(always)]
-    fn find(&self, store: &Store, starts: &[Start]) -> Looked {
+    fn find(&self, store: &Store, starts: &[ReceiverPoint]) -> Looked {
         let places = self.values.places(starts);
         let place = |number: usize| [0, 1, 2].map(|axis: usize| places[axis][number]);
-        let lattice = &self.values.lattices[Audience::Front as usize];
+        let lattice = &self.values.lattices[ReceiverClass::Front as usize];
         let codes = lattice.codes(self.simd, &places);
-        let mut audiences = [Asks::Doubt; BLOCK];
+        let mut classes = [Asks::Doubt; BLOCK];
         for (number, start) in starts.iter().enumerate() {
-            audiences[number] = self.audience(start, place(number));
+            classes[number] = self.class(start, place(number));
         }
         let mut leaves = [Leaf::OUTSIDE; BLOCK];
-        for audience in Audience::ALL {
-            let wanted = Asks::In(audience);
-            if !audiences.contains(&wanted) {
+        for class in ReceiverClass::ALL {
+            let wanted = Asks::In(class);
+            if !classes.contains(&wanted) {
                 continue;
             }
-            let finder = self.finder(store, audience);
+            let finder = self.finder(store, class);
             for (number, leaf) in leaves.iter_mut().enumerate() {
-                if audiences[number] == wanted {
+                if classes[number] == wanted {
                     *leaf = finder.find(codes.get(number));
                 }
             }
         }
-        for (leaf, asks) in leaves.iter_mut().zip(&audiences) {
+        for (leaf, asks) in leaves.iter_mut().zip(&classes) {
             if *asks == Asks::OwnShadow {
                 *leaf = Leaf::of(true);
             }
@@ -213,7 +213,7 @@ impl<S: Simd> Lookup<'_, S> {
         for (number, start) in starts.iter().enumerate() {
             let leaf = leaves[number];
             looked.places[number] = leaf.place;
-            looked.found[number] = self.found(store, leaf, audiences[number], start, place(number));
+            looked.found[number] = self.found(store, leaf, classes[number], start, place(number));
         }
         looked
     }
@@ -221,13 +221,13 @@ impl<S: Simd> Lookup<'_, S> {
     /// Finds what is known of one start, and where the link of its cell stands; 0 where that does not
     /// matter.
     #[inline(always)]
-    fn find_one(&self, store: &Store, start: &Start) -> (Found, u32) {
+    fn find_one(&self, store: &Store, start: &ReceiverPoint) -> (Found, u32) {
         let x = self.values.narrow(start.point);
-        let asks = self.audience(start, x);
+        let asks = self.class(start, x);
         let leaf = match asks {
-            Asks::In(audience) => {
-                let lattice = &self.values.lattices[audience as usize];
-                self.finder(store, audience)
+            Asks::In(class) => {
+                let lattice = &self.values.lattices[class as usize];
+                self.finder(store, class)
                     .find(lattice.code_of(self.simd, x))
             }
             Asks::OwnShadow => Leaf::of(true),
@@ -238,23 +238,23 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Finds what is known of one start by values that are packed.
     #[inline(always)]
-    pub(super) fn find_packed(&self, packed: &Packed, start: &Start) -> Found {
+    pub(super) fn find_packed(&self, packed: &Packed, start: &ReceiverPoint) -> Found {
         let x = self.values.narrow(start.point);
         // Told as many starts are, so that it does not matter in whose company one is asked.
         let surface = start.surface.map(|SurfaceId(surface)| surface as usize);
         let asks = match surface.and_then(|surface| self.tables.start_planes().get(surface)) {
             Some(plane) => match plane.tell_one(self.simd, x) {
-                Some(true) => Asks::In(Audience::Back),
-                Some(false) => Asks::In(Audience::Front),
+                Some(true) => Asks::In(ReceiverClass::Back),
+                Some(false) => Asks::In(ReceiverClass::Front),
                 None => Asks::Doubt,
             },
-            None => self.audience(start, x),
+            None => self.class(start, x),
         };
         match asks {
-            Asks::In(audience) => {
-                let lattice = &self.values.lattices[audience as usize];
+            Asks::In(class) => {
+                let lattice = &self.values.lattices[class as usize];
                 let code = lattice.code_of(self.simd, x);
-                match packed.find(audience, code) {
+                match packed.find(class, code) {
                     Ok(is_shadowed) => Found::by_value(is_shadowed),
                     Err(packed::Leaf::OUTSIDE) => self.find_from_outside(start),
                     Err(leaf) => self.find_in_packed(packed, leaf, start, start.point, x),
@@ -270,7 +270,7 @@ impl<S: Simd> Lookup<'_, S> {
         &self,
         packed: &Packed,
         leaf: packed::Leaf,
-        start: &Start,
+        start: &ReceiverPoint,
         point: DVec3,
         x: [f32; 3],
     ) -> Found {
@@ -282,7 +282,14 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Returns what a leaf tells of a start.
     #[inline(always)]
-    fn found(&self, store: &Store, leaf: Leaf, asks: Asks, start: &Start, x: [f32; 3]) -> Found {
+    fn found(
+        &self,
+        store: &Store,
+        leaf: Leaf,
+        asks: Asks,
+        start: &ReceiverPoint,
+        x: [f32; 3],
+    ) -> Found {
         match leaf.link.answer() {
             Some(is_shadowed) => Found::by_value(is_shadowed),
             None if asks == Asks::Doubt => self.find_off_surface(start),
@@ -292,9 +299,9 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(always)]
-    fn finder<'s>(&self, store: &'s Store, audience: Audience) -> Finder<'s> {
-        let lattice = &self.values.lattices[audience as usize];
-        store.finder(audience, lattice)
+    fn finder<'s>(&self, store: &'s Store, class: ReceiverClass) -> Finder<'s> {
+        let lattice = &self.values.lattices[class as usize];
+        store.finder(class, lattice)
     }
 
     /// Returns the light.
@@ -312,10 +319,10 @@ impl<S: Simd> Lookup<'_, S> {
     /// The start is not where its point is given, or is on a curved surface, or is none.
     #[cold]
     #[inline(never)]
-    pub(super) fn find_off_surface(&self, start: &Start) -> Found {
+    pub(super) fn find_off_surface(&self, start: &ReceiverPoint) -> Found {
         match self.move_onto_surface(start) {
             Moved::OwnShadow => Found::by_value(true),
-            Moved::To(point, audience) => self.find_at(start, point, audience),
+            Moved::To(point, class) => self.find_at(start, point, class),
             Moved::Unknown => Found::NOTHING,
         }
     }
@@ -324,36 +331,36 @@ impl<S: Simd> Lookup<'_, S> {
     /// before that.
     #[cold]
     #[inline(never)]
-    pub(super) fn find_from_outside(&self, start: &Start) -> Found {
+    pub(super) fn find_from_outside(&self, start: &ReceiverPoint) -> Found {
         if start.surface.is_some() {
             return Found::NOTHING;
         }
         match self.entry(start.point) {
             Entry::Never => Found::by_value(false),
             Entry::Unknown => Found::NOTHING,
-            Entry::At(point) => self.find_at(start, point, Audience::Free),
+            Entry::At(point) => self.find_at(start, point, ReceiverClass::Free),
         }
     }
 
     /// Finds what is known of a start that answers as one within the room of a point does.
     #[inline(never)]
-    fn find_at(&self, start: &Start, point: DVec3, audience: Audience) -> Found {
+    fn find_at(&self, start: &ReceiverPoint, point: DVec3, class: ReceiverClass) -> Found {
         // What is not inlined has no wide registers of its own.
         self.simd.vectorize(
             #[inline(always)]
             || {
                 let place = self.values.narrow(point);
-                let code = self.values.lattices[audience as usize].code_of(self.simd, place);
+                let code = self.values.lattices[class as usize].code_of(self.simd, place);
                 match self.source {
                     Source::Nothing => Found::NOTHING,
                     Source::Growing(store) => {
-                        let link = self.finder(store, audience).find(code).link;
+                        let link = self.finder(store, class).find(code).link;
                         match link.answer() {
                             Some(is_shadowed) => Found::by_value(is_shadowed),
                             None => self.find_in_list(store, link, start, point, place),
                         }
                     }
-                    Source::Packed(packed) => match packed.find(audience, code) {
+                    Source::Packed(packed) => match packed.find(class, code) {
                         Ok(is_shadowed) => Found::by_value(is_shadowed),
                         Err(leaf) => self.find_in_packed(packed, leaf, start, point, place),
                     },
@@ -369,7 +376,7 @@ impl<S: Simd> Lookup<'_, S> {
         &self,
         store: &Store,
         link: Link,
-        start: &Start,
+        start: &ReceiverPoint,
         point: DVec3,
         x: [f32; 3],
     ) -> Found {
@@ -384,7 +391,7 @@ impl<S: Simd> Lookup<'_, S> {
     fn find_one_by_one(
         &self,
         entries: &[impl Listed],
-        start: &Start,
+        start: &ReceiverPoint,
         point: DVec3,
         x: [f32; 3],
     ) -> Found {
@@ -423,7 +430,7 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn curved_verdict(
         &self,
         surface: SurfaceId,
-        start: &Start,
+        start: &ReceiverPoint,
         point: DVec3,
     ) -> Verdict {
         let number = surface.0 as usize - self.tables.triangle_count();
@@ -450,7 +457,7 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn is_blocked_exactly(
         &self,
         entries: &[impl Listed],
-        start: &Start,
+        start: &ReceiverPoint,
         point: DVec3,
         x: [f32; 3],
     ) -> bool {

@@ -7,7 +7,7 @@
 
 use std::hint::black_box;
 
-use antumbra_geometry::{Start, SurfaceId};
+use antumbra_geometry::{ReceiverPoint, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
 
@@ -16,11 +16,11 @@ use super::lattice::Codes;
 use super::lookup::{Found, Lookup};
 use super::packed::{Leaf, Packed};
 use super::pairs::{Pairs, widened};
-use super::planes::{StartPlane, tell};
-use super::starts::Entry;
+use super::planes::{ReceiverPlane, tell};
+use super::receivers::Entry;
 pub(super) use super::told::{FEW, Numbers, Places, first_bits};
 pub(crate) use super::told::{MANY, Told};
-use super::value::Audience;
+use super::value::ReceiverClass;
 use super::vectors::four_points;
 
 /// So many planes are not in the near caches: all that a block needs are fetched at once.
@@ -31,7 +31,7 @@ type Roots = [u32; MANY];
 
 /// Free starts, those outside all cells where their segments come in.
 struct Entered {
-    starts: [Start; MANY],
+    starts: [ReceiverPoint; MANY],
     /// Those whose segments never come in, a bit each.
     lit: u64,
     /// Those too far away to tell well.
@@ -44,11 +44,11 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn find_many(
         &self,
         packed: &Packed,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
     ) -> Told {
         let mut told = Told::default();
-        match <&[Start; MANY]>::try_from(starts) {
+        match <&[ReceiverPoint; MANY]>::try_from(starts) {
             Ok(starts) => self.find_block(packed, starts, u64::MAX, &mut told),
             Err(_) => self.find_fewer(packed, starts, &mut told),
         }
@@ -59,7 +59,7 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(never)]
-    fn find_fewer(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
+    fn find_fewer(&self, packed: &Packed, starts: &[ReceiverPoint], told: &mut Told) {
         let count = starts.len().min(MANY);
         if count <= FEW {
             return self.find_each(packed, &starts[..count], told);
@@ -75,7 +75,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Answers starts one after the other.
     #[inline(never)]
-    fn find_each(&self, packed: &Packed, starts: &[Start], told: &mut Told) {
+    fn find_each(&self, packed: &Packed, starts: &[ReceiverPoint], told: &mut Told) {
         self.simd.vectorize(
             #[inline(always)]
             || {
@@ -88,7 +88,13 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Answers those starts of a block that are asked.
     #[inline(always)]
-    fn find_block(&self, packed: &Packed, starts: &[Start; MANY], asked: u64, told: &mut Told) {
+    fn find_block(
+        &self,
+        packed: &Packed,
+        starts: &[ReceiverPoint; MANY],
+        asked: u64,
+        told: &mut Told,
+    ) {
         let mut surfaces = [0; MANY];
         let mut on_surface_count = 0;
         for (surface, start) in surfaces.iter_mut().zip(starts) {
@@ -100,13 +106,13 @@ impl<S: Simd> Lookup<'_, S> {
             return self.find_each(packed, &starts[..count], told);
         }
         let is_free = on_surface_count == 0;
-        let audience = if is_free {
-            Audience::Free
+        let class = if is_free {
+            ReceiverClass::Free
         } else {
-            Audience::Front
+            ReceiverClass::Front
         };
-        let area = packed.area(audience);
-        let lattice = &self.values.lattices[audience as usize];
+        let area = packed.area(class);
+        let lattice = &self.values.lattices[class as usize];
         let mut places = [[0.0; MANY]; 3];
         self.narrow_many(starts, &mut places);
         let mut codes = lattice.codes(self.simd, &places);
@@ -172,7 +178,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Brings points into the frame.
     #[inline(always)]
-    pub(super) fn narrow_many(&self, starts: &[Start; MANY], places: &mut Places) {
+    pub(super) fn narrow_many(&self, starts: &[ReceiverPoint; MANY], places: &mut Places) {
         let frame = &self.values.frame;
         for (group, starts) in starts.as_chunks::<8>().0.iter().enumerate() {
             let [a, b, c, d, e, f, g, h] = starts.each_ref();
@@ -189,7 +195,7 @@ impl<S: Simd> Lookup<'_, S> {
 
     #[inline(always)]
     fn roots_of_space(&self, packed: &Packed, codes: &Codes<MANY>, roots: &mut Roots) {
-        let area = packed.area(Audience::Free);
+        let area = packed.area(ReceiverClass::Free);
         for first in (0..MANY).step_by(8) {
             let high = u32x8::from_slice(self.simd, &codes.high()[first..first + 8]);
             let place = (high >> (area.root_shift - 24)).min(area.place_count);
@@ -201,13 +207,16 @@ impl<S: Simd> Lookup<'_, S> {
     fn roots_on_surfaces(
         &self,
         packed: &Packed,
-        starts: &[Start; MANY],
+        starts: &[ReceiverPoint; MANY],
         surfaces: &[u32; MANY],
         places: &Places,
         codes: &Codes<MANY>,
         roots: &mut Roots,
     ) {
-        let (front, back) = (packed.area(Audience::Front), packed.area(Audience::Back));
+        let (front, back) = (
+            packed.area(ReceiverClass::Front),
+            packed.area(ReceiverClass::Back),
+        );
         let doubt = packed.beyond() + Packed::DOUBT;
         let front_first = u32x8::splat(self.simd, front.first);
         let back_first = u32x8::splat(self.simd, back.first);
@@ -243,7 +252,9 @@ impl<S: Simd> Lookup<'_, S> {
         if planes.len() >= FAR_PLANES {
             let mut read = 0;
             for &surface in surfaces {
-                read |= planes.get(surface as usize).map_or(0, StartPlane::any_word);
+                read |= planes
+                    .get(surface as usize)
+                    .map_or(0, ReceiverPlane::any_word);
             }
             black_box(read);
         }
@@ -252,7 +263,7 @@ impl<S: Simd> Lookup<'_, S> {
             if others >> first & 0xff == 0xff {
                 continue;
             }
-            let mut rows = [&StartPlane::NOWHERE; 8];
+            let mut rows = [&ReceiverPlane::NOWHERE; 8];
             for (row, &surface) in rows.iter_mut().zip(&surfaces[first..first + 8]) {
                 *row = planes.get(surface as usize).unwrap_or(row);
             }
@@ -284,7 +295,7 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(always)]
     pub(super) fn tell_on_balls(
         &self,
-        starts: &[Start; MANY],
+        starts: &[ReceiverPoint; MANY],
         surfaces: &[u32; MANY],
         others: u64,
     ) -> OnBalls {
@@ -316,7 +327,7 @@ impl<S: Simd> Lookup<'_, S> {
     #[inline(never)]
     fn enter_many(
         &self,
-        starts: &[Start; MANY],
+        starts: &[ReceiverPoint; MANY],
         places: &mut Places,
         codes: &Codes<MANY>,
     ) -> Entered {
@@ -350,7 +361,7 @@ impl<S: Simd> Lookup<'_, S> {
     fn find_in_lists(
         &self,
         packed: &Packed,
-        starts: [&[Start; MANY]; 2],
+        starts: [&[ReceiverPoint; MANY]; 2],
         places: &Places,
         leaves: &[u32; MANY],
         told: &mut Told,
@@ -378,7 +389,7 @@ impl<S: Simd> Lookup<'_, S> {
     /// Answers a start whose cell has no list, or that has no cell.
     #[cold]
     #[inline(never)]
-    fn find_elsewhere(&self, leaf: Leaf, number: usize, start: &Start, told: &mut Told) {
+    fn find_elsewhere(&self, leaf: Leaf, number: usize, start: &ReceiverPoint, told: &mut Told) {
         let found = match leaf {
             Leaf::DOUBT => self.find_off_surface(start),
             Leaf::OUTSIDE => self.find_from_outside(start),

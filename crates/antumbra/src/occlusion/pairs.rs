@@ -3,7 +3,7 @@
 //! In: starts, and surfaces that may block each. Out: which starts are in shadow, a bit each. Filters first, eight
 //! or sixteen numbers at a time and without branches on what they tell; the exact rule last, for pairs in doubt.
 
-use antumbra_geometry::{Start, SurfaceId};
+use antumbra_geometry::{ReceiverPoint, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
@@ -85,7 +85,7 @@ impl<S: Simd> Lookup<'_, S> {
     pub(super) fn tell_pairs(
         &self,
         pairs: &Pairs,
-        [starts, near]: [&[Start; MANY]; 2],
+        [starts, near]: [&[ReceiverPoint; MANY]; 2],
         wide: &Wide,
         told: &mut Told,
     ) {
@@ -165,7 +165,12 @@ impl<S: Simd> Lookup<'_, S> {
 
     /// Tells whether surfaces block that are no triangles, but for the start's own.
     #[inline(always)]
-    fn curved_verdicts(&self, pairs: &Pairs, group: &[u16], near: &[Start; MANY]) -> Verdicts {
+    fn curved_verdicts(
+        &self,
+        pairs: &Pairs,
+        group: &[u16],
+        near: &[ReceiverPoint; MANY],
+    ) -> Verdicts {
         let balls = &self.tables.scene.balls;
         let mut rows = [&Ball::NONE; EIGHT];
         let mut points = [&near[0].point; EIGHT];
@@ -184,7 +189,7 @@ impl<S: Simd> Lookup<'_, S> {
         &self,
         pairs: &Pairs,
         in_doubt: &[u16],
-        starts: &[Start; MANY],
+        starts: &[ReceiverPoint; MANY],
         told: &mut Told,
     ) {
         let mut last = None;

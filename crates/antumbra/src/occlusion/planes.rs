@@ -12,7 +12,7 @@
 //! a rounded coefficient: half a unit for each difference, [`ROUNDING`] with what `f32` adds; and
 //! `2^15 * 2 u` twice for the differences' own error, and rounding where all is near zero, [`SLACK`].
 
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, ReceiverPoint, SurfaceId};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8, mask32x8, u32x4, u32x8};
 
@@ -22,7 +22,7 @@ use crate::accel::frame::Frame;
 /// A triangle that queries start from, for one light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C, align(32))]
-pub(super) struct StartPlane {
+pub(super) struct ReceiverPlane {
     /// `f32`: a corner and the slopes of the plane, along the axes beside the normal's, in turn, and the corner along
     /// the normal's between them; two pairs of `i16`: the coefficients of the coordinates of the two other
     /// corners; `f32`: what all coordinates sum to, its last bits [`AXIS`], [`IS_BEHIND`] and
@@ -44,7 +44,7 @@ const ROUNDING: f32 = 0.53;
 const SLACK: f32 = 0.04;
 const HEIGHT: f32 = (0.5 * START_ROOM) as f32;
 
-impl StartPlane {
+impl ReceiverPlane {
     /// Tells of no start where it is.
     pub(super) const NOWHERE: Self = Self { words: [0; 8] };
 
@@ -93,7 +93,7 @@ impl StartPlane {
     }
 }
 
-impl StartPlane {
+impl ReceiverPlane {
     /// The plane of a triangle of which the light is on this side.
     pub(super) fn of_triangle(
         occluders: &Occluders,
@@ -145,7 +145,7 @@ impl StartPlane {
 
 /// Four words of the planes of four starts, word by word.
 #[inline(always)]
-fn four_words<S: Simd>(simd: S, planes: [&StartPlane; 4], first: usize) -> [u32x4<S>; 4] {
+fn four_words<S: Simd>(simd: S, planes: [&ReceiverPlane; 4], first: usize) -> [u32x4<S>; 4] {
     let a = u32x4::from_slice(simd, &planes[0].words[first..first + 4]);
     let b = u32x4::from_slice(simd, &planes[1].words[first..first + 4]);
     let c = u32x4::from_slice(simd, &planes[2].words[first..first + 4]);
@@ -162,7 +162,7 @@ fn four_words<S: Simd>(simd: S, planes: [&StartPlane; 4], first: usize) -> [u32x
 
 /// Four words of the planes of eight starts, word by word.
 #[inline(always)]
-fn words<S: Simd>(simd: S, planes: [&StartPlane; 8], first: usize) -> [u32x8<S>; 4] {
+fn words<S: Simd>(simd: S, planes: [&ReceiverPlane; 8], first: usize) -> [u32x8<S>; 4] {
     let [a, b, c, d, e, f, g, h] = planes;
     let low = four_words(simd, [a, b, c, d], first);
     let high = four_words(simd, [e, f, g, h], first);
@@ -196,7 +196,7 @@ fn second<S: Simd>(pair: u32x8<S>) -> f32x8<S> {
 #[inline(always)]
 pub(super) fn are_starts<S: Simd, const N: usize>(
     simd: S,
-    planes: &[&StartPlane; N],
+    planes: &[&ReceiverPlane; N],
     [x, y, z]: &[[f32; N]; 3],
 ) -> u32 {
     let mut are_starts = 0;
@@ -217,7 +217,7 @@ pub(super) fn are_starts<S: Simd, const N: usize>(
 #[inline(always)]
 pub(super) fn tell<S: Simd>(
     simd: S,
-    planes: [&StartPlane; 8],
+    planes: [&ReceiverPlane; 8],
     [x, y, z]: [f32x8<S>; 3],
 ) -> (mask32x8<S>, mask32x8<S>) {
     let [corner_u, corner_v, corner_w, slope_u] = words(simd, planes, 0);
@@ -241,7 +241,7 @@ pub(super) fn tell<S: Simd>(
 pub(super) fn start_on_curved(
     occluders: &Occluders,
     frame: &Frame,
-    start: &Start,
+    start: &ReceiverPoint,
 ) -> Option<DVec3> {
     let surface = start.surface?;
     let room = 0.5 * START_ROOM / frame.scale;
@@ -260,7 +260,7 @@ pub(super) fn start_on_curved(
 
 #[cfg(test)]
 mod tests {
-    use antumbra_geometry::{LightShape, Opacity, Start};
+    use antumbra_geometry::{LightShape, Opacity, ReceiverPoint};
     use fearless_simd::{Level, dispatch};
 
     use super::super::testing::Random;
@@ -269,7 +269,7 @@ mod tests {
     const ONE: SurfaceId = SurfaceId(0);
 
     /// What is told of one point, the same in each of the eight places.
-    fn tell_one(plane: &StartPlane, x: [f32; 3]) -> (bool, bool) {
+    fn tell_one(plane: &ReceiverPlane, x: [f32; 3]) -> (bool, bool) {
         let (are_told, are_behind) = dispatch!(Level::new(), simd => {
             let (are_told, are_behind) =
                 tell(simd, [plane; 8], x.map(|x| f32x8::splat(simd, x)));
@@ -302,7 +302,7 @@ mod tests {
                 continue;
             };
             let is_behind = random.below(2) == 0;
-            let plane = StartPlane::new(&frame, corners, axis, is_behind);
+            let plane = ReceiverPlane::new(&frame, corners, axis, is_behind);
             let near = random.pick(&[0.0, 1e-3, 1e-4, 1e-5, 1e-6]);
             let [s, t] = match random.below(3) {
                 0 => [random.real(-0.1, 1.1), random.real(-0.1, 1.1)],
@@ -328,7 +328,7 @@ mod tests {
             assert_eq!(behind, is_behind);
             told += 1;
             inside += usize::from(s.min(t).min(1.0 - s - t) < 1e-2);
-            let start = Start {
+            let start = ReceiverPoint {
                 point,
                 surface: Some(ONE),
             };
@@ -363,7 +363,7 @@ mod tests {
             let Some(axis) = builder.build().dominant_axis(ONE) else {
                 continue;
             };
-            let plane = StartPlane::new(&frame, corners, axis, false);
+            let plane = ReceiverPlane::new(&frame, corners, axis, false);
             for _ in 0..10 {
                 let [s, t] = [random.real(0.0, 1.0), random.real(0.0, 1.0)];
                 let [s, t] = if s + t > 1.0 {
@@ -387,16 +387,16 @@ mod tests {
             max: DVec3::ONE,
         });
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let plane = StartPlane::new(&frame, corners, 2, false);
+        let plane = ReceiverPlane::new(&frame, corners, 2, false);
         assert!(tell_one(&plane, [-0.4, -0.4, -0.5]).0);
         for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
             for axis in 0..3 {
                 let mut point = [-0.4, -0.4, -0.5];
                 point[axis] = x;
                 assert!(!tell_one(&plane, point).0, "{point:?}");
-                assert!(!tell_one(&StartPlane::NOWHERE, point).0, "{point:?}");
+                assert!(!tell_one(&ReceiverPlane::NOWHERE, point).0, "{point:?}");
             }
         }
-        assert!(!tell_one(&StartPlane::NOWHERE, [0.0; 3]).0);
+        assert!(!tell_one(&ReceiverPlane::NOWHERE, [0.0; 3]).0);
     }
 }

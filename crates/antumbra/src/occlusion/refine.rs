@@ -12,7 +12,7 @@ use super::bricks::{Decision, Decisions, Store};
 use super::candidates::{Candidates, Casters};
 use super::lattice::{Cell, Code, Lattice};
 use super::links::Link;
-use super::value::Audience;
+use super::value::ReceiverClass;
 
 /// How far to refine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ const BACK_LISTS: usize = 4;
 pub(crate) struct Refiner<'a> {
     pub(crate) casters: Casters<'a>,
     pub(crate) lattice: &'a Lattice,
-    pub(crate) audience: Audience,
+    pub(crate) class: ReceiverClass,
     pub(crate) depth: Depth,
     /// Where bricks are written.
     pub(crate) store: &'a Store,
@@ -92,7 +92,7 @@ impl Refiner<'_> {
             let bounds = self.lattice.inflated(half);
             let are_there = self
                 .casters
-                .narrow_holders(around, &bounds, self.audience, &mut kept);
+                .narrow_holders(around, &bounds, self.class, &mut kept);
             if !are_there {
                 continue;
             }
@@ -125,7 +125,7 @@ impl Refiner<'_> {
             return Decision::Known(false);
         }
         let depth = self.depth;
-        if self.audience == Audience::Free {
+        if self.class == ReceiverClass::Free {
             if let Some(is_shadowed) = self.casters.decide_free(candidates, bounds) {
                 return Decision::Known(is_shadowed);
             }
@@ -139,7 +139,7 @@ impl Refiner<'_> {
                 self.casters.blockers(None, candidates, most, curved_cost)
             });
         }
-        let receivers = self.casters.receivers(self.audience, candidates, bounds);
+        let receivers = self.casters.receivers(self.class, candidates, bounds);
         if receivers.is_empty() {
             return Decision::Nobody;
         }
@@ -147,10 +147,10 @@ impl Refiner<'_> {
         if let Some(is_shadowed) = decided {
             return Decision::Known(is_shadowed);
         }
-        let short_list = match self.audience {
+        let short_list = match self.class {
             // Few ask from behind.
-            Audience::Back => BACK_LISTS * depth.short_list,
-            Audience::Front | Audience::Free => depth.short_list,
+            ReceiverClass::Back => BACK_LISTS * depth.short_list,
+            ReceiverClass::Front | ReceiverClass::Free => depth.short_list,
         };
         let short_list = if cell.level >= FINE_LEVEL {
             FINE_LISTS * short_list

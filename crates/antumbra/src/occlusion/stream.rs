@@ -12,7 +12,7 @@ use super::lattice::Lattice;
 use super::links::{Link, read};
 pub(crate) use super::misfit::Misfit;
 use super::packed::Packed;
-use super::value::{Audience, Values64};
+use super::value::{ReceiverClass, Values64};
 
 /// In place of a link to a brick.
 const BRICK: u32 = 1 << 30;
@@ -34,7 +34,7 @@ pub(super) struct Section {
 /// What is known of one light, cell by cell.
 pub(super) trait Known {
     /// Returns what is known of a receiver class's coarsest bricks that hold a part of the scene's box, in order.
-    fn roots(&self, audience: Audience) -> Vec<Link>;
+    fn roots(&self, class: ReceiverClass) -> Vec<Link>;
 
     /// Returns the planes of the brick that a link leads to, and what its links say.
     fn brick(&self, place: usize) -> ([u32; PLANES], Vec<Link>);
@@ -50,9 +50,9 @@ pub(super) struct Stored<'a> {
 }
 
 impl Known for Stored<'_> {
-    fn roots(&self, audience: Audience) -> Vec<Link> {
-        let lattice = &self.lattices[audience as usize];
-        let finder = self.store.finder(audience, lattice);
+    fn roots(&self, class: ReceiverClass) -> Vec<Link> {
+        let lattice = &self.lattices[class as usize];
+        let finder = self.store.finder(class, lattice);
         let bricks = lattice.root_bricks();
         bricks
             .map(|brick| read(self.store.word(finder.place_in_root(brick))))
@@ -76,9 +76,8 @@ pub(super) struct Told<'a> {
 }
 
 impl Known for Told<'_> {
-    fn roots(&self, audience: Audience) -> Vec<Link> {
-        self.packed
-            .roots(&self.lattices[audience as usize], audience)
+    fn roots(&self, class: ReceiverClass) -> Vec<Link> {
+        self.packed.roots(&self.lattices[class as usize], class)
     }
 
     fn brick(&self, place: usize) -> ([u32; PLANES], Vec<Link>) {
@@ -93,8 +92,8 @@ impl Known for Told<'_> {
 /// Writes what is known of a light. Values that are made meanwhile may or may not be among it.
 pub(super) fn write(known: &impl Known) -> Section {
     let mut section = Section::default();
-    for audience in Audience::ALL {
-        let links = known.roots(audience);
+    for class in ReceiverClass::ALL {
+        let links = known.roots(class);
         section.words.push(links.len() as u32);
         section.write_cells(known, &links);
     }
@@ -157,10 +156,10 @@ pub(crate) fn take(
         surface_count,
         pending_count: 0,
     };
-    let mut tables = Vec::with_capacity(Audience::ALL.len());
-    for audience in Audience::ALL {
-        let lattice = &lattices[audience as usize];
-        let finder = store.finder(audience, lattice);
+    let mut tables = Vec::with_capacity(ReceiverClass::ALL.len());
+    for class in ReceiverClass::ALL {
+        let lattice = &lattices[class as usize];
+        let finder = store.finder(class, lattice);
         let places: Vec<u32> = lattice
             .root_bricks()
             .map(|brick| finder.place_in_root(brick))

@@ -13,7 +13,7 @@ use antumbra_task::checked;
 
 use super::balls::Ball;
 use super::forms::Forms;
-use super::planes::StartPlane;
+use super::planes::ReceiverPlane;
 use super::room::{Room, Share};
 use crate::accel::frame::Frame;
 
@@ -40,7 +40,7 @@ pub(crate) struct LightTables {
     /// For each triangle the forms of its umbra.
     umbra_forms: Vec<Forms>,
     /// What tells of each triangle whether points are where starts on it are.
-    start_planes: Vec<StartPlane>,
+    start_planes: Vec<ReceiverPlane>,
     /// Elements that are no faces and block.
     curved: Vec<CurvedCaster>,
     /// For each surface that is no triangle its number among them.
@@ -229,7 +229,7 @@ impl LightTables {
             let side = tables.sides[triangle.0 as usize];
             let forms = umbra_forms(occluders, frame, light, triangle);
             tables.umbra_forms.push(forms);
-            let plane = StartPlane::of_triangle(occluders, frame, triangle, side);
+            let plane = ReceiverPlane::of_triangle(occluders, frame, triangle, side);
             tables.start_planes.push(plane);
         }
         tables
@@ -238,7 +238,7 @@ impl LightTables {
     /// Returns the bytes that [`LightTables::new`] will take at most.
     pub(crate) fn bytes_for(occluders: &Occluders) -> u64 {
         let count = occluders.triangle_count();
-        let each = size_of::<i8>() + size_of::<Forms>() + size_of::<StartPlane>();
+        let each = size_of::<i8>() + size_of::<Forms>() + size_of::<ReceiverPlane>();
         let curved = occluders.surface_count() - count;
         let each_curved = size_of::<u32>() + size_of::<CurvedCaster>();
         (count * each + curved * each_curved) as u64
@@ -361,7 +361,7 @@ impl<'a> Tables<'a> {
 
     /// Returns what tells whether points are where starts on triangles are, of all triangles.
     #[inline(always)]
-    pub(super) fn start_planes(&self) -> &'a [StartPlane] {
+    pub(super) fn start_planes(&self) -> &'a [ReceiverPlane] {
         &self.of_light.start_planes
     }
 

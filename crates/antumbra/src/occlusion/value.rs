@@ -3,7 +3,7 @@
 /// What is known of all starts of one kind in a voxel, for one light (Paper 6, 6.2).
 ///
 /// A dense store keeps one value per voxel for starts of all kinds. A store of bricks keeps one per
-/// [`Audience`], and knows by it whom the value speaks of.
+/// [`ReceiverClass`], and knows by it whom the value speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Occlusion {
     /// `00`. Every start is lit. In a dense store, for a voxel with surfaces (the paper's *null one*):
@@ -21,7 +21,7 @@ pub(crate) enum Occlusion {
 
 /// Starts that values speak of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Audience {
+pub(crate) enum ReceiverClass {
     /// Starts on surfaces, the light on the side of the normal.
     Front,
     /// Starts on surfaces, the light behind.
@@ -30,7 +30,7 @@ pub(crate) enum Audience {
     Free,
 }
 
-impl Audience {
+impl ReceiverClass {
     pub(crate) const ALL: [Self; 3] = [Self::Front, Self::Back, Self::Free];
 }
 

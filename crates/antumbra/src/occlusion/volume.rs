@@ -9,7 +9,7 @@ use super::bricks::cell_in_brick;
 use super::lattice::{Cell, Lattice};
 use super::links::Link;
 use super::stream::Known;
-use super::value::{Audience, Values64};
+use super::value::{ReceiverClass, Values64};
 
 /// A cell that nothing was said of yet.
 const NOTHING: u8 = u8::MAX;
@@ -67,7 +67,7 @@ impl Cells {
             .iter_mut()
             .step_by(step)
             .for_each(|value| *value = NOTHING);
-        let links = known.roots(Audience::Free);
+        let links = known.roots(ReceiverClass::Free);
         for (brick, link) in lattice.root_bricks().zip(links) {
             filling.link(brick, link);
         }

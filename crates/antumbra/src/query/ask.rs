@@ -1,6 +1,6 @@
 //! One question, one bit: for who wants neither counters nor how an answer was found.
 
-use antumbra_geometry::{LightId, Occluders, Start, SurfaceId};
+use antumbra_geometry::{LightId, Occluders, ReceiverPoint, SurfaceId};
 
 use super::off_surface::check_surface;
 use super::own_rays::{AnyHit, WithRays};
@@ -59,7 +59,7 @@ impl ShadowIndex {
     }
 
     #[inline]
-    fn is_shadowed(&self, start: &Start, light: LightId) -> Result<bool, QueryError> {
+    fn is_shadowed(&self, start: &ReceiverPoint, light: LightId) -> Result<bool, QueryError> {
         let answer = self.shadow(start, light, &mut Counters::default());
         bit(answer, self.occluders(), start)
     }
@@ -92,7 +92,7 @@ impl<R: AnyHit> WithRays<'_, R> {
     }
 
     #[inline]
-    fn is_shadowed(&self, start: &Start, light: LightId) -> Result<bool, QueryError> {
+    fn is_shadowed(&self, start: &ReceiverPoint, light: LightId) -> Result<bool, QueryError> {
         let answer = self.shadow(start, light, &mut Counters::default());
         bit(answer, self.index.occluders(), start)
     }
@@ -103,22 +103,22 @@ impl<R: AnyHit> WithRays<'_, R> {
 fn bit(
     answer: Result<Answer, QueryError>,
     occluders: &Occluders,
-    start: &Start,
+    start: &ReceiverPoint,
 ) -> Result<bool, QueryError> {
     let answer = answer?;
     check_surface(occluders, start)?;
     Ok(answer.shadow == Shadow::Shadowed)
 }
 
-fn on_surface(point: impl Coordinates, surface: impl Into<SurfaceId>) -> Start {
-    Start {
+fn on_surface(point: impl Coordinates, surface: impl Into<SurfaceId>) -> ReceiverPoint {
+    ReceiverPoint {
         point: point.as_f64(),
         surface: Some(surface.into()),
     }
 }
 
-fn in_space(point: impl Coordinates) -> Start {
-    Start {
+fn in_space(point: impl Coordinates) -> ReceiverPoint {
+    ReceiverPoint {
         point: point.as_f64(),
         surface: None,
     }

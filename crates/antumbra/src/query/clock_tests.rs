@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use antumbra_geometry::{AreaShape, DVec3, LightShape, Occluders, Opacity, SphereLight, Start};
+use antumbra_geometry::{
+    AreaShape, DVec3, LightShape, Occluders, Opacity, ReceiverPoint, SphereLight,
+};
 
 use crate::clock::READ;
 use crate::{Counters, LightSamples, LightSampling, ReceiverSide, ShadowIndex};
@@ -31,7 +33,7 @@ fn single_queries_seldom_read_the_clock() {
     };
 
     const COUNT: u64 = 16_384;
-    let start = |number: u64| Start {
+    let start = |number: u64| ReceiverPoint {
         point: DVec3::new(number as f64 / COUNT as f64 - 0.5, 0.25, 0.0),
         surface: Some(floor.start.into()),
     };

@@ -11,7 +11,7 @@ mod whole;
 
 use crate::threads::prelude::*;
 use antumbra_geometry::{
-    AreaSample, AreaShape, DVec3, LightShape, MAX_LIGHT_SAMPLES, SamplePattern, Start,
+    AreaSample, AreaShape, DVec3, LightShape, MAX_LIGHT_SAMPLES, ReceiverPoint, SamplePattern,
 };
 
 use super::points::ReceiverSide;
@@ -113,7 +113,7 @@ impl ShadowIndex {
     /// # use std::sync::Arc;
     /// # use antumbra::{Counters, LightSamples, LightSampling, ReceiverSide, ShadowIndex};
     /// # use antumbra_geometry::{
-    /// #     AreaShape, DVec3, Occluders, Opacity, RectangleLight, Sphere, Start, SurfaceId
+    /// #     AreaShape, DVec3, Occluders, Opacity, RectangleLight, Sphere, ReceiverPoint, SurfaceId
     /// # };
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
@@ -126,7 +126,7 @@ impl ShadowIndex {
     /// let lamp = RectangleLight::new(DVec3::new(0.0, 0.0, 4.0), edges, false)?;
     /// let lamp = AreaShape::Rectangle(lamp);
     ///
-    /// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
+    /// let start = ReceiverPoint { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
     /// let mut samples = LightSamples::default();
     /// let (side, sampling) = (ReceiverSide::Front, LightSampling::new(64));
     /// let mut counters = Counters::default();
@@ -144,7 +144,7 @@ impl ShadowIndex {
     )]
     pub fn sample_light(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         light: &AreaShape,
         point: u64,
@@ -177,7 +177,7 @@ impl ShadowIndex {
     /// Visits all samples of a start with a number; `None` for those that are not asked.
     fn each_sample(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         (point, sampling): (u64, &LightSampling),
         sample: impl Fn([f64; 2]) -> Option<AreaSample>,
@@ -223,7 +223,7 @@ impl ShadowIndex {
         {
             return self.lit_shares_of_whole(batch, side, light, sampling, fractions);
         }
-        let sampler = |_: usize, start: &Start| {
+        let sampler = |_: usize, start: &ReceiverPoint| {
             let point = start.point;
             move |place| light.sample(point, place)
         };
@@ -237,7 +237,7 @@ impl ShadowIndex {
         batch: &Batch<P>,
         side: ReceiverSide,
         sampling: &LightSampling,
-        sampler: impl Fn(usize, &Start) -> S + Sync,
+        sampler: impl Fn(usize, &ReceiverPoint) -> S + Sync,
         fractions: &mut [f32],
     ) -> Result<BatchCounters, BatchError> {
         let run = Run::new(self, batch, &[])?;
@@ -309,7 +309,7 @@ impl ShadowIndex {
 /// What a thread works with.
 #[derive(Default)]
 struct Buffers {
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     asked: Vec<u32>,
     targets: Vec<LightShape>,
     occluded: Vec<u64>,

@@ -6,7 +6,7 @@
 
 use std::cmp::Ordering;
 
-use antumbra_geometry::{Bounds, DVec3, Precision, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, Precision, ReceiverPoint, SurfaceId};
 
 use crate::limits::is_fine;
 use crate::{Coordinates, Nearness, ShadowIndex};
@@ -48,11 +48,11 @@ impl ShadowIndex {
         point_in_world: DVec3,
         normal: Option<DVec3>,
         nearness: Nearness,
-    ) -> Option<Start> {
+    ) -> Option<ReceiverPoint> {
         let surface = self.surface_near(point_in_world, normal, nearness)?;
         let occluders = self.occluders();
         if occluders.is_on(surface, point_in_world, Precision::Double) {
-            return Some(Start {
+            return Some(ReceiverPoint {
                 point: point_in_world,
                 surface: Some(surface),
             });

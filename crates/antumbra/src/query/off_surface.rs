@@ -1,6 +1,6 @@
 //! Whether a point is on the surface that it names.
 
-use antumbra_geometry::{DVec3, Occluders, Precision, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Occluders, Precision, ReceiverPoint, SurfaceId};
 
 use crate::QueryError;
 
@@ -47,7 +47,10 @@ pub(crate) fn off_surface(
 }
 
 /// Checks that a start is on the surface that it names, as batches do.
-pub(crate) fn check_surface(occluders: &Occluders, start: &Start) -> Result<(), QueryError> {
+pub(crate) fn check_surface(
+    occluders: &Occluders,
+    start: &ReceiverPoint,
+) -> Result<(), QueryError> {
     let Some(SurfaceId(surface)) = start.surface else {
         return Ok(());
     };

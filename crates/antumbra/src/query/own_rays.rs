@@ -3,7 +3,7 @@
 //! In: queries, and whatever intersector a renderer has. Out: answers: exact where values, lists or an own
 //! rule know, the renderer's where they do not. Absent here: a tree of ours.
 
-use antumbra_geometry::{LightId, LightShape, Start};
+use antumbra_geometry::{LightId, LightShape, ReceiverPoint};
 
 use super::run::{self, Answers};
 use crate::method::{self, Rays as _};
@@ -22,13 +22,13 @@ pub trait AnyHit: Sync {
     /// The rays must see the surfaces that the index was built over. How they leave the start's surface
     /// and what they do at edges is theirs, and is part of the answer. The far side of a closed curved
     /// surface need not be found: starts that shade themselves are not passed on.
-    fn is_blocked(&self, start: &Start, light: &LightShape) -> bool;
+    fn is_blocked(&self, start: &ReceiverPoint, light: &LightShape) -> bool;
 
     /// Answers as [`AnyHit::is_blocked`] for many queries of one light, and writes `true` where it is blocked. Both
     /// slices are as long; some have thousands of items, some one.
     ///
     /// A renderer that traces packets or streams of rays overrides it. Without, rays are traced one by one.
-    fn are_occluded(&self, starts: &[Start], light: &LightShape, is_occluded: &mut [bool]) {
+    fn are_occluded(&self, starts: &[ReceiverPoint], light: &LightShape, is_occluded: &mut [bool]) {
         for (start, is_occluded) in starts.iter().zip(is_occluded) {
             *is_occluded = self.is_blocked(start, light);
         }
@@ -47,11 +47,11 @@ pub trait AnyHit: Sync {
 /// ```
 /// # use std::sync::Arc;
 /// use antumbra::{AnyHit, Counters, Decided, Method, ShadowIndex};
-/// # use antumbra::{DVec3, LightId, LightShape, Occluders, Opacity, Start, SurfaceId};
+/// # use antumbra::{DVec3, LightId, LightShape, Occluders, Opacity, ReceiverPoint, SurfaceId};
 /// struct Scene {/* a renderer's own */}
 ///
 /// impl AnyHit for Scene {
-///     fn is_blocked(&self, start: &Start, light: &LightShape) -> bool {
+///     fn is_blocked(&self, start: &ReceiverPoint, light: &LightShape) -> bool {
 ///         let direction = light.towards(start.point);
 /// #       let _ = direction;
 ///         // Offset the start as usual, trace `direction`.
@@ -68,7 +68,7 @@ pub trait AnyHit: Sync {
 ///     .method(Method::Voxel)
 ///     .without_tree()
 ///     .build()?;
-/// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
+/// let start = ReceiverPoint { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
 /// let answer = index.with_rays(&Scene {}).shadow(&start, LightId(0), &mut Counters::default())?;
 /// // The value of the start's voxel knew; no ray was asked.
 /// assert_eq!(answer.decided, Decided::FirstPass);
@@ -94,7 +94,7 @@ impl<R: AnyHit> WithRays<'_, R> {
     /// As [`ShadowIndex::shadow`].
     pub fn shadow(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         light: LightId,
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {
@@ -130,7 +130,7 @@ impl<R: AnyHit> WithRays<'_, R> {
     /// `is_shadowed` is not as long as `starts`.
     pub fn shadows(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -165,7 +165,7 @@ impl<R: AnyHit> WithRays<'_, R> {
     /// Answers queries of an index without lists: what is not known goes to the rays together.
     fn answer_chunk(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -237,7 +237,7 @@ impl<R: AnyHit> WithRays<'_, R> {
     }
 
     /// What is known without blocker lists.
-    fn first_pass(&self, start: &Start, light: LightId) -> Option<bool> {
+    fn first_pass(&self, start: &ReceiverPoint, light: LightId) -> Option<bool> {
         let index = self.index;
         if index.method() == Method::Voxel1990 {
             let segment = index
@@ -267,11 +267,11 @@ impl<R> Copy for RaysTo<'_, R> {}
 
 impl<R: AnyHit> RaysTo<'_, R> {
     /// Asks a ray, once the start is known not to shade itself.
-    fn is_occluded(&self, start: &Start) -> bool {
+    fn is_occluded(&self, start: &ReceiverPoint) -> bool {
         self.is_self_shadowed(start) || self.rays.is_blocked(start, self.light)
     }
 
-    fn is_self_shadowed(&self, start: &Start) -> bool {
+    fn is_self_shadowed(&self, start: &ReceiverPoint) -> bool {
         let occluders = self.index.occluders();
         start.surface.is_some_and(|own| {
             occluders.has_own_rule(own)
@@ -281,11 +281,11 @@ impl<R: AnyHit> RaysTo<'_, R> {
 }
 
 impl<R: AnyHit> method::Rays for RaysTo<'_, R> {
-    fn is_blocked(&self, start: &Start, _: &mut Counters) -> bool {
+    fn is_blocked(&self, start: &ReceiverPoint, _: &mut Counters) -> bool {
         self.is_occluded(start)
     }
 
-    fn are_blocked(&self, starts: &[Start], is_blocked: &mut [bool], _: &mut Counters) {
+    fn are_blocked(&self, starts: &[ReceiverPoint], is_blocked: &mut [bool], _: &mut Counters) {
         let mut shaded = starts.iter().map(|start| self.is_self_shadowed(start));
         let Some(first) = shaded.position(|is_shaded| is_shaded) else {
             return self.rays.are_occluded(starts, self.light, is_blocked);
@@ -298,8 +298,9 @@ impl<R: AnyHit> method::Rays for RaysTo<'_, R> {
                 false => unknown.push(number, *start),
             }
         }
-        let rays =
-            |starts: &[Start], out: &mut [bool]| self.rays.are_occluded(starts, self.light, out);
+        let rays = |starts: &[ReceiverPoint], out: &mut [bool]| {
+            self.rays.are_occluded(starts, self.light, out)
+        };
         unknown.ask(rays, is_blocked);
     }
 }
@@ -307,7 +308,7 @@ impl<R: AnyHit> method::Rays for RaysTo<'_, R> {
 /// Queries that go to the rays together, and their places among all.
 #[derive(Default)]
 struct Unknown {
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     places: Vec<usize>,
     is_blocked: Vec<bool>,
 }
@@ -318,13 +319,13 @@ impl Unknown {
         self.places.clear();
     }
 
-    fn push(&mut self, place: usize, start: Start) {
+    fn push(&mut self, place: usize, start: ReceiverPoint) {
         self.starts.push(start);
         self.places.push(place);
     }
 
     /// Asks all, and writes each answer to its place.
-    fn ask(&mut self, rays: impl FnOnce(&[Start], &mut [bool]), out: &mut [bool]) {
+    fn ask(&mut self, rays: impl FnOnce(&[ReceiverPoint], &mut [bool]), out: &mut [bool]) {
         self.is_blocked.clear();
         self.is_blocked.resize(self.starts.len(), false);
         rays(&self.starts, &mut self.is_blocked);
@@ -341,7 +342,7 @@ impl<R: AnyHit> Answers for WithRays<'_, R> {
 
     fn shadows(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,

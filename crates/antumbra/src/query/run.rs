@@ -5,7 +5,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use antumbra_geometry::{DVec3, LightId, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightId, ReceiverPoint, SurfaceId};
 use antumbra_task::checked;
 
 use super::off_surface::off_surface;
@@ -34,7 +34,7 @@ pub(crate) trait Answers: Sync {
     /// As [`ShadowIndex::shadows`].
     fn shadows(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -52,7 +52,7 @@ impl Answers for ShadowIndex {
 
     fn shadows(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -157,10 +157,10 @@ pub(crate) fn chunk_length(count: usize) -> usize {
 /// What a thread works with.
 #[derive(Default)]
 struct Buffers {
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     is_shadowed: Vec<bool>,
     /// Starts that face the light, and where they are in the chunk.
-    facing: Vec<Start>,
+    facing: Vec<ReceiverPoint>,
     places: Vec<u16>,
     /// The lights that reach each start, where all are asked at once.
     visible: Vec<u64>,
@@ -366,7 +366,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
 
     fn ask(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: LightId,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -378,7 +378,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
 
     /// Returns the start that a point means.
     #[inline]
-    pub(crate) fn start(&self, index: usize) -> Result<Start, BatchError> {
+    pub(crate) fn start(&self, index: usize) -> Result<ReceiverPoint, BatchError> {
         let point = self.batch.points[index].as_f64();
         if !is_fine(point) {
             return Err(BatchError::BadPoint { index, point });
@@ -417,7 +417,7 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
                 return start.ok_or_else(|| self.no_surface(index, point, nearness));
             }
         };
-        Ok(Start { point, surface })
+        Ok(ReceiverPoint { point, surface })
     }
 
     #[cold]

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use antumbra::{
     Batch, BatchCounters, BatchKind, Coordinates, LightId, Method, Shadow, ShadowIndex,
 };
-use antumbra_geometry::{DVec3, Occluders, Opacity, Sphere, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId};
 
 use common::{METHODS, Random, add_cone_and_disk, add_face, add_pane, builder_of, lamps};
 
@@ -152,7 +152,7 @@ fn decided((bytes, mut counted): (Vec<u8>, BatchCounters)) -> (Vec<u8>, BatchCou
 /// The same one by one; `None` for what is not asked and shadowed.
 fn one_by_one(
     index: &ShadowIndex,
-    starts: &[Start],
+    starts: &[ReceiverPoint],
     lights: &[usize],
     is_asked: impl Fn(usize, usize) -> bool,
 ) -> (Vec<u8>, BatchCounters) {
@@ -179,9 +179,9 @@ fn one_by_one(
 fn batches_answer_as_single_queries_do() {
     let occluders = hall();
     let made = on_surfaces(&occluders, 2500);
-    let starts = |surface: fn(u32) -> Option<SurfaceId>| -> Vec<Start> {
+    let starts = |surface: fn(u32) -> Option<SurfaceId>| -> Vec<ReceiverPoint> {
         let all = made.points.iter().zip(&made.surfaces);
-        all.map(|(&point, &on)| Start {
+        all.map(|(&point, &on)| ReceiverPoint {
             point: DVec3::from_array(point),
             surface: surface(on),
         })

@@ -6,7 +6,7 @@ use antumbra::{
     Batch, BatchKind, Coordinates, GridResolution, LightId, Method, Nearness, RayMethod, Shadow,
     ShadowIndex,
 };
-use antumbra_geometry::{DVec3, Occluders, Opacity, Precision, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Occluders, Opacity, Precision, ReceiverPoint, SurfaceId};
 
 use crate::common::{builder_of, is_shadowed, lamps};
 use crate::{answers, decided, hall, index_of, narrow, on_surfaces, one_by_one};
@@ -147,7 +147,7 @@ fn points_find_their_surfaces_in_batches() {
     for method in [Method::Voxel, Method::Bvh] {
         let index = index_of(&occluders, method);
         let nearness = within(0.5);
-        let starts: Vec<Start> = points
+        let starts: Vec<ReceiverPoint> = points
             .iter()
             .zip(&normals)
             .map(|(&point, &normal)| {
@@ -195,7 +195,7 @@ fn points_in_f32_walk_the_tree() {
     let tests = counted.counters.intersections as usize / points.len();
     assert!(tests < occluders.surface_count() / 4, "{tests} a query");
     for (point, &surface) in narrow.iter().zip(&surfaces) {
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.as_f64(),
             surface: Some(SurfaceId(surface)),
         };

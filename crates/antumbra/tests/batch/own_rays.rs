@@ -6,7 +6,7 @@ use antumbra::{
     AnyHit, Batch, BatchKind, Counters, Decided, GridResolution, LightId, Method, RayBatch,
     RayMethod, Refine, Refinement, ShadowIndex, Towards,
 };
-use antumbra_geometry::{DVec3, LightShape, Occluders, Ray, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Ray, ReceiverPoint, SurfaceId};
 
 use crate::common::{METHODS, Random, builder_of, lamps};
 use crate::{answers, hall, index_of, on_surfaces};
@@ -20,7 +20,7 @@ struct Counting<'a> {
 }
 
 impl AnyHit for Counting<'_> {
-    fn is_blocked(&self, start: &Start, light: &LightShape) -> bool {
+    fn is_blocked(&self, start: &ReceiverPoint, light: &LightShape) -> bool {
         self.asked.fetch_add(1, Ordering::Relaxed);
         let segment = self.occluders.segment(start, light);
         let blocks = |surface| self.occluders.blocks(surface, &segment);
@@ -167,7 +167,7 @@ fn single_queries_with_own_rays_say_how_they_were_decided() {
     for method in METHODS {
         let index = index_of(&occluders, method);
         for (&point, &surface) in made.points.iter().zip(&made.surfaces) {
-            let start = Start {
+            let start = ReceiverPoint {
                 point: DVec3::from_array(point),
                 surface: Some(SurfaceId(surface)),
             };
@@ -192,7 +192,7 @@ fn single_queries_with_own_rays_say_how_they_were_decided() {
             assert!(!is_asked || answer.decided == Decided::Ray);
         }
     }
-    let bad = Start {
+    let bad = ReceiverPoint {
         point: DVec3::NAN,
         surface: None,
     };

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use antumbra::{Builder, Counters, LightId, Method, Refine, Refinement, Shadow, ShadowIndex};
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, OccludersBuilder, Opacity, Start,
+    Cone, DVec3, Disk, LightShape, Occluders, OccludersBuilder, Opacity, ReceiverPoint,
 };
 
 /// SplitMix64: enough for tests, the same everywhere.
@@ -120,7 +120,7 @@ pub(crate) fn builder_of(
         .refinement(refinement)
 }
 
-pub(crate) fn is_shadowed(index: &ShadowIndex, start: &Start, light: usize) -> bool {
+pub(crate) fn is_shadowed(index: &ShadowIndex, start: &ReceiverPoint, light: usize) -> bool {
     let answer = index.shadow(start, LightId::from_index(light), &mut Counters::default());
     answer.expect("a fine query").shadow == Shadow::Shadowed
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId,
 };
 use antumbra_testkit::oracle::{OracleLight, OracleShape, OracleSurface};
 
@@ -12,7 +12,7 @@ use super::Random;
 /// The lights of a scene, and some starts.
 pub(crate) fn questions(
     scene: &antumbra_testkit::nasty::NastyScene,
-) -> (Vec<LightShape>, Vec<Start>) {
+) -> (Vec<LightShape>, Vec<ReceiverPoint>) {
     let lights = scene.lights.iter().map(|&shape| light(shape));
     let queries = scene.queries[..8].iter();
     let starts = queries.map(|query| start(query.point, query.surface));
@@ -107,9 +107,9 @@ pub(crate) fn light(light: OracleLight) -> LightShape {
     }
 }
 
-pub(crate) fn start(point: [f64; 3], surface: Option<usize>) -> Start {
+pub(crate) fn start(point: [f64; 3], surface: Option<usize>) -> ReceiverPoint {
     let surface = surface.map(|surface| SurfaceId(surface as u32));
-    Start {
+    ReceiverPoint {
         point: DVec3::from_array(point),
         surface,
     }
@@ -137,7 +137,7 @@ pub(crate) fn samples(
 pub(crate) fn nasty_targets(
     occluders: &Occluders,
     lights: &[LightShape],
-    start: &Start,
+    start: &ReceiverPoint,
     count: usize,
     random: &mut Random,
 ) -> Vec<LightShape> {

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use antumbra::{Counters, GridResolution, LightId, Method, Shadow, ShadowIndex};
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId,
 };
 use antumbra_testkit::nasty;
 use antumbra_testkit::nasty::NastyScene;
@@ -127,13 +127,13 @@ impl World {
         Arc::new(builder.build())
     }
 
-    fn starts(&self, occluders: &Occluders) -> Vec<Start> {
+    fn starts(&self, occluders: &Occluders) -> Vec<ReceiverPoint> {
         let surface_of = |(element, part): (usize, u32)| {
             SurfaceId(occluders.elements()[element].surfaces.start + part)
         };
         self.starts
             .iter()
-            .map(|&(point, surface)| Start {
+            .map(|&(point, surface)| ReceiverPoint {
                 point,
                 surface: surface.map(surface_of),
             })
@@ -151,7 +151,7 @@ impl World {
     /// For every start and light whether it is in shadow, and the side of the light.
     fn answers_of(&self, index: &ShadowIndex) -> Vec<(bool, i8)> {
         let starts = self.starts(index.occluders());
-        let ask = |start: &Start| {
+        let ask = |start: &ReceiverPoint| {
             let start = *start;
             (0..self.lights.len()).map(move |light| {
                 let answer = index

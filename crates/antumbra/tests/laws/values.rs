@@ -1,7 +1,7 @@
 //! Occlusion values at delicate places of their voxels, and starts far outside of all voxels.
 
 use antumbra::{Counters, Decided, LightId, Method, Shadow};
-use antumbra_geometry::{DVec3, Disk, LightShape, Occluders, Sphere, Start, SurfaceId};
+use antumbra_geometry::{DVec3, Disk, LightShape, Occluders, ReceiverPoint, Sphere, SurfaceId};
 
 use crate::common::Random;
 use crate::{Shape, World, seeds};
@@ -148,10 +148,10 @@ fn nasty_start(
     voxels: &Voxels,
     light: &LightShape,
     random: &mut Random,
-) -> Start {
+) -> ReceiverPoint {
     let element = random.below(world.elements.len());
     let on = point_of(&world.elements[element].0, light, random);
-    let free = |point: DVec3| Start {
+    let free = |point: DVec3| ReceiverPoint {
         point,
         surface: None,
     };
@@ -199,7 +199,7 @@ fn nasty_start(
                 });
                 point = point_of(&disk, light, random);
             }
-            Start {
+            ReceiverPoint {
                 point,
                 surface: Some(surface),
             }
@@ -244,7 +244,7 @@ fn nasty_start(
     } else {
         start.point
     };
-    Start { point, ..start }
+    ReceiverPoint { point, ..start }
 }
 
 /// Values have no public face; what they claim shows in how queries are decided. Asked until every
@@ -338,7 +338,7 @@ fn starts_very_far_away_are_walked_rightly_or_not_at_all() {
                 if !away.is_finite() || away.abs().max_element() > 2f64.powi(100) {
                     continue;
                 }
-                let start = Start {
+                let start = ReceiverPoint {
                     point: away,
                     surface: None,
                 };

@@ -6,7 +6,7 @@ use antumbra::{
     Counters, GridResolution, LightId, Method, Refine, Refinement, Shadow, ShadowIndex,
 };
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId,
 };
 
 use crate::common::{METHODS, Random};
@@ -44,7 +44,7 @@ fn all_indices(occluders: &Arc<Occluders>, lights: &[LightShape]) -> Vec<(String
 }
 
 /// Compares all methods with the reference, one by one and together.
-fn agree(occluders: &Arc<Occluders>, lights: &[LightShape], starts: &[Start], label: &str) {
+fn agree(occluders: &Arc<Occluders>, lights: &[LightShape], starts: &[ReceiverPoint], label: &str) {
     let indices = all_indices(occluders, lights);
     for light in 0..lights.len() {
         let expected: Vec<bool> = starts
@@ -145,7 +145,7 @@ fn starts_rounded_to_f32_off_curved_surfaces_answer_alike_by_all_methods() {
             let on = occluders.start_on(surface, beside).point;
             let rounded = DVec3::from_array(on.to_array().map(|x| f64::from(x as f32)));
             for point in [rounded, on] {
-                starts.push(Start {
+                starts.push(ReceiverPoint {
                     point,
                     surface: Some(surface),
                 });
@@ -165,7 +165,7 @@ fn starts_anywhere_answer_alike_by_all_methods() {
             let surface = SurfaceId(number % occluders.surface_count() as u32);
             let reach = [1e-9, 1e-3, 0.1, 1.0, 8.0, 1e3, 1e9, 1e30][number as usize % 8];
             let near = [occluders.surface_bounds(surface).center(), place][number as usize % 2];
-            starts.push(Start {
+            starts.push(ReceiverPoint {
                 point: near + reach * random.in_cube(),
                 surface: Some(surface),
             });
@@ -186,7 +186,7 @@ fn a_start_inside_its_own_sphere_is_not_shadowed_by_what_covers_the_voxel() {
         .expect("a sphere");
     let occluders = Arc::new(builder.build());
     let lights = [LightShape::Point(DVec3::X), LightShape::Direction(DVec3::X)];
-    let start = Start {
+    let start = ReceiverPoint {
         point: DVec3::new(0.125, 0.125, 0.625),
         surface: Some(SurfaceId(0)),
     };

@@ -3,7 +3,7 @@
 use std::fs;
 
 use antumbra::{BuildError, LightId, Part, Refine, Refusal, SaveError};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 use twox_hash::XxHash3_128;
 
 use crate::common::Random;
@@ -135,7 +135,7 @@ fn right_checksums_over_nonsense_do_no_harm() {
     }
 }
 
-fn spoil(world: &World, folder: &Folder, starts: &[Start]) {
+fn spoil(world: &World, folder: &Folder, starts: &[ReceiverPoint]) {
     let path = folder.file("file");
     let whole = fs::read(&path).expect("a file");
     assert_eq!(with_checksums(whole.clone()), whole);

@@ -13,7 +13,7 @@ use std::fs;
 use std::sync::Arc;
 
 use antumbra::{Method, Refine, SavedLight, Volume};
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Start};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, ReceiverPoint};
 
 use common::Random;
 use world::{Folder, METHODS, World, ask, lamps, refinement};
@@ -300,7 +300,7 @@ fn a_volume_says_what_holds_in_all_of_a_cell() {
             let at = cells.map(|count| random.below(count as usize));
             let inside = 0.5 * (random.in_cube() + 1.0);
             let corner = DVec3::from_array(at.map(|at| at as f64));
-            let start = Start {
+            let start = ReceiverPoint {
                 point: min + edge * (corner + inside),
                 surface: None,
             };
@@ -357,7 +357,7 @@ fn check_scenes_without_values_are_kept_too(method: Method) {
         };
         world.index().save(&path).expect("a file");
         let index = world.load(&path).expect("it is taken");
-        let start = Start {
+        let start = ReceiverPoint {
             point: DVec3::ZERO,
             surface: None,
         };

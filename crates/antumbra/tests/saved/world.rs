@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use antumbra::{BuildError, Counters, LightId, Method, Refine, Refinement, Refusal, ShadowIndex};
-use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId};
 
 use crate::common::Random;
 
@@ -124,7 +124,7 @@ impl World {
     }
 
     /// Starts on surfaces and in space.
-    pub(crate) fn starts(&self, count: usize, seed: u64) -> Vec<Start> {
+    pub(crate) fn starts(&self, count: usize, seed: u64) -> Vec<ReceiverPoint> {
         let random = &mut Random(seed);
         let occluders = &self.occluders;
         let start = |_| {
@@ -145,12 +145,12 @@ impl World {
                 }
             };
             if random.below(4) == 0 {
-                Start {
+                ReceiverPoint {
                     point: point + 0.2 * random.in_cube(),
                     surface: None,
                 }
             } else {
-                Start {
+                ReceiverPoint {
                     point,
                     surface: Some(surface),
                 }
@@ -160,7 +160,7 @@ impl World {
     }
 
     /// What rays say of starts, for each light.
-    pub(crate) fn expected(&self, starts: &[Start]) -> Vec<Vec<bool>> {
+    pub(crate) fn expected(&self, starts: &[ReceiverPoint]) -> Vec<Vec<bool>> {
         let index = self
             .builder()
             .method(Method::Bvh)
@@ -174,7 +174,7 @@ impl World {
     pub(crate) fn assert_right(
         &self,
         index: &ShadowIndex,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         expected: &[Vec<bool>],
     ) {
         for (light, expected) in expected.iter().enumerate() {
@@ -185,7 +185,11 @@ impl World {
     }
 }
 
-pub(crate) fn ask(index: &ShadowIndex, starts: &[Start], light: usize) -> (Vec<bool>, Counters) {
+pub(crate) fn ask(
+    index: &ShadowIndex,
+    starts: &[ReceiverPoint],
+    light: usize,
+) -> (Vec<bool>, Counters) {
     let mut found = vec![false; starts.len()];
     let mut counters = Counters::default();
     index

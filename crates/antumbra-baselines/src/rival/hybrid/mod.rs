@@ -32,7 +32,7 @@ use std::cell::RefCell;
 
 use antumbra::{Answer, Decided, LightId, QueryError, ShadowIndex};
 use antumbra_geometry::{
-    DVec3, ElementKind, LightShape, Occluders, Opacity, Segment, Start, SurfaceId,
+    DVec3, ElementKind, LightShape, Occluders, Opacity, ReceiverPoint, Segment, SurfaceId,
 };
 
 use super::forms::{Frame, Polygon, WALL};
@@ -191,7 +191,7 @@ impl Rival for Hybrid {
     fn shadow(
         &self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         work: &mut Work,
     ) -> Result<Answer, QueryError> {

@@ -5,7 +5,7 @@
 //! voxel of a shadow ray and a shadow polygon as one, a surface tested as two. Answers do not depend on it.
 
 use antumbra::{Counters, LightId, ShadowIndex};
-use antumbra_geometry::{DVec3, LightShape, Occluders, Segment, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, ReceiverPoint, Segment, SurfaceId};
 
 use crate::Work;
 
@@ -81,9 +81,9 @@ pub(super) fn most_tests(
 }
 
 /// Returns a start in the middle of a triangle, on a sphere towards the light, or beside another shape.
-fn start_on(occluders: &Occluders, surface: SurfaceId, light: &LightShape) -> Start {
+fn start_on(occluders: &Occluders, surface: SurfaceId, light: &LightShape) -> ReceiverPoint {
     if let Some([a, b, c]) = occluders.triangle_positions(surface) {
-        return Start {
+        return ReceiverPoint {
             point: a + ((b - a) + (c - a)) / 3.0,
             surface: Some(surface),
         };
@@ -92,11 +92,11 @@ fn start_on(occluders: &Occluders, surface: SurfaceId, light: &LightShape) -> St
     let middle = bounds.center();
     let towards = light.towards(middle).try_normalize().unwrap_or(DVec3::ZERO);
     match occluders.sphere(surface) {
-        Some(sphere) => Start {
+        Some(sphere) => ReceiverPoint {
             point: sphere.center + sphere.radius * towards,
             surface: Some(surface),
         },
-        None => Start {
+        None => ReceiverPoint {
             point: middle + 0.5 * bounds.size().length() * towards,
             surface: None,
         },

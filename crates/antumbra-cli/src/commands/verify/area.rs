@@ -4,7 +4,7 @@
 //! asks a ray for every sample: of the reference, or of the tree.
 
 use antumbra::{Counters, LightSamples, LightSampling, Method, ReceiverSide, ShadowIndex};
-use antumbra_geometry::{AreaSample, LightShape, Start};
+use antumbra_geometry::{AreaSample, LightShape, ReceiverPoint};
 use antumbra_scene::model::AreaLight;
 use rayon::prelude::*;
 
@@ -137,7 +137,7 @@ impl Comparison<'_> {
     }
 
     /// Returns the targets that the judge finds lit, by a ray each.
-    fn expected(&self, start: &Start, targets: &[LightShape]) -> Vec<LightShape> {
+    fn expected(&self, start: &ReceiverPoint, targets: &[LightShape]) -> Vec<LightShape> {
         let mut words = vec![0; targets.len().div_ceil(64)];
         let counters = &mut Counters::default();
         let judge = self.judge;

@@ -15,7 +15,7 @@ mod outlines;
 mod planes;
 mod voxels;
 
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 
 use super::random::{Random, next};
 use super::surfaces::{Surfaces, in_triangle};
@@ -133,7 +133,7 @@ impl<'a> Attack<'a> {
     }
 
     /// Returns start number `number`, meant for a light.
-    pub(super) fn start(&self, number: u64, light: usize) -> (Kind, Start) {
+    pub(super) fn start(&self, number: u64, light: usize) -> (Kind, ReceiverPoint) {
         let mut random = Random::new(self.seed, number);
         // All turns for every light.
         let turn = random.below(TURNS.len());
@@ -147,8 +147,9 @@ impl<'a> Attack<'a> {
         }
         // Far beyond this the library refuses points.
         const LARGEST: f64 = 1e30;
-        let is_fine =
-            |start: &Start| start.point.is_finite() && start.point.abs().max_element() < LARGEST;
+        let is_fine = |start: &ReceiverPoint| {
+            start.point.is_finite() && start.point.abs().max_element() < LARGEST
+        };
         // Rays that hit nothing and triangles without a plane through them are common.
         const MOST_TRIES: usize = 6;
         let found =
@@ -159,7 +160,7 @@ impl<'a> Attack<'a> {
         }
     }
 
-    fn start_of(&self, kind: Kind, random: &mut Random, light: usize) -> Option<Start> {
+    fn start_of(&self, kind: Kind, random: &mut Random, light: usize) -> Option<ReceiverPoint> {
         match kind {
             Kind::VoxelPlane => self.on_voxel_planes(random, 1),
             Kind::VoxelLine => self.on_voxel_planes(random, 2),
@@ -187,7 +188,7 @@ impl<'a> Attack<'a> {
     }
 
     /// Returns a start on a surface, of any kind that has one.
-    fn on_any(&self, random: &mut Random, light: usize) -> Option<Start> {
+    fn on_any(&self, random: &mut Random, light: usize) -> Option<ReceiverPoint> {
         let kind = random.one_of(&[
             Kind::VoxelPlane,
             Kind::VoxelLine,
@@ -207,7 +208,7 @@ impl<'a> Attack<'a> {
     }
 
     /// Returns a free point on a surface, or a little off it along its normal.
-    fn lifted(&self, random: &mut Random, light: usize) -> Option<Start> {
+    fn lifted(&self, random: &mut Random, light: usize) -> Option<ReceiverPoint> {
         let start = self.on_any(random, light)?;
         let occluders = self.surfaces.gathered.occluders();
         let normal = occluders.normal_at(start.surface?, start.point);
@@ -219,14 +220,14 @@ impl<'a> Attack<'a> {
             let axis = random.below(3);
             point[axis] = next(point[axis], side as i32);
         }
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: None,
         })
     }
 
     /// Returns a free point in the scene's box, around it, or far away.
-    fn anywhere(&self, random: &mut Random) -> Start {
+    fn anywhere(&self, random: &mut Random) -> ReceiverPoint {
         let reach = &self.surfaces.reach;
         let point = match random.below(4) {
             0 => random.in_box(reach),
@@ -246,7 +247,7 @@ impl<'a> Attack<'a> {
                 reach.center() + distance * random.direction()
             }
         };
-        Start {
+        ReceiverPoint {
             point,
             surface: None,
         }

@@ -1,7 +1,7 @@
 //! Methods that are compared.
 
 use antumbra::{Answer, Counters, LightId, Method, QueryError, ShadowIndex};
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 use antumbra_render::prepare::StandIn;
 
 use crate::failure::Failure;
@@ -33,7 +33,7 @@ pub(super) struct Candidate {
 impl Candidate {
     pub(super) fn shadow(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         light: usize,
         counters: &mut Counters,
     ) -> Result<Answer, QueryError> {

@@ -3,14 +3,14 @@
 //! In: a number and a seed. Out: a start, a pure function of both and the scene. The kinds take
 //! turns; where a kind has no point (no triangle, nothing seen), a free point stands in.
 
-use antumbra_geometry::{Bounds, Start, SurfaceId};
+use antumbra_geometry::{Bounds, ReceiverPoint, SurfaceId};
 use antumbra_scene::gather::Gathered;
 
 use super::random::Random;
 use super::surfaces::Surfaces;
 
 /// Returns start number `number`.
-pub(super) fn start(number: u64, seed: u64, surfaces: &Surfaces<'_>) -> Start {
+pub(super) fn start(number: u64, seed: u64, surfaces: &Surfaces<'_>) -> ReceiverPoint {
     let mut random = Random::new(seed, number);
     let bounds = surfaces.reach;
     let gathered = surfaces.gathered;
@@ -22,20 +22,20 @@ pub(super) fn start(number: u64, seed: u64, surfaces: &Surfaces<'_>) -> Start {
         7 => surface.and_then(|surface| on_vertex(&mut random, surface, gathered)),
         8 => surface
             .and_then(|surface| on_vertex(&mut random, surface, gathered))
-            .map(|start| Start {
+            .map(|start| ReceiverPoint {
                 surface: None,
                 ..start
             }),
         _ => None,
     };
-    on_surface.unwrap_or_else(|| Start {
+    on_surface.unwrap_or_else(|| ReceiverPoint {
         point: random.in_box(&bounds),
         surface: None,
     })
 }
 
 /// Returns the point that a random view sees: an eye around the scene looks at some point of it.
-fn seen(random: &mut Random, bounds: &Bounds, surfaces: &Surfaces<'_>) -> Option<Start> {
+fn seen(random: &mut Random, bounds: &Bounds, surfaces: &Surfaces<'_>) -> Option<ReceiverPoint> {
     let aim = random.in_box(bounds);
     let distance = (0.2 + 1.3 * random.draw()) * bounds.size().length();
     let eye = bounds.center() + distance * random.direction();
@@ -43,20 +43,24 @@ fn seen(random: &mut Random, bounds: &Bounds, surfaces: &Surfaces<'_>) -> Option
 }
 
 /// Returns a point on an edge of a triangle, rounded; inner edges of polygons count.
-fn on_edge(random: &mut Random, surface: SurfaceId, gathered: &Gathered) -> Option<Start> {
+fn on_edge(random: &mut Random, surface: SurfaceId, gathered: &Gathered) -> Option<ReceiverPoint> {
     let corners = gathered.occluders().triangle_positions(surface)?;
     let edge = random.below(3);
     let [from, to] = [corners[edge], corners[(edge + 1) % 3]];
-    Some(Start {
+    Some(ReceiverPoint {
         point: from + random.draw() * (to - from),
         surface: Some(surface),
     })
 }
 
 /// Returns a corner of a triangle, exactly.
-fn on_vertex(random: &mut Random, surface: SurfaceId, gathered: &Gathered) -> Option<Start> {
+fn on_vertex(
+    random: &mut Random,
+    surface: SurfaceId,
+    gathered: &Gathered,
+) -> Option<ReceiverPoint> {
     let corners = gathered.occluders().triangle_positions(surface)?;
-    Some(Start {
+    Some(ReceiverPoint {
         point: corners[random.below(3)],
         surface: Some(surface),
     })

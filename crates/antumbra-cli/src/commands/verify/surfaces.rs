@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use antumbra::{Counters, ShadowIndex};
-use antumbra_geometry::{Bounds, Cone, DVec3, Ray, Start, SurfaceId};
+use antumbra_geometry::{Bounds, Cone, DVec3, Ray, ReceiverPoint, SurfaceId};
 use antumbra_scene::gather::Gathered;
 use antumbra_scene::model::{Scene, Shape};
 
@@ -109,7 +109,7 @@ impl<'a> Surfaces<'a> {
         origin: DVec3,
         direction: DVec3,
         leaves: Option<SurfaceId>,
-    ) -> Option<Start> {
+    ) -> Option<ReceiverPoint> {
         if !(origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO) {
             return None;
         }
@@ -119,14 +119,18 @@ impl<'a> Surfaces<'a> {
             leaves,
         };
         let hit = self.index.nearest(&ray, &mut Counters::default())?;
-        Some(Start {
+        Some(ReceiverPoint {
             point: hit.point,
             surface: Some(hit.surface),
         })
     }
 
     /// Returns a point of a surface, spread evenly up to the curvature of its parameters.
-    pub(super) fn point_on(&self, random: &mut Random, surface: SurfaceId) -> Option<Start> {
+    pub(super) fn point_on(
+        &self,
+        random: &mut Random,
+        surface: SurfaceId,
+    ) -> Option<ReceiverPoint> {
         let point = match self.shape(surface) {
             Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => {
                 let corners = self.gathered.occluders().triangle_positions(surface)?;
@@ -144,7 +148,7 @@ impl<'a> Surfaces<'a> {
                 return self.cast(point + away, -away, None);
             }
         };
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: Some(surface),
         })

@@ -3,7 +3,7 @@
 //! Invariant: sums and the first differences do not depend on the order of work.
 
 use antumbra::{Counters, LightId, Shadow, ShadowIndex};
-use antumbra_geometry::{LightShape, Start};
+use antumbra_geometry::{LightShape, ReceiverPoint};
 
 use super::Candidate;
 use super::attack::Kind;
@@ -17,7 +17,7 @@ const MOST_TOLD: usize = 20;
 pub(super) struct Difference {
     pub(super) query: u64,
     pub(super) kind: Option<Kind>,
-    pub(super) start: Start,
+    pub(super) start: ReceiverPoint,
     pub(super) light: usize,
     /// Place among those that are compared.
     pub(super) candidate: usize,

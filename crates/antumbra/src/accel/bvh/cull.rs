@@ -293,7 +293,9 @@ pub(super) fn meets_planes<S: Simd>(simd: S, node: &Node, region: &Region) -> u3
 mod tests {
     use std::collections::HashMap;
 
-    use antumbra_geometry::{Cone, DVec3, Disk, LightShape, Occluders, Opacity, Sphere, Start};
+    use antumbra_geometry::{
+        Cone, DVec3, Disk, LightShape, Occluders, Opacity, ReceiverPoint, Sphere,
+    };
 
     use super::*;
     use crate::occlusion::testing::Random;
@@ -399,7 +401,7 @@ mod tests {
                     }
                 }
                 for _ in 0..8 {
-                    let start = Start {
+                    let start = ReceiverPoint {
                         point: bounds.center() + 0.5 * bounds.size() * random.of_cube(),
                         surface: None,
                     };
@@ -438,7 +440,7 @@ mod tests {
                 let bounds = part(&occluders.bounds(), random);
                 let light = random.light(&occluders.bounds());
                 let region = Region::new(&frame, &Shaft::new(bounds, light), &bounds);
-                let starts = [(); 8].map(|()| Start {
+                let starts = [(); 8].map(|()| ReceiverPoint {
                     point: bounds.center() + 0.5 * bounds.size() * random.of_cube(),
                     surface: None,
                 });

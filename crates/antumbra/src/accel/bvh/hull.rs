@@ -28,12 +28,12 @@ use crate::accel::frame::Frame;
 
 /// A box of starts, in the frame's units.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StartBox {
+pub(super) struct ReceiverBox {
     pub(super) min: [f32; 3],
     pub(super) max: [f32; 3],
 }
 
-impl StartBox {
+impl ReceiverBox {
     /// The box of no start.
     pub(super) const EMPTY: Self = Self {
         min: [f32::INFINITY; 3],
@@ -87,7 +87,7 @@ const NEVER: f32 = 1e30;
 impl Hull {
     /// Returns nothing where the light is as good as in the box.
     #[inline(always)]
-    pub(super) fn new(frame: &Frame, starts: &StartBox, light: &LightShape) -> Option<Self> {
+    pub(super) fn new(frame: &Frame, starts: &ReceiverBox, light: &LightShape) -> Option<Self> {
         let corner = |x: [f32; 3]| DVec3::new(x[0].into(), x[1].into(), x[2].into());
         // Seen from the lower and the upper corner.
         let (is_finite, seen) = match *light {

@@ -10,7 +10,7 @@
 //! surface that blocks decides wherever it is found. A node that several visit together is one step;
 //! a triangle is tested once for each segment.
 
-use antumbra_geometry::{LightShape, Occluders, Start};
+use antumbra_geometry::{LightShape, Occluders, ReceiverPoint};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, u32x16};
 
@@ -39,7 +39,7 @@ impl Bvh {
     pub(crate) fn any_hits(
         &self,
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: &LightShape,
         is_shadowed: &mut [bool],
         counters: &mut Counters,
@@ -88,7 +88,7 @@ impl Many<'_> {
     fn answer_all<S: Simd>(
         &mut self,
         simd: S,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) {
@@ -122,7 +122,7 @@ impl Many<'_> {
     fn answer<S: Simd>(
         &mut self,
         simd: S,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         is_shadowed: &mut [bool],
         counters: &mut Counters,
     ) {
@@ -166,7 +166,7 @@ impl Many<'_> {
 /// Starts that were prepared together.
 struct Group<'a, 'b> {
     many: &'a mut Many<'b>,
-    starts: &'a [Start],
+    starts: &'a [ReceiverPoint],
     rays: &'a Rays,
     own: &'a [u32; RAYS],
 }
@@ -465,16 +465,21 @@ mod tests {
     }
 
     /// A start on a surface near a point, at its very corner now and then, or near no surface.
-    fn start(occluders: &Occluders, middle: DVec3, reach: f64, random: &mut Random) -> Start {
+    fn start(
+        occluders: &Occluders,
+        middle: DVec3,
+        reach: f64,
+        random: &mut Random,
+    ) -> ReceiverPoint {
         let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
         let Some([a, b, c]) = occluders.triangle_positions(surface) else {
-            return Start {
+            return ReceiverPoint {
                 point: middle + reach * random.of_cube(),
                 surface: None,
             };
         };
         let (u, v) = (random.pick(&[0.0, 0.2, 0.7]), random.real(0.0, 0.3));
-        Start {
+        ReceiverPoint {
             point: a + (b - a) * u + (c - a) * v,
             surface: Some(surface).filter(|_| random.below(8) > 0),
         }
@@ -501,7 +506,7 @@ mod tests {
                 for _ in 0..1 + random.below(100) {
                     starts.push(match random.below(4) {
                         0 => start(&occluders, middle, reach, random),
-                        _ => Start {
+                        _ => ReceiverPoint {
                             point: middle + reach * random.of_cube(),
                             surface: None,
                         },
@@ -538,7 +543,7 @@ mod tests {
         let random = &mut Random(6);
         let occluders = scene(random);
         let bvh = Bvh::build(&occluders);
-        let starts = [(); 40].map(|()| Start {
+        let starts = [(); 40].map(|()| ReceiverPoint {
             point: occluders.bounds().max + DVec3::ONE,
             surface: None,
         });

@@ -14,7 +14,7 @@
 //!   sum of `|w|` bounds it, and `s` is at most twice the product of the largest edge components.
 //! * The start lies at the height over the slope along the axis, and no other coordinate moves.
 
-use antumbra_geometry::{Occluders, Start, StartTriangle};
+use antumbra_geometry::{Occluders, ReceiverPoint, ReceiverTriangle};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 
@@ -33,13 +33,17 @@ struct OnTriangles {
 
 /// Returns for each start a bound on its offset.
 #[inline(always)]
-pub(super) fn offsets<S: Simd>(simd: S, occluders: &Occluders, starts: &[Start]) -> [f64; RAYS] {
+pub(super) fn offsets<S: Simd>(
+    simd: S,
+    occluders: &Occluders,
+    starts: &[ReceiverPoint],
+) -> [f64; RAYS] {
     let mut given = [0.0; RAYS];
     let mut on = OnTriangles {
         point: [[0.0; RAYS]; 3],
         corners: [[[0.0; RAYS]; 3]; 3],
     };
-    let mut triangles = [StartTriangle::default(); RAYS];
+    let mut triangles = [ReceiverTriangle::default(); RAYS];
     let mut is_on_triangle = 0_u32;
     for (place, start) in starts.iter().enumerate().take(RAYS) {
         let Some(surface) = start.surface else {

@@ -3,9 +3,9 @@
 //! In: starts. Out: whether theirs is such an order; else one along a curve that fills space (Morton 1966).
 //! Answers do not depend on it. Unlike `method::order` it needs no values, and its cells are finer.
 
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 
-use super::hull::StartBox;
+use super::hull::ReceiverBox;
 use super::rays::RAYS;
 use crate::accel::frame::Frame;
 
@@ -34,7 +34,7 @@ const DIGIT_BITS: u32 = 11;
 const DIGITS: usize = 1 << DIGIT_BITS;
 
 /// Returns whether so many neighbours lie apart that it is worth putting them in order.
-pub(super) fn is_scattered(frame: &Frame, starts: &[Start]) -> bool {
+pub(super) fn is_scattered(frame: &Frame, starts: &[ReceiverPoint]) -> bool {
     if starts.len() < FEWEST {
         return false;
     }
@@ -42,7 +42,7 @@ pub(super) fn is_scattered(frame: &Frame, starts: &[Start]) -> bool {
     let step = runs.len().div_ceil(SAMPLES);
     let (mut wide_count, mut count) = (0, 0);
     for run in runs.step_by(step) {
-        let mut all = StartBox::EMPTY;
+        let mut all = ReceiverBox::EMPTY;
         for start in run {
             all.add(place(frame, start));
         }
@@ -53,7 +53,7 @@ pub(super) fn is_scattered(frame: &Frame, starts: &[Start]) -> bool {
 }
 
 #[inline(always)]
-fn place(frame: &Frame, start: &Start) -> [f32; 3] {
+fn place(frame: &Frame, start: &ReceiverPoint) -> [f32; 3] {
     let place = frame.point_in_frame(start.point);
     [place.x as f32, place.y as f32, place.z as f32]
 }
@@ -69,7 +69,7 @@ pub(super) struct Order {
 
 impl Order {
     /// Returns the numbers of some starts in order.
-    pub(super) fn of(&mut self, frame: &Frame, starts: &[Start]) -> &[u32] {
+    pub(super) fn of(&mut self, frame: &Frame, starts: &[ReceiverPoint]) -> &[u32] {
         self.keyed.clear();
         self.keyed.extend((0..).zip(starts).map(|(number, start)| {
             let place = place(frame, start);
@@ -145,8 +145,8 @@ mod tests {
         // One order for windows of all lengths: what is left of one must not touch the next.
         let mut order = Order::default();
         for count in [1, 0, 300, WINDOW, 17] {
-            let starts: Vec<Start> = (0..count)
-                .map(|_| Start {
+            let starts: Vec<ReceiverPoint> = (0..count)
+                .map(|_| ReceiverPoint {
                     point: random.pick(&[0.5, 4.0, 1e30]) * random.of_cube(),
                     surface: None,
                 })
@@ -161,8 +161,8 @@ mod tests {
     #[test]
     fn shuffled_starts_are_told_from_rows() {
         let (random, frame) = (&mut Random(2), frame());
-        let mut starts: Vec<Start> = (0..128 * 128)
-            .map(|number| Start {
+        let mut starts: Vec<ReceiverPoint> = (0..128 * 128)
+            .map(|number| ReceiverPoint {
                 point: DVec3::new((number % 128) as f64, (number / 128) as f64, 0.0) / 16.0 - 4.0,
                 surface: None,
             })

@@ -8,7 +8,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
 use super::data::{Bvh, Node};
-use super::hull::StartBox;
+use super::hull::ReceiverBox;
 use super::ray::{
     FARTHEST, FilterBounds, FrameRay, INSIDE, SMALLEST_COMPONENT, U, USUAL_ORIGIN_ERROR,
 };
@@ -139,8 +139,8 @@ impl Rays {
 
     /// Returns the box of the starts of a mask, which has some.
     #[inline(always)]
-    pub(super) fn start_box(&self, mask: u32) -> StartBox {
-        let mut all = StartBox::EMPTY;
+    pub(super) fn start_box(&self, mask: u32) -> ReceiverBox {
+        let mut all = ReceiverBox::EMPTY;
         let mut rest = mask;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % RAYS;

@@ -1,6 +1,8 @@
 //! Any-hit and nearest-hit through the tree.
 
-use antumbra_geometry::{Bounds, DVec3, Hit, LightShape, Occluders, Segment, Start, SurfaceId};
+use antumbra_geometry::{
+    Bounds, DVec3, Hit, LightShape, Occluders, ReceiverPoint, Segment, SurfaceId,
+};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8};
 
@@ -28,7 +30,7 @@ impl Bvh {
     pub(crate) fn any_hit(
         &self,
         occluders: &Occluders,
-        start: &Start,
+        start: &ReceiverPoint,
         light: &LightShape,
         counters: &mut Counters,
     ) -> bool {
@@ -185,7 +187,7 @@ fn crossings<S: Simd>(simd: S, node: &Node, ray: &FrameRay, axis: usize) -> (f32
 /// A shadow query, with its segment where the exact rule needs it.
 pub(super) struct Question<'a> {
     pub(super) occluders: &'a Occluders,
-    pub(super) start: &'a Start,
+    pub(super) start: &'a ReceiverPoint,
     pub(super) light: &'a LightShape,
 }
 

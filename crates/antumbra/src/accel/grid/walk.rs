@@ -184,7 +184,7 @@ pub(crate) fn point_along(origin: DVec3, direction: DVec3, tail: DVec3, t: f64) 
 
 #[cfg(test)]
 mod tests {
-    use antumbra_geometry::{Bounds, LightShape, Occluders, Start};
+    use antumbra_geometry::{Bounds, LightShape, Occluders, ReceiverPoint};
 
     use super::*;
 
@@ -196,7 +196,7 @@ mod tests {
             },
             [n; 3],
         );
-        let start = Start {
+        let start = ReceiverPoint {
             point: from,
             surface: None,
         };

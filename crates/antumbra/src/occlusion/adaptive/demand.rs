@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use antumbra_geometry::{Occluders, Start};
+use antumbra_geometry::{Occluders, ReceiverPoint};
 
 use super::super::bricks::Store;
 use super::super::budget::Account;
@@ -131,7 +131,7 @@ impl AdaptiveValues {
         &self,
         (lists, map): (&Lists, &Map),
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: usize,
     ) -> u64 {
         let Some(tables) = self.tables(occluders, light, lists) else {
@@ -172,14 +172,14 @@ impl AdaptiveValues {
         &self,
         (lists, map): (&Lists, &Map),
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: usize,
     ) -> Announced {
         let Some(tables) = self.tables(occluders, light, lists) else {
             return Announced::default();
         };
         let stride = (starts.len() / ANNOUNCED).clamp(1, MOST_STRIDE);
-        let sample: Vec<Start> = starts.iter().step_by(stride).copied().collect();
+        let sample: Vec<ReceiverPoint> = starts.iter().step_by(stride).copied().collect();
         let places = self.places_in_map(map, &tables, &sample);
         let expected = self.lights[light].prices.expected();
         let each = stride as u64 * (expected / starts.len().max(1) as u64).max(1);
@@ -246,7 +246,7 @@ impl AdaptiveValues {
         values: (&Known, &Store),
         scene: &Scene<'_>,
         light: usize,
-        start: &Start,
+        start: &ReceiverPoint,
         place: u32,
     ) -> u64 {
         if !charge(values.1.word(place), 1) {
@@ -272,12 +272,11 @@ impl AdaptiveValues {
         (known, store): (&Known, &Store),
         scene: &Scene<'_>,
         light: usize,
-        start: &Start,
+        start: &ReceiverPoint,
         place: u32,
     ) -> u64 {
         let lists = &*known.lists;
-        let Some((audience, code)) = self.code_of_start(known, scene.occluders, light, start)
-        else {
+        let Some((class, code)) = self.code_of_start(known, scene.occluders, light, start) else {
             return 0;
         };
         if !self.has_edges(scene.occluders, light, lists) {
@@ -287,15 +286,15 @@ impl AdaptiveValues {
             return 0;
         };
         let unclaim = Unclaim(store, place, claimed.price());
-        let lattice = &self.lattices[audience as usize];
-        let finder = store.finder(audience, lattice);
+        let lattice = &self.lattices[class as usize];
+        let finder = store.finder(class, lattice);
         if finder.find(code).place != place {
             // The start is another cell's.
             return 0;
         }
         let cell = code.cell(finder.level_of(code, lattice));
         let begin = Reading::now();
-        let made = self.brick((store, lists), scene, (light, audience, cell), false);
+        let made = self.brick((store, lists), scene, (light, class, cell), false);
         match made {
             Some(made) => {
                 store.publish(place, made);

@@ -12,7 +12,7 @@ use super::super::map::{self, Map, MapRuns};
 use super::super::packed::{Packed, Runs};
 use super::super::refine::Depth;
 use super::super::stream::{self, Misfit, Section, Stored, Told};
-use super::super::value::Audience;
+use super::super::value::ReceiverClass;
 use super::super::volume::Cells;
 use super::kept::KeptValues;
 use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
@@ -206,12 +206,12 @@ impl AdaptiveValues {
 
     /// Returns cells for points of space that hold the scene, its longest side halved so many times.
     pub(crate) fn cells(&self, scene: &Bounds, level: u32) -> Cells {
-        Cells::new(&self.lattices[Audience::Free as usize], scene, level)
+        Cells::new(&self.lattices[ReceiverClass::Free as usize], scene, level)
     }
 
     /// Says of all cells what is known about a light, every `step`th value from the first on.
     pub(crate) fn fill_cells(&self, light: usize, cells: &Cells, values: &mut [u8], step: usize) {
-        let lattice = &self.lattices[Audience::Free as usize];
+        let lattice = &self.lattices[ReceiverClass::Free as usize];
         if let Some(PackedLight { packed, .. }) = self.packed(light) {
             cells.fill(&self.told(packed), lattice, values, step);
         } else if let Some(known) = self.known(light)

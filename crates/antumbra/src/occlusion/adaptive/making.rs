@@ -16,7 +16,7 @@ use super::super::packed::Packed;
 use super::super::refine::Refiner;
 use super::super::room::Share;
 use super::super::tables::{LightTables, SceneTables};
-use super::super::value::Audience;
+use super::super::value::ReceiverClass;
 use super::scene::Scene;
 use super::{AdaptiveValues, Knowledge, Known, Lists, PackedLight};
 use crate::Refine;
@@ -78,9 +78,9 @@ impl AdaptiveValues {
     fn make_all(&mut self, occluders: &Occluders, bvh: &Bvh, lights: Range<usize>) {
         self.restore_tables(occluders);
         let scene = Scene { occluders, bvh };
-        let brick_count: u64 = Audience::ALL
+        let brick_count: u64 = ReceiverClass::ALL
             .iter()
-            .map(|&audience| self.lattices[audience as usize].root_bricks().count() as u64)
+            .map(|&class| self.lattices[class as usize].root_bricks().count() as u64)
             .sum();
         let steps = Steps::new("baking", lights.len() as u64 * brick_count);
         for light in lights {
@@ -118,13 +118,13 @@ impl AdaptiveValues {
         store: &Store,
         steps: &Steps,
     ) {
-        for audience in Audience::ALL {
-            let lattice = &self.lattices[audience as usize];
-            let finder = store.finder(audience, lattice);
+        for class in ReceiverClass::ALL {
+            let lattice = &self.lattices[class as usize];
+            let finder = store.finder(class, lattice);
             let cells: Vec<Cell> = lattice.root_bricks().collect();
             cells.into_par_iter().for_each(|cell| {
                 let place = finder.place_in_root(cell);
-                steps.step(|| self.make_rest((store, lists), scene, light, audience, cell, place));
+                steps.step(|| self.make_rest((store, lists), scene, light, class, cell, place));
             });
         }
         if store.is_full() {
@@ -208,7 +208,7 @@ impl AdaptiveValues {
         (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
         light: usize,
-        audience: Audience,
+        class: ReceiverClass,
         cell: Cell,
         place: u32,
     ) {
@@ -219,7 +219,7 @@ impl AdaptiveValues {
         let link = read(store.word(place));
         if link.is_pending() {
             check();
-            let target = (light, audience, cell);
+            let target = (light, class, cell);
             match self.brick((store, lists), scene, target, true) {
                 Some(made) => store.publish(place, made),
                 None => self.lights[light].is_refused.store(true, Ordering::Relaxed),
@@ -227,7 +227,7 @@ impl AdaptiveValues {
         } else if let Some(brick_at) = link.brick() {
             for (place, number) in store.unfinished(brick_at) {
                 let finer = cell_in_brick(cell, number);
-                self.make_rest((store, lists), scene, light, audience, finer, place);
+                self.make_rest((store, lists), scene, light, class, finer, place);
             }
         }
     }
@@ -386,20 +386,20 @@ impl AdaptiveValues {
         &self,
         (store, lists): (&Store, &Lists),
         scene: &Scene<'_>,
-        (light, audience, cell): (usize, Audience, Cell),
+        (light, class, cell): (usize, ReceiverClass, Cell),
         is_deep: bool,
     ) -> Option<Link> {
         let casters = Casters::new(self.tables(scene.occluders, light, lists)?);
-        let lattice = &self.lattices[audience as usize];
+        let lattice = &self.lattices[class as usize];
         let bounds = lattice.inflated(cell);
         let gathered = casters.gather(scene.bvh, &bounds);
         let mut candidates = Candidates::NONE;
-        casters.narrow_holders(&gathered, &bounds, audience, &mut candidates);
+        casters.narrow_holders(&gathered, &bounds, class, &mut candidates);
         casters.narrow(&gathered, &bounds, &mut candidates);
         let refiner = Refiner {
             casters,
             lattice,
-            audience,
+            class,
             depth: self.depth,
             store,
             price: self.price(),

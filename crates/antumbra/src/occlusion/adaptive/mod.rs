@@ -30,7 +30,7 @@ use super::packed::Packed;
 use super::refine::Depth;
 use super::room::{Room, Share};
 use super::tables::{LightTables, SceneTables, Tables};
-use super::value::Audience;
+use super::value::ReceiverClass;
 use crate::Refine;
 use crate::accel::frame::Frame;
 
@@ -43,7 +43,7 @@ pub(crate) struct AdaptiveValues {
     pub(super) frame: Frame,
     /// How far a start may lie from its point, in world units.
     pub(super) start_room: f64,
-    /// For each [`Audience`].
+    /// For each [`ReceiverClass`].
     pub(super) lattices: [Lattice; 3],
     depth: Depth,
     room: Arc<Room>,
@@ -278,10 +278,10 @@ impl AdaptiveValues {
 
 /// Returns the cells of each receiver class.
 fn lattices(bounds: &Bounds, frame: &Frame, depth: Depth) -> [Lattice; 3] {
-    Audience::ALL.map(|audience| {
-        let finest = match audience {
-            Audience::Front | Audience::Back => depth.surfaces,
-            Audience::Free => depth.space,
+    ReceiverClass::ALL.map(|class| {
+        let finest = match class {
+            ReceiverClass::Front | ReceiverClass::Back => depth.surfaces,
+            ReceiverClass::Free => depth.space,
         };
         Lattice::new(bounds, frame, finest)
     })
@@ -407,6 +407,6 @@ impl AdaptiveValues {
 
     /// Returns the planes between the finest cells.
     pub(crate) fn planes(&self) -> (DVec3, f64, [u32; 3]) {
-        self.lattices[Audience::Front as usize].planes()
+        self.lattices[ReceiverClass::Front as usize].planes()
     }
 }

@@ -135,25 +135,25 @@ fn what_is_written_is_found() {
         // Light and receiver class by light and receiver class.
         let mut all = Vec::new();
         for store in &stores {
-            for audience in Audience::ALL {
-                let lattice = &lattices[audience as usize];
-                let finder = store.finder(audience, lattice);
+            for class in ReceiverClass::ALL {
+                let lattice = &lattices[class as usize];
+                let finder = store.finder(class, lattice);
                 let mut written = Written::new();
                 let roots: Vec<Cell> = lattice.root_bricks().collect();
                 for _ in 0..random.below(6) {
                     let cell = random.pick(&roots);
                     let target = (cell, finder.place_in_root(cell));
                     if !written.contains_key(&(cell.level, cell.at)) {
-                        let finest = finest[audience as usize];
+                        let finest = finest[class as usize];
                         write_below(store, random, finest, target, &mut written);
                     }
                 }
-                all.push((store, audience, roots, written));
+                all.push((store, class, roots, written));
             }
         }
-        for (store, audience, roots, written) in &all {
-            let lattice = &lattices[*audience as usize];
-            let finder = store.finder(*audience, lattice);
+        for (store, class, roots, written) in &all {
+            let lattice = &lattices[*class as usize];
+            let finder = store.finder(*class, lattice);
             let mut near: Vec<Cell> = written
                 .keys()
                 .map(|&(level, at)| Cell { level, at })
@@ -310,7 +310,7 @@ fn cells_that_agree_need_no_brick() {
 fn a_full_store_keeps_what_it_has() {
     let random = &mut Random(4);
     let (store, lattice) = small_store(40_000);
-    let finder = store.finder(Audience::Front, &lattice);
+    let finder = store.finder(ReceiverClass::Front, &lattice);
     let roots: Vec<Cell> = lattice.root_bricks().collect();
     let place = finder.place_in_root(roots[0]);
     let pending: Box<Decisions> = Box::new(std::array::from_fn(|number| match number {

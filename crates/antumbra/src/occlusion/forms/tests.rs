@@ -1,6 +1,6 @@
 //! Tests of the module above.
 
-use antumbra_geometry::{Bounds, Occluders, Opacity, Start, SurfaceId};
+use antumbra_geometry::{Bounds, Occluders, Opacity, ReceiverPoint, SurfaceId};
 use fearless_simd::{Level, dispatch};
 
 use super::super::testing::Random;
@@ -19,7 +19,7 @@ fn occluders_of(corners: [DVec3; 3]) -> Occluders {
 }
 
 fn is_blocked(occluders: &Occluders, point: DVec3, light: &LightShape) -> bool {
-    let start = Start {
+    let start = ReceiverPoint {
         point,
         surface: None,
     };
@@ -257,7 +257,7 @@ fn starts_are_where_their_points_are() {
             continue;
         }
         told += 1;
-        let start = Start {
+        let start = ReceiverPoint {
             point,
             surface: Some(ONE),
         };

@@ -4,7 +4,7 @@
 
 use std::sync::atomic::Ordering;
 
-use antumbra_geometry::Start;
+use antumbra_geometry::ReceiverPoint;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
@@ -18,7 +18,7 @@ impl Map {
     /// Tells of at most 64 starts which lie on faces that are lit or in shadow as a whole, and of these which are in
     /// shadow, a bit each.
     #[inline]
-    pub(crate) fn faces_of(&self, starts: &[Start]) -> (u64, u64) {
+    pub(crate) fn faces_of(&self, starts: &[ReceiverPoint]) -> (u64, u64) {
         let (mut known, mut shadowed) = (0, 0);
         for (number, start) in starts.iter().enumerate() {
             let value = self.faces.value(start.surface);
@@ -30,7 +30,7 @@ impl Map {
 
     /// Returns whether a start is in shadow, if all starts on its face are, or none is.
     #[inline]
-    pub(crate) fn face_of(&self, start: &Start) -> Option<bool> {
+    pub(crate) fn face_of(&self, start: &ReceiverPoint) -> Option<bool> {
         match self.faces.value(start.surface) {
             0 => None,
             value => Some(value >> 1 != 0),

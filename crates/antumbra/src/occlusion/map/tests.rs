@@ -1,7 +1,7 @@
 //! Answers of maps against all surfaces, one by one, for starts where answers are delicate.
 
 use antumbra_geometry::{
-    Cone, DVec3, Disk, Occluders, OccludersBuilder, Opacity, Sphere, Start, SurfaceId,
+    Cone, DVec3, Disk, Occluders, OccludersBuilder, Opacity, ReceiverPoint, Sphere, SurfaceId,
 };
 use fearless_simd::{Level, dispatch};
 
@@ -132,7 +132,7 @@ fn start(
     light: &LightShape,
     views: &Views,
     random: &mut Random,
-) -> Start {
+) -> ReceiverPoint {
     let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
     let corners = occluders.triangle_positions(surface);
     let on_surface = |random: &mut Random| match (corners, occluders.sphere(surface)) {
@@ -152,7 +152,7 @@ fn start(
     let has_place = corners.is_some() || occluders.sphere(surface).is_some();
     let point = match random.below(4) {
         0 if has_place => {
-            return Start {
+            return ReceiverPoint {
                 point: on_surface(random),
                 surface: Some(surface),
             };
@@ -178,7 +178,7 @@ fn start(
         }
         _ => random.in_box(&occluders.bounds()),
     };
-    Start {
+    ReceiverPoint {
         point,
         surface: None,
     }
@@ -406,7 +406,7 @@ fn attack_faces(
 ) -> [usize; 2] {
     let mut counts = [0; 2];
     for surface in occluders.surfaces() {
-        let start = |point| Start {
+        let start = |point| ReceiverPoint {
             point,
             surface: Some(surface),
         };

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use super::super::lattice::{Code, Lattice};
 use super::super::links::Link;
 use super::super::stream::Misfit;
-use super::super::value::Audience;
+use super::super::value::ReceiverClass;
 pub(crate) use super::runs::{RUNS, Runs};
 use super::{Brick, Leaf, Packed, STRIDE, Whole};
 
@@ -127,8 +127,8 @@ impl Packed {
 
     /// Returns what is known of the coarsest bricks that hold a part of the scene's box, with numbers of
     /// bricks and leaves in place of places.
-    pub(in super::super) fn roots(&self, lattice: &Lattice, audience: Audience) -> Vec<Link> {
-        let (area, reader) = (self.area(audience), self.reader());
+    pub(in super::super) fn roots(&self, lattice: &Lattice, class: ReceiverClass) -> Vec<Link> {
+        let (area, reader) = (self.area(class), self.reader());
         let link = |brick: u32| match brick {
             lit if lit == Whole::Lit as u32 => Link::LIT,
             dark if dark == Whole::Shadowed as u32 => Link::SHADOWED,
@@ -196,7 +196,7 @@ mod tests {
             min: DVec3::ZERO,
             max: DVec3::ONE,
         };
-        Audience::ALL.map(|_| Lattice::new(&bounds, &Frame::new(bounds), 11))
+        ReceiverClass::ALL.map(|_| Lattice::new(&bounds, &Frame::new(bounds), 11))
     }
 
     fn root_count() -> usize {

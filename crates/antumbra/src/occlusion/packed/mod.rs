@@ -16,7 +16,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::lattice::{Code, Lattice};
 use super::links::Link;
-use super::value::Audience;
+use super::value::ReceiverClass;
 
 /// What is known of one light.
 #[derive(Debug)]
@@ -171,8 +171,8 @@ impl Packed {
     }
 
     #[inline(always)]
-    pub(super) fn area(&self, audience: Audience) -> Area {
-        self.areas[audience as usize]
+    pub(super) fn area(&self, class: ReceiverClass) -> Area {
+        self.areas[class as usize]
     }
 
     /// Returns the place beyond all root tables.
@@ -206,8 +206,8 @@ impl Packed {
     }
 
     /// Returns what is known where a code says: an answer, or a leaf.
-    pub(super) fn find(&self, audience: Audience, code: Code) -> Result<bool, Leaf> {
-        let area = self.area(audience);
+    pub(super) fn find(&self, class: ReceiverClass, code: Code) -> Result<bool, Leaf> {
+        let area = self.area(class);
         let place = code
             .place_in_root(area.root_shift)
             .min(area.place_count as usize);

@@ -10,7 +10,7 @@ use twox_hash::XxHash3_64;
 use super::super::bricks::Store;
 use super::super::lattice::Lattice;
 use super::super::links::Link;
-use super::super::value::{Audience, Occlusion};
+use super::super::value::{Occlusion, ReceiverClass};
 use super::{Brick, COUNT_BITS, LONGEST, Leaf, Packed, STRIDE, Whole};
 
 impl Packed {
@@ -19,10 +19,10 @@ impl Packed {
         let mut packer = Packer::new(store);
         let (areas, _) = Self::areas(lattices);
         let mut roots = Vec::new();
-        for audience in Audience::ALL {
-            let place_count = lattices[audience as usize].root_places();
+        for class in ReceiverClass::ALL {
+            let place_count = lattices[class as usize].root_places();
             roots.reserve_exact(place_count + 1);
-            let first = store.root(audience);
+            let first = store.root(class);
             packer.add_table(store, first, place_count, &mut roots);
         }
         roots.extend(Self::BEYOND.map(|whole| whole as u32));

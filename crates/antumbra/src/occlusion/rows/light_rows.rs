@@ -3,13 +3,13 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use antumbra_geometry::{DVec3, LightShape, Occluders, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, Occluders, ReceiverPoint, SurfaceId};
 use arc_swap::ArcSwapOption;
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::adaptive::is_ordinary;
 use super::super::lattice::Lattice;
-use super::super::planes::{self, StartPlane};
+use super::super::planes::{self, ReceiverPlane};
 use super::super::room::{Room, Share};
 use super::ledger::Ledger;
 use super::table::{Key, Place, ROW_BLOCK, RowTable};
@@ -29,7 +29,7 @@ pub(crate) struct LightRows {
     /// Of each light, whether anything can be known of it.
     pub(super) are_ordinary: Vec<bool>,
     /// What tells of each triangle whether points are where starts on it are; `None` where there was no room.
-    pub(super) planes: OnceLock<Option<(Vec<StartPlane>, Share)>>,
+    pub(super) planes: OnceLock<Option<(Vec<ReceiverPlane>, Share)>>,
     pub(super) table: ArcSwapOption<RowTable>,
     /// What was asked where there is no row, and whether one would pay.
     pub(super) ledger: Mutex<Ledger>,
@@ -82,7 +82,7 @@ impl LightRows {
         &self,
         occluders: &Occluders,
         table: Option<&RowTable>,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
     ) -> [Place; ROW_BLOCK] {
         let made = self.planes.get_or_init(|| self.make_planes(occluders));
         let Some((planes, _)) = made else {
@@ -96,11 +96,11 @@ impl LightRows {
         &self,
         simd: S,
         occluders: &Occluders,
-        planes: &[StartPlane],
+        planes: &[ReceiverPlane],
         table: Option<&RowTable>,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
     ) -> [Place; ROW_BLOCK] {
-        const NOWHERE: &StartPlane = &StartPlane::NOWHERE;
+        const NOWHERE: &ReceiverPlane = &ReceiverPlane::NOWHERE;
         let mut coordinates = [[0.0_f32; ROW_BLOCK]; 3];
         let mut of_starts = [NOWHERE; ROW_BLOCK];
         // Points of space are where they are.
@@ -142,12 +142,14 @@ impl LightRows {
         places
     }
 
-    fn make_planes(&self, occluders: &Occluders) -> Option<(Vec<StartPlane>, Share)> {
+    fn make_planes(&self, occluders: &Occluders) -> Option<(Vec<ReceiverPlane>, Share)> {
         let count = occluders.triangle_count();
-        let share = self.room.take((count * size_of::<StartPlane>()) as u64)?;
+        let share = self
+            .room
+            .take((count * size_of::<ReceiverPlane>()) as u64)?;
         // The side of the light is of no matter here.
         let plane = |triangle: usize| {
-            StartPlane::of_triangle(occluders, &self.frame, SurfaceId(triangle as u32), 1)
+            ReceiverPlane::of_triangle(occluders, &self.frame, SurfaceId(triangle as u32), 1)
         };
         Some(((0..count).map(plane).collect(), share))
     }

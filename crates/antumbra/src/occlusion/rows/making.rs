@@ -15,7 +15,7 @@ use super::super::candidates::{Candidates, Casters};
 use super::super::classify::Receivers;
 use super::super::lattice::Cell;
 use super::super::tables::{LightTables, SceneTables, Tables};
-use super::super::value::Audience;
+use super::super::value::ReceiverClass;
 use super::light_rows::LightRows;
 use super::table::{Key, PARTS, RowTable};
 use crate::threads::prelude::*;
@@ -184,7 +184,7 @@ impl Descent<'_> {
         };
         let bounds = self.rows.lattice.inflated(cell);
         self.casters
-            .narrow_holders(around, &bounds, Audience::Front, kept);
+            .narrow_holders(around, &bounds, ReceiverClass::Front, kept);
         self.casters.narrow(around, &bounds, kept);
         let is_clear =
             kept.triangles.is_empty() && kept.crossing.is_empty() && kept.covering.is_empty();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use antumbra_geometry::{LightShape, Start};
+use antumbra_geometry::{LightShape, ReceiverPoint};
 
 use super::super::adaptive::Scene;
 use super::ledger::Asked;
@@ -37,7 +37,7 @@ impl LightRows {
         &self,
         scene: &Scene<'_>,
         lights: &[LightShape],
-        starts: &[Start],
+        starts: &[ReceiverPoint],
     ) -> usize {
         let Some(_making) = self.begin_making() else {
             return 0;

@@ -3,7 +3,7 @@
 //! In: a key's starts, what may block them. Out: that all of the light reaches all, that nothing of it reaches any, or
 //! which leaves of the tree hold what may block. README.md here has the proofs; its numbers are in the comments.
 
-use antumbra_geometry::{Bounds, DVec3, LightShape, Start, SurfaceId};
+use antumbra_geometry::{Bounds, DVec3, LightShape, ReceiverPoint, SurfaceId};
 
 use super::hull::Flat;
 use super::maker::{Candidate, Decided, Maker};
@@ -223,7 +223,7 @@ impl Patch<'_> {
     /// Returns whether a sheet covers all starts for all of the light (README.md, *full*).
     fn is_covered(&self, kept: &[Candidate]) -> bool {
         let occluders = self.maker.scene.occluders;
-        let start = Start {
+        let start = ReceiverPoint {
             point: self.maker.frame.center + self.polygon.middle() / self.maker.frame.scale,
             surface: Some(self.surface),
         };

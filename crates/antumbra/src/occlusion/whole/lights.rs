@@ -3,13 +3,13 @@
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use antumbra_geometry::{AreaShape, LightShape, Mesh, Occluders, Start, SurfaceId};
+use antumbra_geometry::{AreaShape, LightShape, Mesh, Occluders, ReceiverPoint, SurfaceId};
 use arc_swap::{ArcSwap, ArcSwapOption};
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::adaptive::{AdaptiveValues, Scene, is_ordinary};
 use super::super::lattice::Lattice;
-use super::super::planes::{self, StartPlane};
+use super::super::planes::{self, ReceiverPlane};
 use super::super::room::{Room, Share};
 use super::hull::LightHull;
 use super::ledger::{Asked, Ledger};
@@ -60,7 +60,7 @@ pub(crate) enum Told<'a> {
 }
 
 /// What starts on triangles are told by, and how triangles hang together.
-type Tables = (Vec<StartPlane>, Mesh, Share);
+type Tables = (Vec<ReceiverPlane>, Mesh, Share);
 
 /// Lights with size.
 #[derive(Debug)]
@@ -173,15 +173,15 @@ impl WholeLights {
 
     fn make_tables(&self, occluders: &Occluders) -> Option<Tables> {
         let count = occluders.triangle_count();
-        let planes = (count * size_of::<StartPlane>()) as u64;
+        let planes = (count * size_of::<ReceiverPlane>()) as u64;
         let height = planes + Mesh::height_bytes_without_edges(count);
         let share = self.room.take(height)?;
         let mesh = Mesh::without_edges(occluders);
         // The side of the light is of no matter here.
         let plane = |triangle: usize| {
-            StartPlane::of_triangle(occluders, &self.frame, SurfaceId(triangle as u32), 1)
+            ReceiverPlane::of_triangle(occluders, &self.frame, SurfaceId(triangle as u32), 1)
         };
-        let made: Vec<StartPlane> = (0..count).map(plane).collect();
+        let made: Vec<ReceiverPlane> = (0..count).map(plane).collect();
         share.shrink_to(planes + mesh.memory_bytes());
         Some((made, mesh, share))
     }
@@ -218,7 +218,7 @@ impl WholeView<'_> {
     pub(crate) fn tell(
         &self,
         occluders: &Occluders,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         side: WholeSide,
         asked: &mut Asked,
     ) -> [Told<'_>; WHOLE_BLOCK] {
@@ -238,12 +238,12 @@ impl WholeView<'_> {
         &self,
         simd: S,
         occluders: &Occluders,
-        (planes, sides): (&[StartPlane], &[i8]),
-        starts: &[Start],
+        (planes, sides): (&[ReceiverPlane], &[i8]),
+        starts: &[ReceiverPoint],
         side: WholeSide,
         asked: &mut Asked,
     ) -> [Told<'_>; WHOLE_BLOCK] {
-        const NOWHERE: &StartPlane = &StartPlane::NOWHERE;
+        const NOWHERE: &ReceiverPlane = &ReceiverPlane::NOWHERE;
         let frame = &self.all.frame;
         let mut coordinates = [[0.0_f32; WHOLE_BLOCK]; 3];
         let mut of_starts = [NOWHERE; WHOLE_BLOCK];

@@ -1,5 +1,5 @@
 use antumbra_geometry::{
-    Bounds, DVec3, LightShape, Occluders, Opacity, SamplePattern, Sphere, Start, SurfaceId,
+    Bounds, DVec3, LightShape, Occluders, Opacity, ReceiverPoint, SamplePattern, Sphere, SurfaceId,
 };
 
 use super::super::adaptive::Scene;
@@ -149,7 +149,7 @@ fn what_is_known_of_a_whole_light_holds() {
             mesh: &mesh,
         };
         // Keys about points of triangles.
-        let mut asked: Vec<(Key, Start)> = Vec::new();
+        let mut asked: Vec<(Key, ReceiverPoint)> = Vec::new();
         for _ in 0..40 {
             let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
             let (point, surface) = match occluders.triangle_positions(surface) {
@@ -181,7 +181,7 @@ fn what_is_known_of_a_whole_light_holds() {
                     surface,
                     is_behind && surface.is_some() && !is_curved,
                 ),
-                Start { point, surface },
+                ReceiverPoint { point, surface },
             ));
         }
         let mut keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
@@ -192,7 +192,7 @@ fn what_is_known_of_a_whole_light_holds() {
         for &(key, known) in &entries.known {
             let cell = super::super::lattice::Cell::of_number(key.cell_number(), level);
             let within = lattice.inflated(cell);
-            let mut starts: Vec<Start> = asked
+            let mut starts: Vec<ReceiverPoint> = asked
                 .iter()
                 .filter(|(other, _)| *other == key)
                 .map(|(_, start)| *start)
@@ -230,7 +230,7 @@ fn what_is_known_of_a_whole_light_holds() {
                 points
                     .into_iter()
                     .filter(|point| within.contains(*point))
-                    .map(|point| Start { point, surface }),
+                    .map(|point| ReceiverPoint { point, surface }),
             );
             for start in starts {
                 for place in places(random) {

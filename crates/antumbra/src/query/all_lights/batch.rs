@@ -1,6 +1,6 @@
 //! All lights of the points of a batch, on all threads.
 
-use antumbra_geometry::{LightId, Start};
+use antumbra_geometry::{LightId, ReceiverPoint};
 
 use super::Work;
 use crate::clock::Reading;
@@ -51,14 +51,15 @@ impl ShadowIndex {
             BatchKind::Facing { normals } => ReceiverSide::Normal(normals[point].as_f64()),
             _ => side,
         };
-        let answer = |first: usize, starts: &mut Vec<Start>, visible: &mut [u64], left: f64| {
-            starts.clear();
-            for index in first..first + visible.len() / stride {
-                antumbra_task::check();
-                starts.push(run.start(index)?);
-            }
-            Ok(self.some_lights(all, starts, |number| side_of(first + number), left, visible))
-        };
+        let answer =
+            |first: usize, starts: &mut Vec<ReceiverPoint>, visible: &mut [u64], left: f64| {
+                starts.clear();
+                for index in first..first + visible.len() / stride {
+                    antumbra_task::check();
+                    starts.push(run.start(index)?);
+                }
+                Ok(self.some_lights(all, starts, |number| side_of(first + number), left, visible))
+            };
         let mut sum = BatchCounters::default();
         if stride == 0 {
             for index in 0..count {
@@ -108,7 +109,7 @@ impl ShadowIndex {
     /// Writes which lights reach each of some starts that were checked. `left` times as many are known to come.
     pub(crate) fn all_lights_of_chunk(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         side_of: impl Fn(usize) -> ReceiverSide,
         left: f64,
         visible: &mut Vec<u64>,
@@ -121,7 +122,7 @@ impl ShadowIndex {
     fn some_lights(
         &self,
         all: &AllLights,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         side_of: impl Fn(usize) -> ReceiverSide,
         left: f64,
         visible: &mut [u64],

@@ -3,9 +3,9 @@
 //! In: starts, one at a time; which lights are left out. Out: a bit a light for *reaches the point*, *is on the side that is
 //! asked about*, *was known*. Invariant: as of the calls for many starts; what was asked before changes no bit.
 
-use antumbra_geometry::{LightId, Start};
+use antumbra_geometry::{LightId, ReceiverPoint};
 
-use super::{OneStart, Work};
+use super::{OneReceiver, Work};
 use crate::clock::Reading;
 use crate::occlusion::{AllLights, LightRows, Place};
 use crate::query::beam::WORD;
@@ -47,7 +47,7 @@ impl ShadowIndex {
     ///
     /// ```
     /// # use std::sync::Arc;
-    /// use antumbra::{Counters, LightShape, Occluders, Opacity, ReceiverSide, ShadowIndex, Start};
+    /// use antumbra::{Counters, LightShape, Occluders, Opacity, ReceiverSide, ShadowIndex, ReceiverPoint};
     ///
     /// // A small roof over a floor; three lamps, of which it hides the middle one.
     /// let corners = |size: f64, z: f64| [[-size, -size, z], [size, -size, z], [0.0, size, z]];
@@ -58,7 +58,7 @@ impl ShadowIndex {
     /// let index = ShadowIndex::builder(Arc::new(surfaces.build()), lamps.to_vec()).build()?;
     ///
     /// let mut lights = index.lights_in_turn();
-    /// let start = Start { point: [0.0, 0.0, 0.0].into(), surface: Some(floor.start.into()) };
+    /// let start = ReceiverPoint { point: [0.0, 0.0, 0.0].into(), surface: Some(floor.start.into()) };
     /// lights.ask(&start, ReceiverSide::Front, &[], &mut Counters::default())?;
     /// assert_eq!(lights.visible(), [0b101]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -93,7 +93,7 @@ impl LightsInTurn<'_> {
     /// The start is not finite or beyond 2^100, or its surface does not exist. The answers are those of the start before.
     pub fn ask(
         &mut self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         left_out: &[u64],
         counters: &mut Counters,
@@ -153,7 +153,7 @@ impl LightsInTurn<'_> {
 
     fn answer(
         &mut self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         left_out: &[u64],
         counters: &mut Counters,
@@ -168,7 +168,7 @@ impl LightsInTurn<'_> {
             None => Place::Nowhere,
         };
         work.noted.note(place);
-        let asked = OneStart { start, side, place };
+        let asked = OneReceiver { start, side, place };
         index.by_what_is_known(&asked, table.as_deref(), &mut self.visible, work);
         self.on_side.copy_from_slice(&work.asked);
         for (word, &left_out) in left_out.iter().enumerate() {

@@ -9,7 +9,7 @@
 mod batch;
 pub(super) mod in_turn;
 
-use antumbra_geometry::{LightShape, Start, SurfaceId};
+use antumbra_geometry::{LightShape, ReceiverPoint, SurfaceId};
 
 use crate::accel::bvh::Memory;
 use crate::clock::Reading;
@@ -36,8 +36,8 @@ struct Work {
 }
 
 /// A start whose lights are asked about, those on one side, and where it looks for what is known.
-struct OneStart<'a> {
-    start: &'a Start,
+struct OneReceiver<'a> {
+    start: &'a ReceiverPoint,
     side: ReceiverSide,
     place: Place,
 }
@@ -116,7 +116,7 @@ impl ShadowIndex {
         point: impl Coordinates,
         surface: impl Into<SurfaceId>,
     ) -> Result<Vec<u64>, QueryError> {
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.as_f64(),
             surface: Some(surface.into()),
         };
@@ -131,14 +131,14 @@ impl ShadowIndex {
     /// # Errors
     /// The point is not finite or beyond 2^100.
     pub fn lights_visible_at(&self, point: impl Coordinates) -> Result<Vec<u64>, QueryError> {
-        let start = Start {
+        let start = ReceiverPoint {
             point: point.as_f64(),
             surface: None,
         };
         self.all_visible(&start)
     }
 
-    fn all_visible(&self, start: &Start) -> Result<Vec<u64>, QueryError> {
+    fn all_visible(&self, start: &ReceiverPoint) -> Result<Vec<u64>, QueryError> {
         let mut visible = vec![0; self.lights().len().div_ceil(WORD)];
         let starts = std::slice::from_ref(start);
         let counters = &mut Counters::default();
@@ -163,7 +163,7 @@ impl ShadowIndex {
     /// `visible` does not have `starts.len() * lights.len().div_ceil(64)` words.
     pub fn lights_visible_of(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         side: ReceiverSide,
         visible: &mut [u64],
         counters: &mut Counters,
@@ -203,7 +203,7 @@ impl ShadowIndex {
     }
 
     /// Makes the rows of some starts.
-    fn make_rows(&self, all: &AllLights, starts: &[Start]) -> usize {
+    fn make_rows(&self, all: &AllLights, starts: &[ReceiverPoint]) -> usize {
         match (&all.rows, self.scene()) {
             (Some(rows), Some(scene)) => rows.make_for(&scene, self.lights(), starts),
             _ => 0,
@@ -236,7 +236,7 @@ impl ShadowIndex {
     fn answer_all_lights(
         &self,
         all: &AllLights,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         side_of: impl Fn(usize) -> ReceiverSide,
         visible: &mut [u64],
         work: &mut Work,
@@ -259,7 +259,7 @@ impl ShadowIndex {
             for (at, (start, visible)) in starts.iter().zip(visible.chunks_mut(stride)).enumerate()
             {
                 let side = side_of(number * ROW_BLOCK + at);
-                let asked = OneStart {
+                let asked = OneReceiver {
                     start,
                     side,
                     place: places[at],
@@ -279,7 +279,7 @@ impl ShadowIndex {
     #[inline(always)]
     fn by_what_is_known(
         &self,
-        asked: &OneStart<'_>,
+        asked: &OneReceiver<'_>,
         table: Option<&RowTable>,
         visible: &mut [u64],
         work: &mut Work,
@@ -300,7 +300,7 @@ impl ShadowIndex {
     }
 
     #[inline(always)]
-    fn by_row(&self, row: &Row<'_>, asked: &OneStart<'_>, visible: &mut [u64], work: &mut Work) {
+    fn by_row(&self, row: &Row<'_>, asked: &OneReceiver<'_>, visible: &mut [u64], work: &mut Work) {
         if matches!(asked.side, ReceiverSide::Normal(_)) {
             self.mark_sides(asked.start, asked.side, work);
         }
@@ -318,7 +318,7 @@ impl ShadowIndex {
         }
     }
 
-    fn is_curved(&self, start: &Start) -> bool {
+    fn is_curved(&self, start: &ReceiverPoint) -> bool {
         let count = self.parts.near.triangle_count();
         start
             .surface
@@ -330,7 +330,7 @@ impl ShadowIndex {
     fn by_curved_row(
         &self,
         row: &Row<'_>,
-        &OneStart { start, side, .. }: &OneStart<'_>,
+        &OneReceiver { start, side, .. }: &OneReceiver<'_>,
         visible: &mut [u64],
         work: &mut Work,
     ) {
@@ -369,7 +369,7 @@ impl ShadowIndex {
     fn by_beam(
         &self,
         all: &AllLights,
-        start: &Start,
+        start: &ReceiverPoint,
         visible: &mut [u64],
         work: &mut Work,
         counters: &mut Counters,
@@ -425,7 +425,7 @@ impl ShadowIndex {
     }
 
     /// Leaves in `work.asked` the lights on a side of a start.
-    fn mark_sides(&self, start: &Start, side: ReceiverSide, work: &mut Work) {
+    fn mark_sides(&self, start: &ReceiverPoint, side: ReceiverSide, work: &mut Work) {
         let lights = self.lights();
         let mark = |words: &mut [u64], is_asked: &dyn Fn(&LightShape) -> bool| {
             for (word, lights) in words.iter_mut().zip(lights.chunks(WORD)) {

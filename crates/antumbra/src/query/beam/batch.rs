@@ -1,6 +1,6 @@
 //! Targets of many starts, and a batch of points with targets, on all threads.
 
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 
 use super::{WORD, is_fine_target, word_count};
 use crate::query::run::{Run, check_length};
@@ -112,7 +112,7 @@ impl ShadowIndex {
         let share = count / (CHUNKS_A_THREAD * threads::count());
         let length = share.clamp(CHUNK[0], CHUNK[1]);
         let task = antumbra_task::current();
-        let answer = |first: usize, starts: &mut Vec<Start>, words: &mut [u64]| {
+        let answer = |first: usize, starts: &mut Vec<ReceiverPoint>, words: &mut [u64]| {
             starts.clear();
             for index in first..count.min(first + length) {
                 antumbra_task::check();
@@ -157,7 +157,12 @@ impl ShadowIndex {
 }
 
 /// Marks the targets that are not strictly on the normal's side and returns how many these are.
-fn hide_behind(start: &Start, normal: DVec3, targets: &[LightShape], words: &mut [u64]) -> u64 {
+fn hide_behind(
+    start: &ReceiverPoint,
+    normal: DVec3,
+    targets: &[LightShape],
+    words: &mut [u64],
+) -> u64 {
     let mut count = 0;
     for (index, target) in targets.iter().enumerate() {
         if target.side_of(start.point, normal) <= 0 {

@@ -10,7 +10,7 @@ mod words;
 
 pub use batch::Targets;
 
-use antumbra_geometry::{DVec3, LightShape, Start};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint};
 
 use crate::accel::bvh::{Asked, Block, Memory, TARGETS};
 use crate::{Counters, Method, QueryError, Shadow, ShadowIndex};
@@ -35,7 +35,7 @@ impl ShadowIndex {
     /// ```
     /// # use std::sync::Arc;
     /// # use antumbra::{Counters, ShadowIndex};
-    /// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, Start, SurfaceId};
+    /// # use antumbra_geometry::{DVec3, LightShape, Occluders, Opacity, Sphere, ReceiverPoint, SurfaceId};
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
     /// # builder.add_face(&floor.map(|(x, y)| DVec3::new(x, y, 0.0)), Opacity::Opaque)?;
@@ -44,7 +44,7 @@ impl ShadowIndex {
     /// // A ball over a floor, and three samples of a lamp above.
     /// let index = ShadowIndex::builder(Arc::new(builder.build()), Vec::new()).build()?;
     /// let samples = [0.0, 3.0, 6.0].map(|x| LightShape::Point(DVec3::new(x, 0.0, 4.0)));
-    /// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
+    /// let start = ReceiverPoint { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
     /// let mut occluded = [0];
     /// index.occluded_targets(&start, &samples, &mut occluded, &mut Counters::default())?;
     /// // The ball hides the first alone.
@@ -60,7 +60,7 @@ impl ShadowIndex {
     /// `occluded` does not have `targets.len().div_ceil(64)` words.
     pub fn occluded_targets(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         targets: &[LightShape],
         occluded: &mut [u64],
         counters: &mut Counters,
@@ -81,7 +81,7 @@ impl ShadowIndex {
     /// `occluded` does not have as many words, or the targets are not as many for each start as they say.
     pub fn occluded_targets_of(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         targets: Targets,
         occluded: &mut [u64],
         counters: &mut Counters,
@@ -110,7 +110,7 @@ impl ShadowIndex {
     #[doc(hidden)]
     pub fn occluded_targets_by_rays(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         targets: &[LightShape],
         occluded: &mut [u64],
         counters: &mut Counters,
@@ -131,7 +131,7 @@ impl ShadowIndex {
     /// Answers starts that were checked, up to targets that have no answer. Shared ones are looked at first.
     fn answer_targets(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         targets: Targets,
         occluded: &mut [u64],
         counters: &mut Counters,
@@ -184,7 +184,7 @@ impl ShadowIndex {
     #[inline]
     pub(crate) fn occluded_block(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         &AskedBlock {
             targets,
             block,
@@ -240,7 +240,7 @@ impl ShadowIndex {
     /// Answers the targets of a mask by a ray each, without a tree.
     fn occluded_one_by_one(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         targets: &[LightShape],
         asked: u64,
         counters: &mut Counters,

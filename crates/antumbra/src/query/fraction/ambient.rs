@@ -4,7 +4,7 @@
 //! [`ShadowIndex::shadow`] for light from there (EXACTNESS.md, "Ambient occlusion and the sky view factor"), for any
 //! method and any number of threads.
 
-use antumbra_geometry::{AreaSample, Directions, Sky, Start};
+use antumbra_geometry::{AreaSample, Directions, ReceiverPoint, Sky};
 
 use super::LightSampling;
 use crate::query::points::ReceiverSide;
@@ -57,7 +57,7 @@ impl ShadowIndex {
         sampling: &LightSampling,
         open: &mut [f32],
     ) -> Result<BatchCounters, BatchError> {
-        let sampler = |row: usize, start: &Start| {
+        let sampler = |row: usize, start: &ReceiverPoint| {
             let directions = self.directions(batch, row, start, side);
             let point = start.point;
             move |place| Some(directions?.sample(point, place, distance))
@@ -86,7 +86,7 @@ impl ShadowIndex {
     ) -> Result<BatchCounters, BatchError> {
         let up = sky.up();
         let level = Directions::around(up).ok();
-        let sampler = |row: usize, start: &Start| {
+        let sampler = |row: usize, start: &ReceiverPoint| {
             let directions = match (batch.kind, start.surface) {
                 (BatchKind::Free, _) => level,
                 _ => self.directions(batch, row, start, side),
@@ -106,7 +106,7 @@ impl ShadowIndex {
         &self,
         batch: &Batch<P>,
         row: usize,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
     ) -> Option<Directions> {
         let on_surface = |surface| self.occluders().normal_at(surface, start.point);

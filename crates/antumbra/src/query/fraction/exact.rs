@@ -8,7 +8,7 @@
 use std::ops::ControlFlow;
 
 use antumbra_geometry::{
-    AreaShape, Horizon, LightView, Meeting, SegmentLight, Shares, Start, SurfaceId,
+    AreaShape, Horizon, LightView, Meeting, ReceiverPoint, SegmentLight, Shares, SurfaceId,
 };
 
 use super::{CHUNK_POINTS, LightSamples, LightSampling};
@@ -72,7 +72,7 @@ impl ShadowIndex {
     /// ```
     /// # use std::sync::Arc;
     /// # use antumbra::{Counters, ReceiverSide, ShadowIndex};
-    /// # use antumbra_geometry::{AreaShape, DVec3, Occluders, Opacity, RectangleLight, Start, SurfaceId};
+    /// # use antumbra_geometry::{AreaShape, DVec3, Occluders, Opacity, RectangleLight, ReceiverPoint, SurfaceId};
     /// # let mut builder = Occluders::builder();
     /// # let square = |half: f64, z: f64| {
     /// #     [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, y)| DVec3::new(x, y, z))
@@ -83,7 +83,7 @@ impl ShadowIndex {
     /// let index = ShadowIndex::builder(Arc::new(builder.build()), Vec::new()).build()?;
     /// let edges = [DVec3::new(0.0, 2.0, 0.0), DVec3::new(6.0, 0.0, 0.0)];
     /// let lamp = RectangleLight::new(DVec3::new(0.0, 0.0, 4.0), edges, false)?;
-    /// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
+    /// let start = ReceiverPoint { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
     /// let found = index.exact_fraction(
     ///     &start,
     ///     ReceiverSide::Front,
@@ -100,7 +100,7 @@ impl ShadowIndex {
     /// The start is not finite or beyond 2^100, or its surface does not exist.
     pub fn exact_fraction(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         light: &AreaShape,
         counters: &mut Counters,
@@ -124,7 +124,7 @@ impl ShadowIndex {
     /// As [`ShadowIndex::exact_fraction`].
     pub fn lit_intervals(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         light: &SegmentLight,
         counters: &mut Counters,
@@ -146,7 +146,7 @@ impl ShadowIndex {
     )]
     pub fn visible_fraction(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         light: &AreaShape,
         point: u64,
@@ -223,7 +223,7 @@ impl ShadowIndex {
     /// Looks at a light with all surfaces that may hide some of it; `None` without a closed form.
     fn view_of(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         light: &AreaShape,
         counters: &mut Counters,

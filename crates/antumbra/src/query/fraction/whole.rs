@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use antumbra_geometry::{AreaShape, DVec3, LightShape, Start};
+use antumbra_geometry::{AreaShape, DVec3, LightShape, ReceiverPoint};
 
 use super::LightSampling;
 use crate::accel::bvh::{Block, Memory, TARGETS};
@@ -45,7 +45,7 @@ impl ShadowIndex {
     /// # use std::sync::Arc;
     /// # use antumbra::{Counters, ShadowIndex, Targets};
     /// # use antumbra_geometry::{
-    /// #     AreaShape, DVec3, Occluders, Opacity, RectangleLight, Sphere, Start, SurfaceId
+    /// #     AreaShape, DVec3, Occluders, Opacity, RectangleLight, Sphere, ReceiverPoint, SurfaceId
     /// # };
     /// # let mut builder = Occluders::builder();
     /// # let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
@@ -56,7 +56,7 @@ impl ShadowIndex {
     /// let index = ShadowIndex::builder(Arc::new(builder.build()), Vec::new()).build()?;
     /// let edges = [DVec3::new(0.0, 1.0, 0.0), DVec3::new(6.0, 0.0, 0.0)];
     /// let lamp = AreaShape::Rectangle(RectangleLight::new(DVec3::new(0.0, 0.0, 4.0), edges, false)?);
-    /// let start = Start { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
+    /// let start = ReceiverPoint { point: DVec3::ZERO, surface: Some(SurfaceId(0)) };
     /// let sample = |v| lamp.sample(start.point, [0.5, v]).map(|sample| sample.target);
     /// let samples: Vec<_> = [0.0, 0.5, 0.99].into_iter().filter_map(sample).collect();
     /// let mut occluded = [0];
@@ -74,7 +74,7 @@ impl ShadowIndex {
     /// answer of some that are; zero directions, in the place of samples that are not asked about, are never occluded.
     pub fn occluded_samples_of(
         &self,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         light: &AreaShape,
         samples: Targets,
         occluded: &mut [u64],
@@ -147,7 +147,7 @@ impl ShadowIndex {
     /// Answers the samples of one start that was checked, all on one side of its surface.
     pub(super) fn occluded_samples(
         &self,
-        start: &Start,
+        start: &ReceiverPoint,
         side: ReceiverSide,
         light: &AreaShape,
         targets: &[LightShape],
@@ -332,7 +332,7 @@ impl ShadowIndex {
         &'a self,
         view: WholeView<'a>,
         scene: &Scene<'_>,
-        starts: &[Start],
+        starts: &[ReceiverPoint],
         side: WholeSide,
     ) -> WholeView<'a> {
         if !view.is_eager() {
@@ -372,7 +372,7 @@ impl ShadowIndex {
 }
 
 /// Returns which part of a light a side of a receiver sees; `None` where a normal says so.
-fn whole_side(side: ReceiverSide, start: &Start) -> Option<WholeSide> {
+fn whole_side(side: ReceiverSide, start: &ReceiverPoint) -> Option<WholeSide> {
     match side {
         ReceiverSide::Front => Some(WholeSide::Front),
         ReceiverSide::Back => Some(WholeSide::Back),
@@ -389,7 +389,7 @@ fn share(lit: usize, of: usize) -> f32 {
 /// What a thread works with.
 #[derive(Default)]
 struct Chunk {
-    starts: Vec<Start>,
+    starts: Vec<ReceiverPoint>,
     sides: Vec<(ReceiverSide, WholeSide)>,
     targets: Vec<LightShape>,
     occluded: Vec<u64>,
@@ -399,7 +399,7 @@ impl Chunk {
     /// Takes the starts of some rows.
     fn take<P: Coordinates>(
         &mut self,
-        start: impl Fn(usize) -> Result<Start, BatchError>,
+        start: impl Fn(usize) -> Result<ReceiverPoint, BatchError>,
         batch: &Batch<P>,
         side: ReceiverSide,
         rows: Range<usize>,
@@ -455,7 +455,7 @@ impl Walker {
     fn walk(
         &mut self,
         index: &ShadowIndex,
-        start: &Start,
+        start: &ReceiverPoint,
         targets: &[LightShape],
         leaves: Option<&[u32]>,
         words: &mut [u64],

@@ -1,32 +1,32 @@
 //! Starts at vertices and edges of triangles, a hair inside, and off their own surface.
 
-use antumbra_geometry::{DVec3, Start};
+use antumbra_geometry::{DVec3, ReceiverPoint};
 
 use super::Attack;
 use crate::commands::verify::random::{Random, next_towards};
 
 impl Attack<'_> {
     /// Returns a vertex, exactly.
-    pub(super) fn at_vertex(&self, random: &mut Random) -> Option<Start> {
+    pub(super) fn at_vertex(&self, random: &mut Random) -> Option<ReceiverPoint> {
         let (surface, corners) = self.surfaces.any_triangle(random)?;
-        Some(Start {
+        Some(ReceiverPoint {
             point: corners[random.below(3)],
             surface: Some(surface),
         })
     }
 
     /// Returns a point of an edge, rounded: random, the middle, or close to an end.
-    pub(super) fn on_edge(&self, random: &mut Random) -> Option<Start> {
+    pub(super) fn on_edge(&self, random: &mut Random) -> Option<ReceiverPoint> {
         let (surface, corners, _) = self.triangle_point(random)?;
         let (from, to) = any_edge(random, corners);
-        Some(Start {
+        Some(ReceiverPoint {
             point: from + along_edge(random) * (to - from),
             surface: Some(surface),
         })
     }
 
     /// Returns a point of a vertex or an edge, moved inside by a rounding or a tiny step.
-    pub(super) fn inside_border(&self, random: &mut Random) -> Option<Start> {
+    pub(super) fn inside_border(&self, random: &mut Random) -> Option<ReceiverPoint> {
         let (surface, corners, inside) = self.triangle_point(random)?;
         let (from, to) = any_edge(random, corners);
         let border = if random.below(2) == 0 {
@@ -40,7 +40,7 @@ impl Attack<'_> {
         } else {
             self.stepped(random, border, inside)
         };
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: Some(surface),
         })
@@ -54,7 +54,7 @@ impl Attack<'_> {
     }
 
     /// Returns a start whose point lies off its triangle, or by a rounding off a curved surface.
-    pub(super) fn off_surface(&self, random: &mut Random, light: usize) -> Option<Start> {
+    pub(super) fn off_surface(&self, random: &mut Random, light: usize) -> Option<ReceiverPoint> {
         let mut start = self.on_any(random, light)?;
         let surface = start.surface?;
         let is_triangle =
@@ -71,7 +71,11 @@ impl Attack<'_> {
 
     /// Returns a start of a triangle that its point has nothing to do with, or whose neighbour it lies
     /// on: the start is the nearest point of the triangle.
-    pub(super) fn of_other_surface(&self, random: &mut Random, light: usize) -> Option<Start> {
+    pub(super) fn of_other_surface(
+        &self,
+        random: &mut Random,
+        light: usize,
+    ) -> Option<ReceiverPoint> {
         let (surface, corners) = self.surfaces.any_triangle(random)?;
         let point = match random.below(3) {
             // Over the line that leads on from an edge or a corner.
@@ -82,7 +86,7 @@ impl Attack<'_> {
             1 => self.on_any(random, light)?.point,
             _ => random.in_box(&self.surfaces.reach),
         };
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: Some(surface),
         })

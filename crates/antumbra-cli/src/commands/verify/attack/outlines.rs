@@ -3,7 +3,7 @@
 //! An edge of a shadow lies where the line from the light through a point of an outline goes on to the
 //! next surface.
 
-use antumbra_geometry::{Cone, DVec3, LightShape, Start, SurfaceId};
+use antumbra_geometry::{Cone, DVec3, LightShape, ReceiverPoint, SurfaceId};
 use antumbra_scene::model::Shape;
 
 use super::Attack;
@@ -13,7 +13,11 @@ use crate::commands::verify::random::{Random, next_towards};
 
 impl Attack<'_> {
     /// Returns a point of an outline, or of the edge of a shadow that it casts, or a little beside.
-    pub(super) fn on_shadow_edge(&self, random: &mut Random, light: usize) -> Option<Start> {
+    pub(super) fn on_shadow_edge(
+        &self,
+        random: &mut Random,
+        light: usize,
+    ) -> Option<ReceiverPoint> {
         let outline = self.on_outline(random, light)?;
         let start = if random.below(8) == 0 && outline.surface.is_some() {
             outline
@@ -24,7 +28,7 @@ impl Attack<'_> {
     }
 
     /// Returns a point a hair from a crease, or what the light meets behind it.
-    pub(super) fn near_crease(&self, random: &mut Random, light: usize) -> Option<Start> {
+    pub(super) fn near_crease(&self, random: &mut Random, light: usize) -> Option<ReceiverPoint> {
         let (surface, corners, inside) = self.triangle_point(random)?;
         let (from, to) = any_edge(random, corners);
         let crease = if random.below(3) == 0 {
@@ -38,7 +42,7 @@ impl Attack<'_> {
             self.stepped(random, crease, inside)
         };
         match random.below(4) {
-            0 => Some(Start {
+            0 => Some(ReceiverPoint {
                 point,
                 surface: Some(surface),
             }),
@@ -47,13 +51,18 @@ impl Attack<'_> {
     }
 
     /// Returns the next surface behind a point, as seen from the light.
-    fn behind(&self, point: DVec3, surface: Option<SurfaceId>, light: usize) -> Option<Start> {
+    fn behind(
+        &self,
+        point: DVec3,
+        surface: Option<SurfaceId>,
+        light: usize,
+    ) -> Option<ReceiverPoint> {
         let away = -self.lights[light].towards(point);
         self.surfaces.cast(point, away, surface)
     }
 
     /// Moves a start by nothing, by roundings, or by a tiny step in its surface.
-    fn beside(&self, random: &mut Random, mut start: Start) -> Start {
+    fn beside(&self, random: &mut Random, mut start: ReceiverPoint) -> ReceiverPoint {
         match random.below(3) {
             0 => {}
             1 => start.point = random.by_ulps(start.point),
@@ -75,7 +84,7 @@ impl Attack<'_> {
         start
     }
 
-    fn on_outline(&self, random: &mut Random, light: usize) -> Option<Start> {
+    fn on_outline(&self, random: &mut Random, light: usize) -> Option<ReceiverPoint> {
         let Outlines {
             mesh,
             contours,
@@ -93,7 +102,7 @@ impl Attack<'_> {
         if contours.is_empty() || random.below(4) == 0 {
             let (surface, corners, _) = self.triangle_point(random)?;
             let (from, to) = any_edge(random, corners);
-            return Some(Start {
+            return Some(ReceiverPoint {
                 point: from + along_edge(random) * (to - from),
                 surface: Some(surface),
             });
@@ -113,7 +122,7 @@ impl Attack<'_> {
             let way = aim - foot;
             point = foot + way * (distance / way.length()).min(1.0);
         }
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: None,
         })
@@ -125,7 +134,7 @@ impl Attack<'_> {
         random: &mut Random,
         surface: SurfaceId,
         light: usize,
-    ) -> Option<Start> {
+    ) -> Option<ReceiverPoint> {
         let light = &self.lights[light];
         let point = match self.surfaces.shape(surface) {
             Shape::Sphere(sphere) => {
@@ -148,7 +157,7 @@ impl Attack<'_> {
             Shape::Disk(disk) => disk.center + disk.radius * random.around(disk.normal)?,
             Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => return None,
         };
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: Some(surface),
         })

@@ -3,7 +3,7 @@
 //! Values are kept for voxels of several sizes, so planes between every 1, 2, 4, ... of the finest
 //! voxels are taken alike.
 
-use antumbra_geometry::{Bounds, DVec3, Start};
+use antumbra_geometry::{Bounds, DVec3, ReceiverPoint};
 
 use super::Attack;
 use crate::commands::verify::random::{Random, next};
@@ -20,7 +20,11 @@ fn beside(random: &mut Random, x: f64, edge: f64) -> f64 {
 
 impl Attack<'_> {
     /// Returns a start on a surface and on so many planes between voxels, or a few roundings beside.
-    pub(super) fn on_voxel_planes(&self, random: &mut Random, plane_count: usize) -> Option<Start> {
+    pub(super) fn on_voxel_planes(
+        &self,
+        random: &mut Random,
+        plane_count: usize,
+    ) -> Option<ReceiverPoint> {
         let first = random.below(3);
         let second = (first + 1 + random.below(2)) % 3;
         let axes = [first, second];
@@ -48,14 +52,14 @@ impl Attack<'_> {
             }
         }
         point[first] = beside(random, limit, edge);
-        Some(Start {
+        Some(ReceiverPoint {
             point,
             surface: Some(surface),
         })
     }
 
     /// Returns what a ray hits that runs between voxels: in the planes across `axes`.
-    fn hit_between_voxels(&self, random: &mut Random, axes: &[usize]) -> Option<Start> {
+    fn hit_between_voxels(&self, random: &mut Random, axes: &[usize]) -> Option<ReceiverPoint> {
         let mut origin = random.in_box(&self.surfaces.reach);
         let mut direction = random.direction();
         for &axis in axes {
@@ -71,7 +75,7 @@ impl Attack<'_> {
     }
 
     /// Returns a free point at a corner, on an edge or on a face of a voxel.
-    pub(super) fn at_voxel_border(&self, random: &mut Random) -> Start {
+    pub(super) fn at_voxel_border(&self, random: &mut Random) -> ReceiverPoint {
         let mut point = random.in_box(&self.surfaces.reach);
         let count = 1 + random.below(3);
         let first = random.below(3);
@@ -80,7 +84,7 @@ impl Attack<'_> {
             let plane = self.voxels.nearest(random, axis, point[axis]);
             point[axis] = beside(random, plane, self.voxels.edge);
         }
-        Start {
+        ReceiverPoint {
             point,
             surface: None,
         }

@@ -15,7 +15,7 @@ mod shapes;
 mod single;
 mod targets;
 
-use antumbra_geometry::{LightShape, Occluders, Segment, Start, SurfaceId};
+use antumbra_geometry::{LightShape, Occluders, ReceiverPoint, Segment, SurfaceId};
 use fearless_simd::{Simd, dispatch};
 
 use super::data::{Bvh, Child, ChildKind, LANES, Members, Node, WIDTH};
@@ -171,7 +171,7 @@ impl Bvh {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Asked<'a> {
     pub(crate) occluders: &'a Occluders,
-    pub(crate) start: &'a Start,
+    pub(crate) start: &'a ReceiverPoint,
     /// At most 64, those of the block.
     pub(crate) targets: &'a [LightShape],
     /// Which of them.

@@ -56,28 +56,28 @@ fn scene(random: &mut Random) -> Occluders {
 }
 
 /// A start on a surface, at its very corner now and then, in space, or outside.
-fn start(occluders: &Occluders, random: &mut Random) -> Start {
+fn start(occluders: &Occluders, random: &mut Random) -> ReceiverPoint {
     let bounds = occluders.bounds();
     let size = bounds.size().max_element();
     let surface = SurfaceId(random.below(occluders.surface_count()) as u32);
     let corners = occluders.triangle_positions(surface);
     match (random.below(5), corners) {
-        (0, _) => Start {
+        (0, _) => ReceiverPoint {
             point: random.in_box(&bounds),
             surface: None,
         },
-        (1, _) => Start {
+        (1, _) => ReceiverPoint {
             point: bounds.center() + size * random.pick(&[1.0, 30.0, 1e7]) * random.in_cube(),
             surface: None,
         },
         (_, Some([a, b, c])) => {
             let (u, v) = (random.pick(&[0.0, 0.2, 0.7]), random.real(0.0, 0.3));
-            Start {
+            ReceiverPoint {
                 point: a + (b - a) * u + (c - a) * v,
                 surface: Some(surface).filter(|_| random.below(8) > 0),
             }
         }
-        (_, None) => Start {
+        (_, None) => ReceiverPoint {
             point: occluders.surface_bounds(surface).center(),
             surface: None,
         },
@@ -85,7 +85,7 @@ fn start(occluders: &Occluders, random: &mut Random) -> Start {
 }
 
 /// Samples of a light of some size, near or far, together or all around.
-fn targets(occluders: &Occluders, start: &Start, random: &mut Random) -> Vec<LightShape> {
+fn targets(occluders: &Occluders, start: &ReceiverPoint, random: &mut Random) -> Vec<LightShape> {
     let bounds = occluders.bounds();
     let size = bounds.size().max_element();
     let count = random.pick(&[1, 3, 16, 40, 64, 64, 64]);
@@ -190,7 +190,7 @@ fn targets_whose_walks_cost_too_much_are_answered_as_each() {
     let mut blocked_count = 0;
     for spread in [0.0, 1e-6, 0.05, 0.5, 2.0] {
         for _ in 0..12 {
-            let start = Start {
+            let start = ReceiverPoint {
                 point: random.in_cube() - 1.2 * DVec3::Z,
                 surface: None,
             };

@@ -3,18 +3,18 @@
 //! In: a start. Out: a receiver class, if the start is within the room of its point; or where else one is that answers the
 //! same. What is not surely told is left to rays.
 
-use antumbra_geometry::{DVec3, LightShape, Start, SurfaceId};
+use antumbra_geometry::{DVec3, LightShape, ReceiverPoint, SurfaceId};
 use fearless_simd::Simd;
 
 use super::lattice::Lattice;
 use super::lookup::Lookup;
-use super::value::Audience;
+use super::value::ReceiverClass;
 
 /// Where the answer to a start is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asks {
     /// In the values of a receiver class, at the start's point.
-    In(Audience),
+    In(ReceiverClass),
     /// Its own rule shadows it.
     OwnShadow,
     /// The start may not be where its point is; or no values speak of it.
@@ -27,8 +27,8 @@ impl Asks {
     #[inline(always)]
     fn on_side(side: i8) -> Self {
         match side {
-            1 => Self::In(Audience::Front),
-            -1 => Self::In(Audience::Back),
+            1 => Self::In(ReceiverClass::Front),
+            -1 => Self::In(ReceiverClass::Back),
             _ => Self::Doubt,
         }
     }
@@ -39,7 +39,7 @@ pub(super) enum Moved {
     /// Its own rule shadows it.
     OwnShadow,
     /// Within the room of a point.
-    To(DVec3, Audience),
+    To(DVec3, ReceiverClass),
     /// Nobody knows well enough.
     Unknown,
 }
@@ -59,13 +59,13 @@ const LARGEST_POINT: f64 = 1.2676506002282294e30;
 impl<S: Simd> Lookup<'_, S> {
     /// Returns whose values speak of a start that is where its point is.
     #[inline(always)]
-    pub(super) fn audience(&self, start: &Start, x: [f32; 3]) -> Asks {
+    pub(super) fn class(&self, start: &ReceiverPoint, x: [f32; 3]) -> Asks {
         let Some(SurfaceId(surface)) = start.surface else {
-            return Asks::In(Audience::Free);
+            return Asks::In(ReceiverClass::Free);
         };
         let surface = surface as usize;
         let Some(forms) = self.tables.start_forms(surface) else {
-            return self.audience_on_ball(surface, start.point);
+            return self.class_on_ball(surface, start.point);
         };
         if !forms.is_start(self.simd, x) {
             return Asks::Doubt;
@@ -74,21 +74,21 @@ impl<S: Simd> Lookup<'_, S> {
     }
 
     #[inline(always)]
-    pub(super) fn audience_on_ball(&self, surface: usize, point: DVec3) -> Asks {
+    pub(super) fn class_on_ball(&self, surface: usize, point: DVec3) -> Asks {
         let number = surface.wrapping_sub(self.tables.triangle_count());
         let Some(ball) = self.tables.scene.ball_starts.get(number) else {
             return Asks::Doubt;
         };
         let on_ball = ball.tell(point, self.light(), self.room());
         match (on_ball.front & 1, on_ball.own_shadow & 1) {
-            (1, _) => Asks::In(Audience::Front),
+            (1, _) => Asks::In(ReceiverClass::Front),
             (_, 1) => Asks::OwnShadow,
             _ => Asks::Doubt,
         }
     }
 
     /// Tells where the start of a point is that may be off its surface.
-    pub(super) fn move_onto_surface(&self, start: &Start) -> Moved {
+    pub(super) fn move_onto_surface(&self, start: &ReceiverPoint) -> Moved {
         let Some(surface) = start.surface else {
             return Moved::Unknown;
         };
@@ -107,16 +107,14 @@ impl<S: Simd> Lookup<'_, S> {
                 }
                 let point = segment.origin();
                 if self.occluders.is_surely_near_curved(surface, point, room) {
-                    Asks::In(Audience::Front)
+                    Asks::In(ReceiverClass::Front)
                 } else {
                     Asks::Doubt
                 }
             }
         };
         match asks {
-            Asks::In(audience) if segment.origin_error() < room => {
-                Moved::To(segment.origin(), audience)
-            }
+            Asks::In(class) if segment.origin_error() < room => Moved::To(segment.origin(), class),
             _ => Moved::Unknown,
         }
     }
@@ -124,7 +122,7 @@ impl<S: Simd> Lookup<'_, S> {
     /// Returns where the segment of a free start outside all cells comes in.
     #[inline(always)]
     pub(super) fn entry(&self, point: DVec3) -> Entry {
-        let lattice = &self.values.lattices[Audience::Free as usize];
+        let lattice = &self.values.lattices[ReceiverClass::Free as usize];
         let is_near = point.abs().cmple(DVec3::splat(LARGEST_POINT)).all();
         if !is_near || lattice.bounds().contains(point) {
             return Entry::Unknown;
