@@ -29,6 +29,20 @@ const SCENES: [(&str, &str); 10] = [
     ("forest", "forest"),
 ];
 
+/// Scenes of the table of lit intervals.
+const FOG: [(&str, &str); 7] = [
+    ("city", "city"),
+    ("sphereflake-3", "sphereflake 3"),
+    ("heightfield", "heightfield"),
+    ("lost-empire", "Lost Empire"),
+    ("flight-helmet", "FlightHelmet"),
+    ("forest", "forest"),
+    ("rooms", "rooms"),
+];
+
+/// Steps of the marches of that table.
+const STEPS: f64 = 256.0;
+
 /// Writes the tables.
 pub(crate) fn write() -> Result<()> {
     let (page, made) = pages()?;
@@ -63,6 +77,7 @@ fn pages() -> Result<(String, String)> {
             "map" => map()?,
             "soft" => soft()?,
             "lights" => lights()?,
+            "fog" => fog()?,
             _ => bail!("{PAGE}: there is no table {name}"),
         };
         write!(made, "{before}{BEGIN}{name} -->\n{rows}{END}")?;
@@ -219,5 +234,53 @@ fn lights() -> Result<String> {
         )?;
     }
     rows.push_str("| wanted, of 100 | | | 10 | 4 | | | |\n");
+    Ok(rows)
+}
+
+/// Lit intervals of view rays against marches.
+fn fog() -> Result<String> {
+    let mut rows = String::from(
+        "| scene | lit intervals a ray | ours, us a ray | our rays / ours | Embree / ours | fastest Embree / ours | shadow map / ours | error of ours; of the march |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    let mut means = [Mean::default(); 4];
+    for (file, name) in FOG {
+        let raw = raw(&format!("fog-{file}"))?.with_context(|| format!("no raw run of {file}"))?;
+        let scenes = raw["scenes"].as_array();
+        let scene = scenes
+            .and_then(|scenes| scenes.iter().find(|scene| scene["steps"] == STEPS))
+            .with_context(|| format!("no march of {STEPS} steps of {file}"))?;
+        let of = |name: &str| number(scene, &format!("/{name}"));
+        let ours = of("ours_ns")?;
+        write!(
+            rows,
+            "| {name} | {:.2} | {:.2} |",
+            of("intervals")?,
+            ours / 1e3
+        )?;
+        let others = [
+            "own_march_ns",
+            "embree_march_ns",
+            "embree_best_march_ns",
+            "map_march_ns",
+        ];
+        for (other, mean) in others.iter().zip(&mut means) {
+            let ratio = of(other)? / ours;
+            mean.add(ratio);
+            write!(rows, " {ratio:.2} |")?;
+        }
+        let [error, march] = [of("rms/ours")?, of("rms/march")?];
+        let shown = |error: f64| match error {
+            0.0 => "0".to_string(),
+            _ => format!("{error:.0e}"),
+        };
+        writeln!(rows, " {}; {} |", shown(error), shown(march))?;
+    }
+    let [rays, single, best, map] = means.map(Mean::get);
+    writeln!(
+        rows,
+        "| geometric mean | | | {rays:.2} | {single:.2} | {best:.2} | {map:.2} | |"
+    )?;
+    rows.push_str("| wanted | | | | 5 | 2 | | |\n");
     Ok(rows)
 }
