@@ -50,7 +50,7 @@ def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest
 
 def test_the_tutorials_have_code() -> None:
     """A page whose blocks are not found would pass in silence."""
-    for name, least in (("picture", 8), ("visibility", 10)):
+    for name, least in (("picture", 8), ("visibility", 10), ("cookbook", 8)):
         text = (ROOT / f"docs/site/pages/tutorials/{name}.md").read_text(encoding="utf-8")
         assert len(BLOCK.findall(text)) >= least, name
     assert any(kind == "python" for kind, _ in BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8")))
