@@ -31,7 +31,7 @@ PICTURES = ["sphereflake.png", "sphereflake-occlusion.png", "soft.png", "soft-oc
 
 INCLUDE = re.compile(r'^--8<-- "([^"#]+)(?:#([^"]+))?"$', re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)#:]+)(#[^)]*)?\)")
-PICTURE = re.compile(r"\]\((?:docs/)?images/")
+PICTURE = re.compile(r"\]\((?:docs/|\.\./\.\./)?images/")
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -43,8 +43,9 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Puts files where a page names them."""
-    return INCLUDE.sub(lambda found: included(found[1], found[2]), markdown)
+    """Puts files where a page names them; pictures are those that `on_files` adds."""
+    whole = INCLUDE.sub(lambda found: included(found[1], found[2]), markdown)
+    return PICTURE.sub("](images/", whole)
 
 
 def included(path: str, heading: str | None) -> str:
@@ -61,4 +62,4 @@ def included(path: str, heading: str | None) -> str:
         page = PAGES.get(posixpath.normpath(posixpath.join(posixpath.dirname(path), target)))
         return name if page is None else f"[{name}]({page}{anchor or ''})"
 
-    return PICTURE.sub("](images/", LINK.sub(link, text))
+    return LINK.sub(link, text)
