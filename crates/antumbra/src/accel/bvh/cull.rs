@@ -46,34 +46,15 @@ impl Region {
     /// Makes the region below up to twelve planes: outward normals with largest component 1, and points on them in
     /// world space. Everything is near its box. A normal may err by 2^-21, which [`BOUND`] grants.
     pub(crate) fn below(frame: &Frame, planes: impl IntoIterator<Item = (DVec3, DVec3)>) -> Self {
-        // All is above a plane that is nowhere.
-        let mut fours = [[[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]]; 3];
-        let planes = planes
-            .into_iter()
-            .map(|(normal, point)| (normal, -normal.dot(frame.point_in_frame(point))))
-            // Others start from corners of the box.
-            .filter(|(_, offset)| offset.abs() < 9.0);
-        let mut plane_count = 0;
-        for ((n, offset), number) in planes.zip(0..12) {
-            let plane = [n.x as f32, n.y as f32, n.z as f32, offset as f32];
-            for (row, value) in plane.into_iter().enumerate() {
-                fours[number / 4][row][number % 4] = value;
-            }
-            plane_count = number + 1;
-        }
-        Self {
-            fours,
-            plane_count,
-            without: [[[0.0; 4]; 2]; WEDGES],
-            without_count: 0,
-            min: [f32::NEG_INFINITY; 3],
-            max: [f32::INFINITY; 3],
-        }
+        let height =
+            |(normal, point): (DVec3, DVec3)| (normal, normal.dot(frame.point_in_frame(point)));
+        Self::of_heights(planes.into_iter().map(height))
     }
 
     /// Makes the region below up to twelve planes in the frame's units: outward normals with largest component 1, and
     /// heights of what lies on them. Those that no point of the frame is above are left out.
     pub(crate) fn of_heights(planes: impl IntoIterator<Item = (DVec3, f64)>) -> Self {
+        // All is above a plane that is nowhere.
         let mut fours = [[[0.0; 4], [0.0; 4], [0.0; 4], [-1.0; 4]]; 3];
         let mut plane_count = 0;
         let planes = planes.into_iter().filter(|&(_, height)| height.abs() < 9.0);
