@@ -15,7 +15,7 @@ pub(super) const SLICE: usize = 16_384;
 /// What a method does in a round at least; small batches are repeated.
 const LEAST_TIME: Duration = Duration::from_millis(20);
 
-/// The same for ways that answer everything at once.
+/// Time that a way to answer everything takes in a round at least; it is repeated until then.
 const LEAST_TIME_OF_WAYS: Duration = Duration::from_millis(50);
 
 /// A way to answer everything once: its name, and what returns how many answers are not the expected ones.

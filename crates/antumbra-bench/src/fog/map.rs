@@ -38,7 +38,7 @@ struct Plane {
     from: [f32; 2],
     /// Texels a unit.
     scale: [f32; 2],
-    /// What a step may be deeper, by its depth and at all.
+    /// Depth that is granted to a step: a share of its own, and a length.
     bias: [f32; 2],
     depths: Vec<f32>,
 }

@@ -97,7 +97,7 @@ fn ask(index: &ShadowIndex, starts: &[ReceiverPoint], is_shadowed: &mut [bool]) 
         .expect("points of segments are fine starts");
 }
 
-/// What a march of the exact rule in many steps found.
+/// Findings of a march of the exact rule in many steps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reference {
     /// Lit share of each segment.

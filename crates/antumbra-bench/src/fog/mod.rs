@@ -92,7 +92,7 @@ struct Errors {
     /// Of a march of exact answers.
     march: f64,
     map: f64,
-    /// What is left of it is the reference's own error.
+    /// Of our lit intervals, whose difference is the reference's own error.
     ours: f64,
 }
 
@@ -466,6 +466,13 @@ mod tests {
         Questions::new(prepared.index(), segments::of_frame(prepared, &view, 12, 3))
     }
 
+    fn lit_shares(questions: &Questions<'_>) -> Vec<f64> {
+        let segments = 0..questions.segments.len();
+        segments
+            .map(|segment| questions.lit_share(segment))
+            .collect()
+    }
+
     #[test]
     fn the_reference_agrees_with_intervals_and_tells_of_others() {
         let mut scene = antumbra_scene::generate::city(60).expect("a city");
@@ -478,9 +485,7 @@ mod tests {
         };
         let found = reference(&questions.intervals);
         assert_eq!(found.mismatches, 0);
-        let shares: Vec<f64> = (0..questions.segments.len())
-            .map(|segment| questions.lit_share(segment))
-            .collect();
+        let shares = lit_shares(&questions);
         assert!(rms(shares.iter().copied(), &found.lit_shares) < 0.004);
         let marched = |steps, order| {
             March::new(prepared.index(), &questions.segments, steps, 0, order).lit_shares()
@@ -507,9 +512,7 @@ mod tests {
         let questions = questions(&prepared);
         let points = questions.segments.as_flattened().iter().copied();
         let map = Map::new(&prepared, &questions.light, points);
-        let shares: Vec<f64> = (0..questions.segments.len())
-            .map(|segment| questions.lit_share(segment))
-            .collect();
+        let shares = lit_shares(&questions);
         let by_map = questions
             .segments
             .iter()

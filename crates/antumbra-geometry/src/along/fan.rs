@@ -1,8 +1,8 @@
 //! Which stretch of a segment a surface can shade at most, before any of its forms is made.
 //!
 //! In: the segment's ends, the light, corners around a surface. Out: two shares of the length that the surface's shadow lies
-//! between, or nothing. Invariant: the shadow is between them. Where that is dark already the surface changes nothing; of a
-//! fine mesh most triangles do not.
+//! between, or nothing. Invariant: the shadow is between them. Where that is dark already the surface changes nothing:
+//! curved surfaces, and boxes of the tree with all that they hold, are left out by that.
 
 use glam::DVec3;
 

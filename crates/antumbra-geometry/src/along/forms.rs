@@ -130,7 +130,7 @@ fn value<S: Simd>(normal: &Lanes<S>, from: &Lanes<S>, size: f64x4<S>) -> (f64x4<
     (value, error)
 }
 
-/// The same at a point.
+/// Values at a point, and bounds on their errors.
 #[inline(always)]
 fn at<S: Simd>(
     simd: S,

@@ -12,7 +12,7 @@ use crate::number::{Exact, Number, Point4, Sign, UNIT_ROUNDOFF, Unrounded, Vecto
 /// 2^-700: products above it have tails in the range of normal numbers.
 const SMALLEST: f64 = 1.90109156629516e-211;
 
-/// What values of twice the bits err at most, as a share of the product of the largest components of the three vectors that
+/// Largest error of values of twice the bits, as a share of the product of the largest components of the three vectors that
 /// they are made of.
 const DOUBLED_ERROR: f64 = 1.0 / (1_u128 << 96) as f64;
 
@@ -32,7 +32,7 @@ pub(super) struct Values {
     pub(super) errors: [f64; 2],
 }
 
-/// The same by numbers of twice the bits, with one bound for both.
+/// Values at both ends by numbers of twice the bits, with one bound for both.
 struct Doubled {
     values: [Double; 2],
     error: f64,

@@ -88,7 +88,7 @@ impl ShadowIndex {
     /// (EXACTNESS.md, "Lit intervals along a segment"). Points are asked as points of space, those at both ends, too. The
     /// light need not be one of the index's. A segment without length is lit as a whole, or not at all.
     ///
-    /// Costs one walk of the tree, and about 0.1 microseconds for each triangle near the plane through segment and light,
+    /// Costs one walk of the tree, and about 0.15 microseconds for each triangle near the plane through segment and light,
     /// some microseconds for each sphere, disk or cone;
     /// [`Method::Grid`], [`Method::Voxel1990`] and [`Method::Naive`] test every surface. Needs no values and changes none.
     /// [`ShadowIndex::lit_intervals`] asks the reverse: what part of a linear light one point sees.

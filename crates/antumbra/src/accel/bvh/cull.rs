@@ -244,27 +244,46 @@ fn meets<S: Simd>(simd: S, node: &Node, region: &Region) -> (u32, u32) {
     (is_met, is_near)
 }
 
-/// A bit for each child whose box may meet the shaft.
+/// Returns the lower and the upper corners of a node's boxes.
+#[inline(always)]
+pub(super) fn corners<S: Simd>(simd: S, node: &Node) -> [[f32x8<S>; 3]; 2] {
+    let [x, y, z, to_x, to_y, to_z] = &node.planes;
+    [
+        [
+            f32x8::from_slice(simd, x),
+            f32x8::from_slice(simd, y),
+            f32x8::from_slice(simd, z),
+        ],
+        [
+            f32x8::from_slice(simd, to_x),
+            f32x8::from_slice(simd, to_y),
+            f32x8::from_slice(simd, to_z),
+        ],
+    ]
+}
+
+/// Returns the heights over a plane of a corner of each box: coordinates are of `rising` where the normal's are above zero,
+/// of `falling` where not. The lower and the upper corners make the lowest height, the reverse the highest.
+#[inline(always)]
+pub(super) fn height<S: Simd>(
+    rising: &[f32x8<S>; 3],
+    falling: &[f32x8<S>; 3],
+    [x, y, z, offset]: [f32; 4],
+) -> f32x8<S> {
+    let nearest = if x > 0.0 { rising[0] } else { falling[0] } * x;
+    let next = if y > 0.0 { rising[1] } else { falling[1] } * y;
+    let last = if z > 0.0 { rising[2] } else { falling[2] } * z;
+    nearest + next + (last + offset)
+}
+
+/// Returns a bit for each child whose box may meet the shaft.
 #[inline(always)]
 pub(super) fn meets_planes<S: Simd>(simd: S, node: &Node, region: &Region) -> u32 {
-    let [x, y, z, to_x, to_y, to_z] = &node.planes;
-    let low = [
-        f32x8::from_slice(simd, x),
-        f32x8::from_slice(simd, y),
-        f32x8::from_slice(simd, z),
-    ];
-    let high = [
-        f32x8::from_slice(simd, to_x),
-        f32x8::from_slice(simd, to_y),
-        f32x8::from_slice(simd, to_z),
-    ];
+    let [low, high] = corners(simd, node);
     let mut is_met = u32::MAX;
-    for [x, y, z, offset] in region.planes() {
+    for plane in region.planes() {
         // The corner that lies deepest behind the plane.
-        let nearest = if x > 0.0 { low[0] } else { high[0] } * x;
-        let next = if y > 0.0 { low[1] } else { high[1] } * y;
-        let last = if z > 0.0 { low[2] } else { high[2] } * z;
-        let height = nearest + next + (last + offset);
+        let height = height(&low, &high, plane);
         is_met &= height.simd_le(BOUND).to_bitmask() as u32;
     }
     is_met

@@ -8,9 +8,9 @@ use std::ops::ControlFlow;
 
 use antumbra_geometry::SurfaceId;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x4, f32x8};
+use fearless_simd::{Simd, dispatch, f32x4};
 
-use super::cull::{BOUND, Region, meets_planes};
+use super::cull::{BOUND, Region, corners, height, meets_planes};
 use super::data::{Bvh, Child, ChildKind, LANES, Node, TriangleGroup};
 
 /// Who is shown surfaces.
@@ -91,28 +91,15 @@ impl Bvh {
 #[inline(always)]
 fn meets_region<S: Simd>(simd: S, node: &Node, region: &Region) -> u32 {
     let mut is_met = meets_planes(simd, node, region);
-    let [x, y, z, to_x, to_y, to_z] = &node.planes;
-    let low = [
-        f32x8::from_slice(simd, x),
-        f32x8::from_slice(simd, y),
-        f32x8::from_slice(simd, z),
-    ];
-    let high = [
-        f32x8::from_slice(simd, to_x),
-        f32x8::from_slice(simd, to_y),
-        f32x8::from_slice(simd, to_z),
-    ];
+    let [low, high] = corners(simd, node);
     for pair in region.without() {
         if is_met & 0xff == 0 {
             break;
         }
         let mut is_within = u32::MAX;
-        for &[x, y, z, offset] in pair {
+        for &plane in pair {
             // The corner that is highest.
-            let nearest = if x > 0.0 { high[0] } else { low[0] } * x;
-            let next = if y > 0.0 { high[1] } else { low[1] } * y;
-            let last = if z > 0.0 { high[2] } else { low[2] } * z;
-            let height = nearest + next + (last + offset);
+            let height = height(&high, &low, plane);
             is_within &= height.simd_lt(-2.0 * BOUND).to_bitmask() as u32;
         }
         is_met &= !is_within;
