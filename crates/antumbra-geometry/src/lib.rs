@@ -7,6 +7,7 @@ mod along;
 mod area;
 mod bounds;
 mod coverage;
+mod filter;
 mod flat;
 mod ids;
 mod intersect;
@@ -23,7 +24,7 @@ mod shape;
 mod short;
 mod umbra;
 
-pub use along::SegmentShadows;
+pub use along::{KnownStretch, SegmentShadows};
 pub use area::{
     AreaError, AreaSample, AreaShape, Directions, DiskLight, Emission, EmittingPoint,
     MAX_LIGHT_SAMPLES, MeshLight, PolygonLight, RectangleLight, SamplePattern, SegmentLight, Sky,
@@ -31,6 +32,7 @@ pub use area::{
 };
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
+pub use filter::{Filter, FilterId, Tint};
 pub use glam::{DVec2, DVec3};
 pub use ids::LightId;
 pub use light::LightShape;

@@ -202,6 +202,30 @@ impl Oracle {
         self.side(surface, &self.segment(point, Some(surface), light))
     }
 
+    /// Lists all transparent surfaces that filter the light (EXACTNESS.md, "What glass lets through").
+    ///
+    /// # Panics
+    ///
+    /// As [`Oracle::is_blocked`].
+    pub fn filters(
+        &self,
+        point: [f64; 3],
+        surface: Option<usize>,
+        light: OracleLight,
+    ) -> Vec<usize> {
+        let segment = self.segment(point, surface, light);
+        let filters = |&t: &usize| {
+            !self.surfaces[t].opaque
+                && match &self.prepared[t] {
+                    Prepared::Triangle(triangle) => {
+                        surface != Some(t) && triangle.is_pierced(&segment)
+                    }
+                    _ => self.crosses_segment(t, surface, &segment),
+                }
+        };
+        (0..self.surfaces.len()).filter(filters).collect()
+    }
+
     fn segment(&self, point: [f64; 3], surface: Option<usize>, light: OracleLight) -> Segment {
         let point = Vec3::new(point);
         let own_centroid = match surface.map(|s| &self.prepared[s]) {
@@ -230,9 +254,10 @@ impl Oracle {
     }
 
     fn blocks_segment(&self, t: usize, surface: Option<usize>, segment: &Segment) -> bool {
-        if !self.surfaces[t].opaque {
-            return false;
-        }
+        self.surfaces[t].opaque && self.crosses_segment(t, surface, segment)
+    }
+
+    fn crosses_segment(&self, t: usize, surface: Option<usize>, segment: &Segment) -> bool {
         if let Some(s) = surface
             && let Some(answer) = self.own_rule(t, s, segment)
         {

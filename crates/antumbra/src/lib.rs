@@ -168,9 +168,9 @@ pub use antumbra_geometry::{
     TriangleLight,
 };
 pub use antumbra_geometry::{
-    Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind, Hit,
-    LightId, LightShape, Occluders, OccludersBuilder, OccludersError, Opacity, Precision, Ray,
-    ReceiverPoint, Sphere, SurfaceId, UnidentifiedCoverage,
+    Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind,
+    Filter, FilterId, Hit, LightId, LightShape, Occluders, OccludersBuilder, OccludersError,
+    Opacity, Precision, Ray, ReceiverPoint, Sphere, SurfaceId, Tint, UnidentifiedCoverage,
 };
 pub use antumbra_task::{Stopped, Task};
 pub use file::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};

@@ -13,9 +13,18 @@ use common::{METHODS, Random};
 
 type Ends = [[f64; 3]; 2];
 
-fn indices(surfaces: &[OracleSurface]) -> Vec<ShadowIndex> {
+/// Indices by all methods; values know of the lights.
+fn indices(surfaces: &[OracleSurface], lights: &[OracleLight]) -> Vec<ShadowIndex> {
     let occluders = common::nasty::occluders(surfaces);
-    let build = |method| common::builder_of(&occluders, &[], method).build().unwrap();
+    let lights: Vec<LightShape> = lights
+        .iter()
+        .map(|&light| common::nasty::light(light))
+        .collect();
+    let build = |method| {
+        common::builder_of(&occluders, &lights, method)
+            .build()
+            .unwrap()
+    };
     METHODS.map(build).into()
 }
 
@@ -44,7 +53,7 @@ fn all_fixtures() -> impl Iterator<Item = fixtures::AlongFixture> {
 #[test]
 fn fixtures_have_the_intervals_that_geometry_gives() {
     for fixture in all_fixtures() {
-        for index in indices(&fixture.surfaces) {
+        for index in indices(&fixture.surfaces, &[fixture.light]) {
             let found = ask(&index, fixture.ends, fixture.light);
             let label = format!("{} {:?}", fixture.name, index.method());
             assert_eq!(found, Ok(fixture.expected.clone()), "{label}");
@@ -118,7 +127,7 @@ fn nasty_scenes_have_the_oracles_intervals_for_every_method() {
     for seed in seeds(0..150) {
         let scene = nasty::scene(seed);
         let random = &mut Random(seed);
-        let indices = indices(&scene.surfaces);
+        let indices = indices(&scene.surfaces, &scene.lights);
         let oracle = Oracle::new(scene.surfaces.clone());
         for ends in segments(&scene, random) {
             for &light in &scene.lights {

@@ -47,7 +47,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "crates/antumbra-geometry/src",
         &[
-            "bounds coverage ids number polygon shape short",
+            "bounds coverage filter ids number polygon shape short",
             "flat light ray",
             "area segment",
             "intersect",

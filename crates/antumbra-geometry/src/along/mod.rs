@@ -25,6 +25,7 @@
 //! | `double`, `refined` | `f64`s | sums, products, quotients and roots of twice their bits, with or without a bound |
 //! | `fan` | corners | a stretch that holds their shadow |
 //! | `hull` | segment and light | planes around all shadow rays |
+//! | `known` | stretches that values know | which shadows do not matter |
 
 mod border;
 mod cast;
@@ -34,6 +35,7 @@ mod double;
 mod fan;
 mod forms;
 mod hull;
+mod known;
 mod linear;
 mod quadratic;
 mod quadric;
@@ -51,6 +53,8 @@ use self::dark::{Dark, Span};
 use self::fan::Fan;
 use self::forms::{ALL, EDGES, Forms, form_of};
 use self::hull::Hull;
+use self::known::Known;
+pub use self::known::KnownStretch;
 use self::linear::{Ends, FaceForm, Values, certain};
 use crate::number::Sign;
 use crate::{LightShape, Occluders, SurfaceId};
@@ -68,6 +72,7 @@ pub struct SegmentShadows<'a> {
     /// Made when something is known to be dark.
     fan: OnceCell<Option<Fan>>,
     dark: Dark,
+    known: Known,
     /// Spans that triangles with holes may shade.
     doubtful: Vec<(Span, SurfaceId)>,
 }
@@ -84,8 +89,22 @@ impl<'a> SegmentShadows<'a> {
             hull: Hull::new(points, light),
             fan: OnceCell::new(),
             dark: Dark::default(),
+            known: Known::default(),
             doubtful: Vec::new(),
         }
+    }
+
+    /// Takes what somebody knows of the segment: stretches in order and apart. Surfaces that shade nothing else may be left
+    /// out from now on. No surface may be alpha-tested: where its shadow has no closed form is to be said.
+    #[must_use]
+    pub fn knowing(mut self, stretches: Vec<KnownStretch>) -> Self {
+        self.known = Known::new(stretches);
+        self
+    }
+
+    /// Returns whether one known stretch is all of the segment, so that no surface matters.
+    pub fn is_all_known(&self) -> bool {
+        self.known.covers([0.0, 1.0])
     }
 
     /// Returns half-spaces that hold all shadow rays from the segment: outward normals whose largest component is 1, and
@@ -143,6 +162,9 @@ impl<'a> SegmentShadows<'a> {
             self.meet_curved(surface);
             return;
         };
+        if !self.known.is_nothing() && self.is_known(&corners) {
+            return;
+        }
         let Some(span) = self.shaded_by(surface, &corners) else {
             return;
         };
@@ -180,7 +202,8 @@ impl<'a> SegmentShadows<'a> {
     fn is_known(&self, corners: &[DVec3]) -> bool {
         let reach = self.fan().and_then(|fan| fan.reach(corners));
         reach.is_some_and(|[least, most]| {
-            most < 0.0 || least > 1.0 || self.dark.covers([least, most])
+            let (dark, known) = (&self.dark, &self.known);
+            most < 0.0 || least > 1.0 || dark.covers([least, most]) || known.covers([least, most])
         })
     }
 
@@ -333,7 +356,10 @@ impl<'a> SegmentShadows<'a> {
         }
         let nearest = |border: &Border| ends.nearest_place(level, occluders, border);
         self.dark.for_each_gap(compare, |begin, end| {
-            intervals.push([nearest(begin), nearest(end)]);
+            let gap = [nearest(begin), nearest(end)];
+            if !self.known.is_dark_gap(gap) {
+                intervals.push(gap);
+            }
         });
         Ok(())
     }

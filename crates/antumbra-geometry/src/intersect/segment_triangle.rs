@@ -174,6 +174,42 @@ pub(crate) fn triangle_blocks([a, b, c]: [DVec3; 3], segment: &Segment) -> bool 
     start_sign.is_opposite(light_sign)
 }
 
+/// Returns whether the segment crosses the triangle, and where it goes through an edge that two triangles of a sheet share,
+/// whether it is this one that counts: as if the start were moved by `(e, e^2, e^3)` for an `e` as small as you like.
+pub(crate) fn triangle_is_pierced(corners: [DVec3; 3], segment: &Segment) -> bool {
+    if !triangle_blocks(corners, segment) {
+        return false;
+    }
+    let side = |i: usize| {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        match exact_edge_side(segment, a, b) {
+            Sign::Zero => side_of_moved_start(segment.light, a, b),
+            sign => sign,
+        }
+    };
+    let first = side(0);
+    first != Sign::Zero && side(1) == first && side(2) == first
+}
+
+/// Returns the sign of `det(S, L, a, b)` that is zero, at a start moved by `(e, e^2, e^3)`: that of the first component that
+/// is not zero of its gradient, which is a normal of the plane through light and edge. Zero if the light is on the edge's
+/// line.
+fn side_of_moved_start(light: (DVec3, f64), a: DVec3, b: DVec3) -> Sign {
+    let Point4 {
+        x: light,
+        w: weight,
+    } = Point4::<Exact>::from_f64(light);
+    let [a, b] = [a, b].map(Vector::from_f64);
+    let from_start = a.cross(&b).scaled(&weight);
+    let normal = light.cross(&a.minus(&b)).plus(&from_start);
+    let signs = normal
+        .0
+        .iter()
+        .map(|component| component.sign().unwrap_or(Sign::Zero));
+    let first = signs.into_iter().find(|&sign| sign != Sign::Zero);
+    first.map_or(Sign::Zero, Sign::flipped)
+}
+
 /// Largest error of a plane's distance, in shares of the lengths it is made of: as much as the grids
 /// allow for ([`crate::Occluders::hit`]).
 const DISTANCE_ERROR: f64 = 1.0 / (1u64 << 40) as f64;

@@ -176,6 +176,15 @@ impl OccludersBuilder {
         uvs: &[[f64; 2]],
         coverage: CoverageId,
     ) -> Result<ElementId, OccludersError> {
+        self.add_textured_face(outline, uvs, Opacity::AlphaTested(coverage))
+    }
+
+    pub(super) fn add_textured_face(
+        &mut self,
+        outline: &[DVec3],
+        uvs: &[[f64; 2]],
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
         if uvs.len() != outline.len() {
             let element = self.next_element();
             let (expected, found) = (outline.len(), uvs.len());
@@ -186,7 +195,7 @@ impl OccludersBuilder {
             });
         }
         self.check_numbers(uvs.iter().flatten().copied())?;
-        self.add_face_with(outline, uvs, Opacity::AlphaTested(coverage))
+        self.add_face_with(outline, uvs, opacity)
     }
 
     fn add_face_with(
@@ -209,6 +218,10 @@ impl OccludersBuilder {
             let positions = corners.map(|corner| corner.position);
             let axis = Plane::Points(positions).dominant_axis().unwrap_or(NO_AXIS);
             let (is_opaque, alpha_test) = self.presence(opacity, uvs, &corners);
+            if let (Opacity::Filtering(_), Some(uvs)) = (opacity, uvs_of(uvs, &corners)) {
+                let triangle = self.occluders.triangles.len() as u32;
+                self.occluders.filter_uvs.push((triangle, uvs));
+            }
             let triangle = Triangle {
                 vertices: positions.map(|position| self.vertex(position)),
                 corners: corners.map(|corner| corner.outline_index.unwrap_or(NO_CORNER)),
@@ -348,7 +361,7 @@ impl OccludersBuilder {
             .solid_of
             .entry(solid_key(&shapes[0]))
             .or_insert(next_solid);
-        let is_opaque = opacity != Opacity::Transparent;
+        let is_opaque = opacity.blocks();
         if solid == next_solid {
             let element = ElementId(element as u32);
             self.occluders.solids.push(Solid { element, is_opaque });
@@ -382,10 +395,9 @@ impl OccludersBuilder {
         corners: &[PolygonCorner; 3],
     ) -> (bool, u32) {
         let Opacity::AlphaTested(coverage) = opacity else {
-            return (opacity == Opacity::Opaque, NO_ALPHA_TEST);
+            return (opacity.blocks(), NO_ALPHA_TEST);
         };
-        let uv_of = |corner: &PolygonCorner| uvs.get(corner.outline_index? as usize).copied();
-        let [Some(a), Some(b), Some(c)] = corners.each_ref().map(uv_of) else {
+        let Some([a, b, c]) = uvs_of(uvs, corners) else {
             return (true, NO_ALPHA_TEST);
         };
         let bound =
@@ -465,6 +477,13 @@ impl OccludersBuilder {
     fn next_element(&self) -> usize {
         self.occluders.elements.len()
     }
+}
+
+/// Returns texture coordinates of a triangle's corners, if all of them are corners of the outline.
+fn uvs_of(uvs: &[[f64; 2]], corners: &[PolygonCorner; 3]) -> Option<[[f64; 2]; 3]> {
+    let uv_of = |corner: &PolygonCorner| uvs.get(corner.outline_index? as usize).copied();
+    let [a, b, c] = corners.each_ref().map(uv_of);
+    Some([a?, b?, c?])
 }
 
 fn hash_of(hashing: &DefaultHashBuilder, position: DVec3) -> u64 {

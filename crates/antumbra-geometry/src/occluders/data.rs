@@ -9,7 +9,7 @@ use crate::intersect::{
     DiskPlane, box_meets_cone, box_meets_disk, box_meets_sphere, box_meets_triangle,
 };
 use crate::polygon::to_one;
-use crate::{Bounds, Cone, Coverage, CoverageId, Sphere};
+use crate::{Bounds, Cone, Coverage, CoverageId, Filter, FilterId, Sphere};
 
 /// Whether a surface stops light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +21,18 @@ pub enum Opacity {
     /// A face with holes: blocks where its coverage says it is solid; rays of all kinds pass
     /// elsewhere.
     AlphaTested(CoverageId),
+    /// Receives shadows and blocks none, but colors the light that goes through: glass.
+    Filtering(FilterId),
+}
+
+impl Opacity {
+    /// Returns whether a surface blocks shadow rays, at least in places.
+    pub(super) fn blocks(self) -> bool {
+        match self {
+            Self::Opaque | Self::AlphaTested(_) => true,
+            Self::Transparent | Self::Filtering(_) => false,
+        }
+    }
 }
 
 /// Kind of an element.
@@ -118,6 +130,9 @@ pub struct Occluders {
     pub(crate) triangles: Vec<Triangle>,
     pub(super) alpha_tests: Vec<AlphaTest>,
     pub(super) coverages: Vec<Arc<dyn Coverage>>,
+    pub(super) filters: Vec<Arc<dyn Filter>>,
+    /// Texture coordinates of the corners of filtering triangles that have some, by the triangle's number, in order.
+    pub(super) filter_uvs: Vec<(u32, [[f64; 2]; 3])>,
     pub(super) curved: Vec<Curved>,
     /// Those that the `solid` numbers of `curved` stand for.
     pub(super) solids: Vec<Solid>,
@@ -153,6 +168,8 @@ impl Occluders {
             triangles: self.triangles.clone(),
             alpha_tests: self.alpha_tests.clone(),
             coverages: self.coverages.clone(),
+            filters: self.filters.clone(),
+            filter_uvs: self.filter_uvs.clone(),
             curved: self.curved.clone(),
             // Starts on what is left out keep their own rules.
             solids: self.solids.clone(),
@@ -248,6 +265,11 @@ impl Occluders {
             }
             Surface::Curved(curved) => curved.is_opaque,
         }
+    }
+
+    /// Returns whether there are no alpha-tested surfaces: all that block do so everywhere.
+    pub fn are_whole(&self) -> bool {
+        self.alpha_tests.is_empty()
     }
 
     /// Returns whether two surfaces are parts of one solid or of identical ones, so that a start on

@@ -28,6 +28,9 @@ impl Occluders {
             triangles,
             alpha_tests,
             coverages,
+            // What is kept in files is about blocking.
+            filters: _,
+            filter_uvs: _,
             curved,
             // Follows from `curved`.
             solids: _,
@@ -210,7 +213,7 @@ impl Words<'_> {
         };
         let opacity = match *opacity {
             Opacity::Opaque => [0, 0],
-            Opacity::Transparent => [1, 0],
+            Opacity::Transparent | Opacity::Filtering(_) => [1, 0],
             Opacity::AlphaTested(CoverageId(coverage)) => [2, coverage],
         };
         self.words(&[kind, surfaces.start, surfaces.end]);

@@ -70,7 +70,7 @@ impl OccludersBuilder {
                 corners: [0, 1, 2],
                 element,
                 axis: Plane::Points(positions).dominant_axis().unwrap_or(NO_AXIS),
-                is_opaque: opacity != Opacity::Transparent,
+                is_opaque: opacity.blocks(),
                 alpha_test: NO_ALPHA_TEST,
             });
             self.occluders.elements.push(Element {

@@ -7,6 +7,7 @@
 
 mod build;
 mod data;
+mod filtering;
 mod identity;
 mod indexed;
 mod nearest;

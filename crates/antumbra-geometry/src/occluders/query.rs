@@ -251,7 +251,12 @@ impl Occluders {
         self.coverages[coverage.0 as usize].is_solid_at(uv)
     }
 
-    fn curved_crosses(&self, surface: SurfaceId, curved: &Curved, segment: &Segment) -> bool {
+    pub(super) fn curved_crosses(
+        &self,
+        surface: SurfaceId,
+        curved: &Curved,
+        segment: &Segment,
+    ) -> bool {
         if let Some(own) = segment.start().surface {
             if own == surface && matches!(curved.shape, CurvedShape::Disk(..)) {
                 return false;
@@ -363,7 +368,7 @@ impl Occluders {
             is_self_clear: true,
             has_holes,
         };
-        if record.opacity == Opacity::Transparent {
+        if !record.opacity.blocks() {
             return nothing;
         }
         if record.kind == ElementKind::Face {

@@ -138,6 +138,29 @@ impl Triangle {
         }
     }
 
+    /// Whether light is filtered here: the segment crosses the triangle, and where it meets an edge, a start moved by next to
+    /// nothing crosses the inside.
+    pub(super) fn is_pierced(&self, segment: &Segment) -> bool {
+        if !self.is_crossed(segment) {
+            return false;
+        }
+        let pierces = |segment: &Segment| {
+            let turns = self.turns_at_crossing(segment);
+            turns
+                .filter(|turns| !turns.contains(&0))
+                .map(|turns| !turns.contains(&-1))
+        };
+        let inside = || segment.nudged().and_then(|nudged| pierces(&nudged));
+        let moved = || match segment.nudged() {
+            Some(nudged) => pierces(&nudged.moved()),
+            None => pierces(&segment.moved()),
+        };
+        pierces(segment)
+            .or_else(inside)
+            .or_else(moved)
+            .unwrap_or(false)
+    }
+
     /// Where the segment goes through the plane: to which side of each edge, seen in the coordinate
     /// plane where the triangle looks largest.
     fn turns_at_crossing(&self, segment: &Segment) -> Option<Vec<i8>> {

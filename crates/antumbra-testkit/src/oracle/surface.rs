@@ -143,7 +143,7 @@ pub enum OracleLight {
 }
 
 /// The light with exact coordinates: `(position, 1)` or `(position, 0)` in the page's notation.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Light {
     pub(super) position: Vec3,
     pub(super) weight: Exact,
@@ -225,10 +225,23 @@ impl Segment {
             scaled: &scaled + &inwards.scale(&share),
             scale: &self.start.scale * &three,
         };
-        let light = Light {
-            position: self.light.position.clone(),
-            weight: self.light.weight.clone(),
+        Some(Self::new(start, self.light.clone(), None))
+    }
+
+    /// The same segment with its start moved by `(e, e^2, e^3)`, `e` being 2^-20000: infinitely little even beside the share
+    /// of [`Segment::nudged`], and each component beside the one before.
+    pub(super) fn moved(&self) -> Self {
+        let mut step = Exact::new(2.0_f64.powi(-1000));
+        for _ in 0..4 {
+            step = step.square();
+        }
+        let step = (0..4).fold(step, |step, _| &step * &Exact::new(2.0_f64.powi(-1000)));
+        let squared = step.square();
+        let steps = Vec3([step.clone(), squared.clone(), &squared * &step]);
+        let start = ReceiverPoint {
+            scaled: &self.start.scaled + &steps.scale(&self.start.scale),
+            scale: self.start.scale.clone(),
         };
-        Some(Self::new(start, light, None))
+        Self::new(start, self.light.clone(), None)
     }
 }

@@ -73,6 +73,9 @@ impl ShadowIndex {
         let id = LightId::from_index(number);
         check_light(id, &light)?;
         self.check_memory(number + 1)?;
+        if let Some(glass) = &mut self.glass {
+            glass.add_light(light)?;
+        }
         self.all_lights = OnceLock::new();
         let dense = self.dense_values(&light);
         self.values.extend(dense);
@@ -101,6 +104,9 @@ impl ShadowIndex {
         if self.lights[light] == to {
             return Ok(());
         }
+        if let Some(glass) = &mut self.glass {
+            glass.move_light(LightId::from_index(light), to)?;
+        }
         self.all_lights = OnceLock::new();
         if let Some(dense) = self.dense_values(&to) {
             self.values[light] = dense;
@@ -125,6 +131,9 @@ impl ShadowIndex {
     /// There is no such light.
     pub fn remove_light(&mut self, light: LightId) -> Result<LightShape, LightError> {
         let light = self.check_number(light)?;
+        if let Some(glass) = &mut self.glass {
+            glass.remove_light(LightId::from_index(light))?;
+        }
         self.all_lights = OnceLock::new();
         if light < self.values.len() {
             self.values.remove(light);

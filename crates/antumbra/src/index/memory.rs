@@ -9,7 +9,7 @@ impl ShadowIndex {
     /// Returns how often what a light knows of [`Method::Voxel`](crate::Method::Voxel), or a part of it, was dropped because all that lights
     /// know took all memory that it may take.
     pub fn evictions(&self) -> u64 {
-        self.adaptive.as_ref().map_or(0, AdaptiveValues::evictions)
+        self.with_glass(|index| index.adaptive.as_ref().map_or(0, AdaptiveValues::evictions))
     }
 
     /// Returns of how many lights something that was wanted was not made, for want of room in [`Refinement::memory`](crate::Refinement::memory):
@@ -23,25 +23,28 @@ impl ShadowIndex {
     /// Returns the bytes that all lights together have taken of [`Refinement::memory`](crate::Refinement::memory): values, lists, tables, and
     /// room that is not used yet.
     pub fn knowledge_bytes(&self) -> u64 {
-        self.adaptive.as_ref().map_or(0, AdaptiveValues::bytes)
+        self.with_glass(|index| index.adaptive.as_ref().map_or(0, AdaptiveValues::bytes))
     }
 
     /// Returns the bytes of all occlusion values: for [`Method::Voxel1990`](crate::Method::Voxel1990) two bits per voxel and light, for
     /// [`Method::Voxel`](crate::Method::Voxel) bricks of values with their links, as far as they are made. Lists and tables are
     /// [`ShadowIndex::table_bytes`].
     pub fn occlusion_bytes(&self) -> u64 {
-        let adaptive = self
-            .adaptive
-            .as_ref()
-            .map_or(0, AdaptiveValues::value_bytes);
-        adaptive + self.values.iter().map(DenseValues::bytes).sum::<u64>()
+        self.with_glass(|index| {
+            let adaptive = index.adaptive.as_ref();
+            let dense = index.values.iter().map(DenseValues::bytes);
+            adaptive.map_or(0, AdaptiveValues::value_bytes) + dense.sum::<u64>()
+        })
     }
 
     /// Returns the bytes of blocker lists, their planes and the tables that queries read beside values.
     pub fn table_bytes(&self) -> u64 {
-        self.adaptive
-            .as_ref()
-            .map_or(0, AdaptiveValues::table_bytes)
+        self.with_glass(|index| {
+            index
+                .adaptive
+                .as_ref()
+                .map_or(0, AdaptiveValues::table_bytes)
+        })
     }
 
     /// Forgets all values of [`Method::Voxel`](crate::Method::Voxel) that were made while queries were answered, and all tables for
@@ -49,6 +52,9 @@ impl ShadowIndex {
     pub fn forget_values(&mut self) {
         self.all_lights = std::sync::OnceLock::new();
         self.whole_lights = std::sync::OnceLock::new();
+        if let Some(glass) = &mut self.glass {
+            glass.forget_values();
+        }
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }
@@ -63,6 +69,9 @@ impl ShadowIndex {
         {
             adaptive.expect(light, queries);
         }
+        if let Some(glass) = &self.glass {
+            glass.expect_queries(LightId::from_index(light), queries);
+        }
     }
 
     /// Stops or resumes making values while queries are answered. Answers do not change.
@@ -73,5 +82,13 @@ impl ShadowIndex {
         if let Some(adaptive) = &self.adaptive {
             adaptive.set_refining(is_refining);
         }
+        if let Some(glass) = &self.glass {
+            glass.set_refining(is_refining);
+        }
+    }
+
+    /// Returns a number of this index and of what it knows of glass together.
+    fn with_glass(&self, number: impl Fn(&Self) -> u64) -> u64 {
+        number(self) + self.glass.as_deref().map_or(0, &number)
     }
 }

@@ -92,6 +92,8 @@ pub struct ShadowIndex {
     pub(super) all_lights: OnceLock<Box<AllLights>>,
     /// Values of lights with size, once one was asked about.
     pub(super) whole_lights: OnceLock<Box<WholeLights>>,
+    /// Filtering surfaces alone, as if they were opaque, if there are any.
+    pub(crate) glass: Option<Box<ShadowIndex>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
     /// Whether there was a file of values.
     pub(crate) has_file: bool,

@@ -1,6 +1,6 @@
 //! `VoxelOcclusionShadow` of Paper 6: first pass, intermediate test, walk.
 
-use antumbra_geometry::{Occluders, Segment};
+use antumbra_geometry::{KnownStretch, Occluders, Segment};
 
 use crate::accel::grid::{Grid, Mailbox, Walk};
 use crate::occlusion::DenseValues;
@@ -77,4 +77,52 @@ pub(crate) fn first_pass(
                 .any(|&surface| occluders.element_of(surface) == own)
         }),
     }
+}
+
+/// Returns what values know of the points of a segment that was walked as a ray from its first point to its last, and how many
+/// voxels that took: neighbouring voxels with one value are one stretch (Paper 9.4).
+pub(crate) fn known_along(
+    grid: &Grid,
+    values: &DenseValues,
+    segment: &Segment,
+) -> (Vec<KnownStretch>, u64) {
+    let mut stretches: Vec<KnownStretch> = Vec::new();
+    let mut voxels = 0;
+    // Values hold a margin beyond their voxels; half of it is far more than where voxels begin and end is rounded by.
+    let length = segment.direction().abs().max_element();
+    let room = 0.5 * grid.layout.margin / length + KnownStretch::ROOM;
+    if !grid.can_walk(segment) || !room.is_finite() {
+        return (stretches, voxels);
+    }
+    let mut entered = None;
+    for visit in Walk::new(&grid.layout, segment) {
+        voxels += 1;
+        // Where a ray from outside enters its first voxel nobody tells.
+        let from = if visit.is_first { Some(0.0) } else { entered };
+        let to = visit.leaves_at.min(1.0);
+        entered = Some(visit.leaves_at);
+        let holds_surface = !grid.surfaces(visit.voxel).is_empty();
+        let value = values.get(visit.voxel).of_any_point(holds_surface);
+        let (Some(from), Some(is_dark)) = (from, value) else {
+            continue;
+        };
+        match stretches.last_mut() {
+            Some(last) if last.is_dark == is_dark && last.shares[1] == from => last.shares[1] = to,
+            _ => stretches.push(KnownStretch {
+                shares: [from, to],
+                is_dark,
+            }),
+        }
+    }
+    // Both ends of the segment are its own; others keep off where voxels that are not known begin.
+    for KnownStretch { shares, .. } in &mut stretches {
+        if shares[0] > 0.0 {
+            shares[0] += room;
+        }
+        if shares[1] < 1.0 {
+            shares[1] -= room;
+        }
+    }
+    stretches.retain(|stretch| stretch.shares[0] < stretch.shares[1]);
+    (stretches, voxels)
 }

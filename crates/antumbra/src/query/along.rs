@@ -7,13 +7,15 @@
 
 use std::ops::ControlFlow;
 
-use antumbra_geometry::{DVec3, LightShape, SegmentShadows, Short, SurfaceId};
+use antumbra_geometry::{
+    DVec3, KnownStretch, LightShape, ReceiverPoint, SegmentShadows, Short, SurfaceId,
+};
 
 use crate::accel::bvh::{Bvh, Region, Visitor, WEDGES};
 use crate::accel::frame::Frame;
 use crate::limits::is_fine;
 use crate::query::lists::lists;
-use crate::{Coordinates, Counters, Method, ShadowIndex};
+use crate::{Coordinates, Counters, Method, ShadowIndex, method};
 
 /// Boxes of the tree reach at most so far from the middle of its frame, in its units.
 const REACH: f64 = 2.0;
@@ -90,7 +92,8 @@ impl ShadowIndex {
     ///
     /// Costs one walk of the tree, and about 0.15 microseconds for each triangle near the plane through segment and light,
     /// some microseconds for each sphere, disk or cone;
-    /// [`Method::Grid`], [`Method::Voxel1990`] and [`Method::Naive`] test every surface. Needs no values and changes none.
+    /// [`Method::Grid`] and [`Method::Naive`] test every surface, and so does [`Method::Voxel1990`] where the values of the voxels
+    /// that the segment crosses leave any of it open. Makes no values.
     /// [`ShadowIndex::lit_intervals`] asks the reverse: what part of a linear light one point sees.
     ///
     /// ```
@@ -185,8 +188,12 @@ impl ShadowIndex {
             Method::Auto | Method::Voxel | Method::Bvh => self.bvh(),
             Method::Voxel1990 | Method::Grid | Method::Naive => None,
         };
+        let mut shadows = SegmentShadows::new(occluders, points, light);
+        if let Some(known) = self.known_along(points, light, counters) {
+            shadows = shadows.knowing(known);
+        }
         let mut shown = Shown {
-            shadows: SegmentShadows::new(occluders, points, light),
+            shadows,
             // Something without a closed form is to be named even where all that it may shade is dark.
             frame: tree
                 .filter(|_| occluders.triangle_count() == occluders.surface_count())
@@ -202,7 +209,10 @@ impl ShadowIndex {
             (Some(_), None) => ControlFlow::Continue(()),
             (None, _) => {
                 let mut surfaces = self.parts.near.present_surfaces();
-                surfaces.try_for_each(|surface| shown.visit(surface))
+                match shown.shadows.is_all_known() {
+                    true => ControlFlow::Continue(()),
+                    false => surfaces.try_for_each(|surface| shown.visit(surface)),
+                }
             }
         };
         if walked.is_continue() {
@@ -211,6 +221,29 @@ impl ShadowIndex {
             let _ = surfaces.try_for_each(|surface| shown.visit(surface));
         }
         shown.shadows
+    }
+
+    /// Returns what values of voxels know of a segment, if there are any that speak of all surfaces.
+    fn known_along(
+        &self,
+        [origin, end]: [DVec3; 2],
+        light: &LightShape,
+        counters: &mut Counters,
+    ) -> Option<Vec<KnownStretch>> {
+        let has_values = self.method() == Method::Voxel1990;
+        let speaks_of_all = || self.parts.is_whole() && self.occluders().are_whole();
+        if !has_values || origin == end || !speaks_of_all() {
+            return None;
+        }
+        let light = self.lights().iter().position(|own| own == light)?;
+        let start = ReceiverPoint {
+            point: origin,
+            surface: None,
+        };
+        let segment = self.occluders().segment(&start, &LightShape::Point(end));
+        let (known, voxels) = method::known_along(self.grid(), &self.values[light], &segment);
+        counters.steps += voxels;
+        Some(known)
     }
 }
 
@@ -268,5 +301,55 @@ fn check_light(light: &LightShape) -> Result<(), LitIntervalsError> {
         Ok(())
     } else {
         Err(LitIntervalsError::BadLight(place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use antumbra_geometry::{Occluders, Opacity};
+
+    use super::*;
+
+    /// A plate of 4 x 4 at height 3 over a floor of 12 x 12, and a lamp far above.
+    fn index(method: Method) -> ShadowIndex {
+        let mut surfaces = Occluders::builder();
+        for (half, z) in [(6.0, 0.0), (2.0, 3.0)] {
+            let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+            let corners = corners.map(|(x, y)| DVec3::new(x, y, z));
+            surfaces.add_face(&corners, Opacity::Opaque).unwrap();
+        }
+        let lamp = LightShape::Point(DVec3::new(0.5, 0.25, 40.0));
+        ShadowIndex::builder(Arc::new(surfaces.build()), vec![lamp])
+            .method(method)
+            .build()
+            .unwrap()
+    }
+
+    #[test]
+    fn values_of_1990_answer_whole_segments_and_parts_of_others() {
+        let [by_values, by_tree] = [Method::Voxel1990, Method::Bvh].map(index);
+        let light = by_values.lights()[0];
+        let at = DVec3::new;
+        // Each: a segment, and whether values know all of it.
+        let cases = [
+            ([at(-1.0, -1.0, 1.0), at(1.2, 0.9, 1.7)], true),
+            ([at(-5.0, -5.0, 1.0), at(-5.0, 5.0, 1.7)], true),
+            ([at(-5.0, 0.1, 1.0), at(5.0, 0.3, 1.5)], false),
+            ([at(0.0, 0.0, -9.0), at(0.3, 0.4, 99.0)], false),
+            ([at(-3.0, 0.1, 1.0), at(1.0, 0.3, 1.5)], false),
+            ([at(1.0, 1.0, 1.0); 2], false),
+        ];
+        for (ends, is_known) in cases {
+            let ask = |index: &ShadowIndex| {
+                let (mut intervals, mut counters) = (Vec::new(), Counters::default());
+                let asked = index.add_lit_intervals(0, ends, &light, &mut intervals, &mut counters);
+                asked.map(|()| (intervals, counters.intersections)).unwrap()
+            };
+            let (intervals, tested) = ask(&by_values);
+            assert_eq!(intervals, ask(&by_tree).0, "{ends:?}");
+            assert_eq!(tested == 0, is_known, "{ends:?}");
+        }
     }
 }

@@ -110,14 +110,14 @@ fn bit(
     Ok(answer.shadow == Shadow::Shadowed)
 }
 
-fn on_surface(point: impl Coordinates, surface: impl Into<SurfaceId>) -> ReceiverPoint {
+pub(super) fn on_surface(point: impl Coordinates, surface: impl Into<SurfaceId>) -> ReceiverPoint {
     ReceiverPoint {
         point: point.as_f64(),
         surface: Some(surface.into()),
     }
 }
 
-fn in_space(point: impl Coordinates) -> ReceiverPoint {
+pub(super) fn in_space(point: impl Coordinates) -> ReceiverPoint {
     ReceiverPoint {
         point: point.as_f64(),
         surface: None,

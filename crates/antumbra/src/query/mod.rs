@@ -11,6 +11,7 @@ mod beam;
 #[cfg(all(test, unix))]
 mod clock_tests;
 mod fraction;
+mod glass;
 mod lists;
 mod locate;
 mod named;

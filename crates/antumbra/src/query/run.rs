@@ -376,6 +376,11 @@ impl<'a, A: Answers, P: Coordinates> Run<'a, A, P> {
             .expect("starts and light were checked");
     }
 
+    /// Returns the lights that are asked.
+    pub(crate) fn lights(&self) -> &[LightId] {
+        self.lights
+    }
+
     /// Returns the start that a point means.
     #[inline]
     pub(crate) fn start(&self, index: usize) -> Result<ReceiverPoint, BatchError> {

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use antumbra_geometry::{
-    Cone, DVec3, Disk, LightShape, Occluders, Opacity, ReceiverPoint, Sphere, SurfaceId,
+    Cone, DVec3, Disk, LightShape, Occluders, OccludersBuilder, Opacity, ReceiverPoint, Sphere,
+    SurfaceId,
 };
 use antumbra_testkit::oracle::{OracleLight, OracleShape, OracleSurface};
 
@@ -37,13 +38,20 @@ pub(crate) fn point_near([a, b, c]: [DVec3; 3], given: DVec3, random: &mut Rando
 
 /// Builds the library's surfaces with the same numbers as the oracle's.
 pub(crate) fn occluders(surfaces: &[OracleSurface]) -> Arc<Occluders> {
+    occluders_with(surfaces, |_, _| Opacity::Transparent)
+}
+
+/// Builds them with surfaces that are not opaque as `see_through` has them.
+pub(crate) fn occluders_with(
+    surfaces: &[OracleSurface],
+    mut see_through: impl FnMut(&mut OccludersBuilder, usize) -> Opacity,
+) -> Arc<Occluders> {
     let v = DVec3::from_array;
     let mut builder = Occluders::builder();
     for (i, surface) in surfaces.iter().enumerate() {
-        let opacity = if surface.opaque {
-            Opacity::Opaque
-        } else {
-            Opacity::Transparent
+        let opacity = match surface.opaque {
+            true => Opacity::Opaque,
+            false => see_through(&mut builder, i),
         };
         let added = match surface.shape {
             OracleShape::Triangle(corners) => builder.add_face(&corners.map(v), opacity),
