@@ -29,6 +29,7 @@ __all__ = [
     "sky_view_factor",
     "to_srgb",
     "towards_sun",
+    "transmittance",
     "version",
     "visible_fraction",
     "write_exr",
@@ -120,6 +121,16 @@ class ShadowIndex:
 def lit_intervals_along(
     index: ShadowIndex, origins: Reals, ends: Reals, light: LightTuple, threads: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]: ...
+def transmittance(
+    index: ShadowIndex,
+    points: Reals,
+    lights: list[int],
+    face_ids: npt.NDArray[np.uint32] | None,
+    on_surface: bool,
+    tolerance: float | None,
+    was_single: bool,
+    threads: int,
+) -> npt.NDArray[np.float64]: ...
 def nearest_hits(
     index: ShadowIndex,
     origins: Reals,

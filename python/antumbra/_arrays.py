@@ -13,6 +13,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+Lights: TypeAlias = int | Sequence[int] | npt.NDArray[np.integer[Any]] | None
+"""A light's place, a sequence of places, or `None` for all lights."""
+
 Reals: TypeAlias = npt.NDArray[np.float32] | npt.NDArray[np.float64]
 """Numbers in either precision."""
 
@@ -76,7 +79,7 @@ def numbers(name: str, value: Any, shape: tuple[int, ...], limit: int, what: str
     if array.dtype != np.uint32 and array.size and (array.min() < 0 or array.max() >= limit):
         place = tuple(int(i) for i in np.argwhere((array < 0) | (array >= limit))[0])
         where = ", ".join(map(str, place))
-        raise IndexError(f"{name}[{where}] is {array[place]}: there are {limit} {what}")
+        raise IndexError(f"{name}[{where}] is {array[place]}: expected less than {limit}, the number of {what}")
     return np.require(array, np.uint32, ["C_CONTIGUOUS", "ALIGNED"])
 
 
@@ -131,6 +134,6 @@ def places(name: str, value: Any, count: int, what: str) -> tuple[list[int], boo
             kind = type(place).__name__
             raise TypeError(f"{where}: expected a whole number or a sequence of them, found {kind}") from None
         if not 0 <= place < count:
-            raise IndexError(f"{where} is {place}: there are {count} {what}")
+            raise IndexError(f"{where} is {place}: expected less than {count}, the number of {what}")
         found.append(place)
     return found, is_one

@@ -13,13 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import Reals, numbers, places, reach, rows, rows_like, thread_count
+from ._arrays import Lights, Reals, numbers, places, reach, rows, rows_like, thread_count
 from ._progress import Progress, reporter
 from ._warning import warn_of_surfaces
 from .scene import Scene
-
-Lights: TypeAlias = int | Sequence[int] | npt.NDArray[np.integer[Any]] | None
-"""A light's place, a sequence of places, or `None` for all lights."""
 
 Answers: TypeAlias = npt.NDArray[np.bool_] | npt.NDArray[np.uint8]
 """A bool for each point and light, or bits."""

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _antumbra
-from ._arrays import Reals, numbers, places, reach, rows, rows_like, thread_count, vector, whole
+from ._arrays import Lights, Reals, numbers, places, reach, rows, rows_like, thread_count, vector, whole
 from ._warning import warn_of_surfaces
 from .area import AreaLight, SegmentLight, Side, area_tuple_of
 from .lights import Light, tuples_of
@@ -161,7 +161,7 @@ class Shares:
         if face_id is not None:
             face_id = whole("face_id", face_id, 0, 2**32 - 1)
             if face_id >= self._scene.surface_count:
-                raise IndexError(f"face_id is {face_id}: there are {self._scene.surface_count} surfaces")
+                raise IndexError(f"face_id is {face_id}: expected less than {self._scene.surface_count}, the number of surfaces")
         found = _antumbra.lit_intervals(self._native, at, face_id, area_tuple_of(light, self._scene), side)
         if face_id is None:
             warn_of_surfaces("point", self._native.suspicious_share(np.array([at])), "face_id")
@@ -204,6 +204,57 @@ class Shares:
                 raise TypeError(f"light: expected one light, found {type(light).__name__}")
             parts = lights[found[0]]
         return _antumbra.lit_intervals_along(self._native, first, second, parts, thread_count(threads))
+
+    def transmittance(
+        self,
+        points: Any,
+        lights: Lights = None,
+        face_ids: Any = None,
+        *,
+        on_surface: bool = False,
+        tolerance: float | None = None,
+        threads: int = 0,
+    ) -> npt.NDArray[np.float64]:
+        """Answers for each point which shares of a light's red, green and blue reach it: 0 behind opaque surfaces, else the
+        product over all see-through surfaces between, which light crosses straight on.
+
+        What a surface lets through is its material's (docs/formats.md): what it transmits, and what its alpha leaves. Exact is
+        which surfaces are crossed; a sheet of triangles filters once, also where light crosses an edge of them.
+
+        Args:
+            points: Shape (n, 3), float32 or float64, world space, finite. Without `face_ids` they are points of space.
+            lights: A light's place, a sequence of places, or `None`, the default, for all lights.
+            face_ids: Shape (n,), integers: numbers of the surfaces that the points lie on, up to rounding.
+            on_surface: Whether points without `face_ids` are taken as points of the nearest surface.
+            tolerance: How far points may be from their surfaces, as for `occluded_on_faces`.
+            threads: Threads that work; 0 for one a processor. Answers do not depend on them.
+
+        Returns:
+            Shares from 0 to 1: float64, shape (n, 3) for one light, else (n, lights, 3).
+
+        Raises:
+            ValueError: A shape does not fit, a number is not finite, or a point is not on its surface.
+            TypeError: A dtype does not fit.
+            IndexError: A light or a face does not exist.
+        """
+        at = rows("points", points)
+        ids = None
+        if face_ids is not None:
+            ids = numbers("face_ids", face_ids, (len(at),), self._scene.surface_count, "surfaces")
+        elif not on_surface:
+            if tolerance is not None:
+                raise ValueError("tolerance: only points on surfaces have one")
+            warn_of_surfaces("points", self._native.suspicious_share(at), "face_ids, or on_surface=True")
+        light_count = len(self._native.lights)
+        if lights is None:
+            asked, is_one = list(range(light_count)), False
+        else:
+            asked, is_one = places("lights", lights, light_count, "lights")
+        was_single = at.dtype == np.float32
+        shares = _antumbra.transmittance(
+            self._native, at, asked, ids, on_surface, reach(tolerance), was_single, thread_count(threads)
+        )
+        return shares[:, 0] if is_one else shares
 
     def ambient_occlusion(
         self,

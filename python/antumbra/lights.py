@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
+
+import numpy as np
 
 from . import _antumbra
 from ._arrays import vector
@@ -53,13 +55,16 @@ def towards_sun(azimuth_degrees: Any, elevation_degrees: Any, up: Any) -> list[f
     axes = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
     if up not in axes:
         raise ValueError(f'up is {up!r}: expected "z" or "y"')
+    for name, value in (("azimuth", azimuth_degrees), ("elevation", elevation_degrees)):
+        if np.ndim(value) > 0:
+            raise TypeError(f"{name}: expected one number, found shape {np.shape(value)}: make a sun for each")
     azimuth, elevation = float(azimuth_degrees), float(elevation_degrees)
     if not abs(azimuth) <= 3600.0:
         raise ValueError(f"the azimuth is {azimuth} degrees: expected -3600 to 3600")
     if not abs(elevation) <= 90.0:
         raise ValueError(f"the elevation is {elevation} degrees: expected -90 to 90")
     if elevation < 0.0:
-        warn(f"the sun is {-elevation} degrees below the horizon: it shines from below")
+        warn(f"the sun is {-elevation:.6g} degrees below the horizon: it shines from below. Leave out suns of the night")
     return _antumbra.towards_sun(azimuth, elevation, axes[up])
 
 
@@ -254,10 +259,15 @@ def tuples_of(lights: Any) -> list[LightTuple]:
     """Returns lights, or one, as the extension module takes them."""
     if isinstance(lights, (PointLight, DirectionalLight, SpotLight)):
         lights = [lights]
+    if not isinstance(lights, Iterable):
+        lights = [lights]
     found = []
     for number, light in enumerate(lights):
         if not isinstance(light, (PointLight, DirectionalLight, SpotLight)):
             kind = type(light).__name__
-            raise TypeError(f"lights[{number}]: expected PointLight, DirectionalLight or SpotLight, found {kind}")
+            advice = ": a light with size is asked by visible_fraction" if hasattr(light, "_tuple_in") else ""
+            raise TypeError(
+                f"lights[{number}]: expected PointLight, DirectionalLight or SpotLight, found {kind}{advice}"
+            )
         found.append(light._tuple())
     return found

@@ -30,6 +30,7 @@ class PictureSettings(TypedDict):
     seed: int
     light_samples: int
     exact_fractions: bool
+    colored_shadows: bool
     area_lights: list[AreaTuple]
     shows_occlusion: bool
     background: Sequence[float] | None
@@ -155,6 +156,7 @@ def render(
     show: Literal["scene", "occlusion"] = "scene",
     background: Any = None,
     fog: float | Sequence[float] | None = None,
+    colored_shadows: bool = True,
     method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
     refine: Literal["lazy", "eager", "queried"] = "lazy",
     resolution: int = 2048,
@@ -182,6 +184,7 @@ def render(
         fog: A medium between all surfaces, in which light scatters once: its density, the extinction coefficient for each
             unit of length; or density and albedo (0 to 1, else 1); or these and the mean cosine of scattering (above -1,
             below 1, else 0). Stretches that lights reach are exact.
+        colored_shadows: Whether see-through surfaces color the light that reaches others through them, straight on.
         method: As of `ShadowIndex`, like all that follow. The picture does not depend on them.
         refine: When values are made.
         resolution: Finest voxels.
@@ -220,6 +223,7 @@ def render(
         "seed": whole("seed", seed, 0, 2**64 - 1),
         "light_samples": 64 if light_samples == "exact" else whole("light_samples", light_samples, 1, 65536),
         "exact_fractions": light_samples == "exact",
+        "colored_shadows": bool(colored_shadows),
         "area_lights": areas,
         "shows_occlusion": show == "occlusion",
         "background": None if background is None else vector("background", background),

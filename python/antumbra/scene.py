@@ -193,7 +193,8 @@ def scene_of(value: SceneLike) -> Scene:
         return Scene.from_arrays(*value)
     if hasattr(value, "to_mesh") or (hasattr(value, "vertices") and hasattr(value, "faces")):
         return Scene.from_trimesh(value)
+    advice = "; antumbra.Scene.load reads files" if isinstance(value, (str, os.PathLike)) else ""
     raise TypeError(
         "scene: expected antumbra.Scene, a pair of vertices and faces, a trimesh.Trimesh or a trimesh.Scene, found "
-        f"{type(value).__name__}"
+        f"{type(value).__name__}{advice}"
     )

@@ -42,7 +42,7 @@ def test_lights_are_one_many_or_all(index: antumbra.ShadowIndex, bumps: Any) -> 
     assert np.array_equal(index.occluded_on_faces(points, ids, np.array([1])), every[:, [1]])
     bits = index.occluded_on_faces(points, ids, packed=True)
     assert bits.dtype == np.uint8 and np.array_equal(bits, np.packbits(every, axis=0, bitorder="little"))
-    with pytest.raises(IndexError, match=r"lights is 3: there are 3 lights"):
+    with pytest.raises(IndexError, match=r"lights is 3: expected less than 3, the number of lights"):
         index.occluded_on_faces(points, ids, 3)
     with pytest.raises(TypeError, match="lights"):
         index.occluded_near(points, 0.5)  # type: ignore[call-overload]

@@ -12,7 +12,7 @@ mod words;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 
 const USAGE: &str = "\
 usage: cargo xtask CHORE
@@ -30,7 +30,7 @@ chores:
   words    only the check of words that have a better one
   package  the packages of all published crates, built from nothing else, as a dry run of publishing them
   inlined  whether the release build calls SIMD operations that it should inline (objdump)
-  gallery  remakes the pictures of the README into docs/images
+  gallery  remakes the pictures of the README and of docs/glass.md into docs/images
 ";
 
 fn main() -> ExitCode {
@@ -153,11 +153,47 @@ fn gallery() -> Result<()> {
         bail!("README.md has no command that renders");
     }
     for (arguments, name) in commands {
-        let output = format!("docs/images/{name}");
-        let mut command = vec!["run", "--release", "--locked", "--", "render"];
-        command.extend(arguments.split(' '));
-        command.extend(["-o", &output]);
-        run::cargo(&command, &[])?;
+        render(arguments, &format!("docs/images/{name}"))?;
     }
-    Ok(())
+    glass()
+}
+
+/// Makes the picture of docs/glass.md by its first two commands.
+fn glass() -> Result<()> {
+    const SCENE: &str = "window.glb";
+    let page = std::fs::read_to_string(run::root().join("docs/glass.md"))?;
+    let command = |begin: &str| {
+        let found = page.lines().find_map(|line| line.strip_prefix(begin));
+        found.with_context(|| format!("docs/glass.md has no command `{begin}`"))
+    };
+    let scene = std::env::temp_dir().join(SCENE);
+    let scene = scene
+        .to_str()
+        .context("the temporary folder's name is no text")?;
+    command(&format!("$ antumbra scene window -o {SCENE}"))?;
+    run::cargo(
+        &[
+            "run",
+            "--release",
+            "--locked",
+            "--",
+            "scene",
+            "window",
+            "-o",
+            scene,
+        ],
+        &[],
+    )?;
+    let rest = command(&format!("$ antumbra render {SCENE} "))?;
+    let (options, name) = rest.split_once(" -o ").context("a command without `-o`")?;
+    let output = format!("docs/images/{name}");
+    render(&format!("{scene} {options}"), &output)
+}
+
+/// Renders by the program as it is.
+fn render(arguments: &str, output: &str) -> Result<()> {
+    let mut command = vec!["run", "--release", "--locked", "--", "render"];
+    command.extend(arguments.split(' '));
+    command.extend(["-o", output]);
+    run::cargo(&command, &[])
 }

@@ -29,6 +29,16 @@ const SCENES: [(&str, &str); 10] = [
     ("forest", "forest"),
 ];
 
+/// Scenes of lights with size.
+const SOFT: [(&str, &str); 6] = [
+    ("sphereflake-4", "sphereflake 4"),
+    ("city", "city"),
+    ("heightfield", "heightfield"),
+    ("lost-empire", "Lost Empire"),
+    ("flight-helmet", "FlightHelmet"),
+    ("forest", "forest"),
+];
+
 /// Scenes of the table of lit intervals.
 const FOG: [(&str, &str); 7] = [
     ("city", "city"),
@@ -172,39 +182,40 @@ fn map() -> Result<String> {
     Ok(rows)
 }
 
-/// Lights with a size.
+/// Lights with a size: by what is known of them, and first.
 fn soft() -> Result<String> {
     let mut rows = String::from(
-        "| scene | ours, ns a ray | our rays / ours | Embree / ours | fastest Embree / ours |\n|---|---|---|---|---|\n",
+        "| scene | warm, ns a ray | first | points by value, % | Embree / warm | fastest / warm | Embree / first | fastest / first |\n\
+         |---|---|---|---|---|---|---|---|\n",
     );
-    let mut means = [Mean::default(); 3];
-    for (file, name) in SCENES {
-        let Some(raw) = raw(&format!("soft-{file}"))? else {
-            continue;
-        };
+    let mut means = [Mean::default(); 4];
+    for (file, name) in SOFT {
+        let raw = raw(&format!("soft-{file}"))?.with_context(|| format!("no raw run of {file}"))?;
         let scenes = raw["scenes"]
             .as_array()
             .context("a raw run without scenes")?;
-        let mut columns: [Vec<String>; 4] = Default::default();
+        let mut columns: [Vec<String>; 7] = Default::default();
         for scene in scenes {
-            let ours = number(scene, "/ours_ns")?;
-            columns[0].push(format!("{ours:.0}"));
-            let others = ["/rays_ns", "/embree_ns", "/embree_best_ns"];
-            for ((other, column), mean) in others.iter().zip(&mut columns[1..]).zip(&mut means) {
-                let ratio = number(scene, other)? / ours;
-                mean.add(ratio);
+            let of = |name: &str| number(scene, &format!("/{name}"));
+            let (warm, first) = (of("ours_ns")?, of("cold_ns")?);
+            let (single, best) = (of("embree_ns")?, of("embree_best_ns")?);
+            columns[0].push(format!("{warm:.0}"));
+            columns[1].push(format!("{first:.0}"));
+            columns[2].push(format!("{:.0}", 100.0 * of("by_value_share")?));
+            let ratios = [single / warm, best / warm, single / first, best / first];
+            for ((ratio, column), mean) in ratios.iter().zip(&mut columns[3..]).zip(&mut means) {
+                mean.add(*ratio);
                 column.push(format!("{ratio:.2}"));
             }
         }
         let columns = columns.map(|column| column.join(", "));
         writeln!(rows, "| {name} | {} |", columns.join(" | "))?;
     }
-    let [rays, single, best] = means.map(Mean::get);
-    writeln!(
-        rows,
-        "| geometric mean | | {rays:.2} | {single:.2} | {best:.2} |"
-    )?;
-    rows.push_str("| wanted, first frame | | | 4 | 1.2 |\n");
+    write!(rows, "| geometric mean | | | |")?;
+    for mean in means {
+        write!(rows, " {:.2} |", mean.get())?;
+    }
+    rows.push_str("\n| wanted | | | 75, 68, 52 | 10 | 3 | 4 | 1.2 |\n");
     Ok(rows)
 }
 

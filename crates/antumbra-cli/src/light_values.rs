@@ -1,17 +1,19 @@
-//! Lights as typed: `point:`, `spot:`, and lights with size.
+//! Lights as typed: `point:`, `sun:`, `spot:`, and lights with size.
 //!
 //! In: the text after `--light`. Out: a [`LightValue`], finite and valid. Every error text says what was expected.
 
 use antumbra_geometry::{
     AreaError, AreaShape, DVec3, DiskLight, RectangleLight, SegmentLight, Short, Sky, SphereLight,
+    SunDisc,
 };
+use antumbra_scene::defaults;
 use antumbra_scene::model::{AreaLight, Color, Light, LightKind};
 
-use crate::values::{self, PointLight, number, numbers, triple};
+use crate::values::{self, PointLight, Sun, number, numbers, triple};
 
 /// The patterns of `--light`.
-pub const PATTERNS: &str = "point:X,Y,Z; spot:X,Y,Z/AXIS/INNER,OUTER with half-angles in degrees; with size \
-     area:CENTER/EDGE1/EDGE2, disk:CENTER/NORMAL/RADIUS, sphere:X,Y,Z,RADIUS, segment:END/END, sky or sky:R,G,B";
+pub const PATTERNS: &str = "point:X,Y,Z; sun:AZIMUTH,ELEVATION in degrees; spot:X,Y,Z/AXIS/INNER,OUTER with half-angles in degrees; with size \
+     area:CENTER/EDGE1/EDGE2, disk:CENTER/NORMAL/RADIUS, sphere:X,Y,Z,RADIUS, segment:END/END, sun:AZIMUTH,ELEVATION,DIAMETER, sky or sky:R,G,B";
 
 /// The kind of light that needs no more than its name.
 const SKY: &str = "sky";
@@ -30,6 +32,11 @@ pub enum LightValue {
     },
     /// Which way is up, the scene says.
     Sky {
+        color: Color,
+    },
+    /// As with the sky.
+    Sun {
+        sun: Sun,
         color: Color,
     },
 }
@@ -75,13 +82,43 @@ impl LightValue {
             Self::Spot { kind, color } => plain(name, kind, color),
             Self::Area { shape, color } => area(name, shape, color),
             Self::Sky { color } => area(name, AreaShape::Sky(Sky::new(up)?), color),
+            Self::Sun { sun, color } => {
+                let (azimuth, elevation) = (sun.azimuth_degrees, sun.elevation_degrees);
+                let towards_light = defaults::towards_sun(azimuth, elevation, up);
+                match sun.diameter_degrees {
+                    None => plain(name, LightKind::Directional { towards_light }, color),
+                    Some(diameter) => {
+                        let disc = SunDisc::new(towards_light, diameter)?;
+                        area(name, AreaShape::SunDisc(disc), color)
+                    }
+                }
+            }
         })
+    }
+
+    /// Returns whether the light has a size.
+    pub fn has_size(&self) -> bool {
+        match self {
+            Self::Point(_) | Self::Spot { .. } => false,
+            Self::Area { .. } | Self::Sky { .. } => true,
+            Self::Sun { sun, .. } => sun.diameter_degrees.is_some(),
+        }
+    }
+
+    /// Returns the sun, if the light is one.
+    pub fn sun(&self) -> Option<Sun> {
+        match self {
+            Self::Sun { sun, .. } => Some(*sun),
+            _ => None,
+        }
     }
 }
 
 /// Reads a light's name, or a light of any kind.
 pub fn light_choice(text: &str) -> Result<LightChoice, String> {
-    const KINDS: [&str; 7] = ["point", "spot", "area", "disk", "sphere", "segment", SKY];
+    const KINDS: [&str; 8] = [
+        "point", "sun", "spot", "area", "disk", "sphere", "segment", SKY,
+    ];
     let kind = text.split_once(':').map(|(kind, _)| kind);
     // Names may have colons.
     if kind.is_some_and(|kind| KINDS.contains(&kind)) || text.trim() == SKY {
@@ -118,6 +155,7 @@ pub fn light(text: &str) -> Result<LightValue, String> {
         parts.pop();
     }
     let (pattern, needed) = match kind {
+        "sun" => ("sun:AZIMUTH,ELEVATION[,DIAMETER][/R,G,B]", 1),
         "spot" => ("spot:X,Y,Z/AXIS/INNER,OUTER[/R,G,B]", 3),
         "area" => ("area:CENTER/EDGE1/EDGE2[/R,G,B][/both]", 3),
         "disk" => ("disk:CENTER/NORMAL/RADIUS[/R,G,B][/both]", 3),
@@ -140,6 +178,10 @@ pub fn light(text: &str) -> Result<LightValue, String> {
         }
     };
     let shape = match kind {
+        "sun" => {
+            let sun = values::sun_with_size(parts[0])?;
+            return Ok(LightValue::Sun { sun, color });
+        }
         "spot" => {
             return Ok(LightValue::Spot {
                 kind: spot(&parts)?,

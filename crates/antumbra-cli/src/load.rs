@@ -81,10 +81,7 @@ pub fn lit_scene(
     screen: &Screen,
 ) -> Result<LitScene, Failure> {
     let has_size = typed.sun.is_some_and(|sun| sun.diameter_degrees.is_some())
-        || typed
-            .lights
-            .iter()
-            .any(|light| matches!(light, LightValue::Area { .. } | LightValue::Sky { .. }));
+        || typed.lights.iter().any(LightValue::has_size);
     if has_size {
         return Err(Failure::input(
             "lights with size have no values or maps of their own, which this command is about",
@@ -135,13 +132,15 @@ pub fn any_lit_scene(
         });
     }
     let chosen = chosen_lights(typed, more, &up, limit, screen)?;
-    if let Some(sun) = typed.sun
-        && sun.elevation_degrees < 0.0
-    {
-        screen.note(format!(
-            "the sun of --sun is {} degrees below the horizon: it shines from below",
-            Short(-sun.elevation_degrees)
-        ));
+    let of_lights = typed.lights.iter().filter_map(LightValue::sun);
+    let of_lights = of_lights.map(|sun| ("--light", sun));
+    for (option, sun) in of_lights.chain(typed.sun.map(|sun| ("--sun", sun))) {
+        if sun.elevation_degrees < 0.0 {
+            screen.note(format!(
+                "the sun of {option} is {} degrees below the horizon: it shines from below",
+                Short(-sun.elevation_degrees)
+            ));
+        }
     }
     if let Some(chosen) = chosen {
         if !scene.lights.is_empty() {
@@ -202,6 +201,9 @@ fn chosen_lights(
     let is_sky = |light: &LightValue| matches!(light, LightValue::Sky { .. });
     if typed.lights.iter().any(is_sky) {
         up.say("the sky", screen);
+    }
+    if typed.lights.iter().any(|light| light.sun().is_some()) {
+        up.say("the sun", screen);
     }
     for (number, light) in typed.lights.iter().enumerate() {
         let name = format!("light {}", number + 1);

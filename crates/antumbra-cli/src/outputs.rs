@@ -141,6 +141,17 @@ impl Outputs {
         Err(Failure::input(message, help))
     }
 
+    /// Adds a scene, with the files that come beside it.
+    pub fn add_scene(&mut self, option: &str, output: &Path) -> Result<(), Failure> {
+        for path in antumbra_scene::write::files_of(output) {
+            match path == output {
+                true => self.add(option, &path, Content::Scene)?,
+                false => self.add_made(option, &path, Content::Library)?,
+            }
+        }
+        Ok(())
+    }
+
     /// Adds a file if it was asked for.
     pub fn add_if(
         &mut self,

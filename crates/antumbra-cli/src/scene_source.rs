@@ -98,6 +98,7 @@ fn what_is(name: &str) -> &'static str {
         "city" => "Boxes of many sizes along streets",
         "forest" => "Trees of loose leaves",
         "heightfield" => "Hills, as one large mesh",
+        "window" => "Room with a window of colored panes; for .glb and .obj",
         _ => "Built-in scene",
     }
 }
@@ -111,7 +112,8 @@ pub fn generate(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Sc
 /// built-in scene and for the published file of the same name are comparable.
 pub fn nff(scene: &Scene) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
-    write::write_nff(scene, write::Precision::SixDigits, &mut bytes)
-        .map_err(|error| Failure::system(format!("cannot write NFF: {error}")))?;
+    write::write_nff(scene, write::Precision::SixDigits, &mut bytes).map_err(|error| {
+        Failure::input(format!("cannot write NFF: {error}"), "write .glb or .obj")
+    })?;
     Ok(bytes)
 }

@@ -102,6 +102,9 @@ pub struct Render {
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]
     pub output: PathBuf,
 
+    /// Whether see-through surfaces color the light that reaches others through them, straight on; `off` lets it pass unchanged
+    #[arg(long, help_heading = "Scene and lights", value_name = "WHETHER", value_enum, default_value_t = Whether::On)]
+    pub shadows_through_glass: Whether,
     /// Layers to write, separated by commas: beside a PNG as NAME.shadow.LIGHT.png, NAME.decided-by.png, NAME.fog.png
     /// and NAME.transmittance.png, in OpenEXR as parts [default: all in OpenEXR, none beside PNG]
     #[arg(
@@ -288,6 +291,11 @@ pub struct Query {
     #[arg(long, value_name = "ENDS.npy", help_heading = "Points", conflicts_with_all = ["normals", "on_surface", "ambient_occlusion", "sky_view_factor"])]
     pub intervals: Option<PathBuf>,
 
+    /// Asks which shares of red, green and blue of each light reach the points: 0 behind opaque surfaces, else what
+    /// see-through surfaces on the way let through
+    #[arg(long, help_heading = "Points", conflicts_with_all = ["intervals", "ambient_occlusion", "sky_view_factor"])]
+    pub transmittance: bool,
+
     /// Light to ask about: a name, as in the shadow layers of render, or a light as render takes it (point:X,Y,Z,
     /// area:CENTER/EDGE1/EDGE2 and so on), which replaces the file's lights; repeatable [default: all, in the file's order]
     #[arg(long = "light", help_heading = "Scene and lights", value_name = "LIGHT", value_parser = light_values::light_choice, allow_hyphen_values = true)]
@@ -308,7 +316,8 @@ pub struct Query {
 
     /// File to write answers to, 1 where a light is blocked: uint8, shape (n,) for one light, (n, lights) for more. If
     /// one of the lights has a size, visible fractions of all: float32, 1 where all of a light is seen. With --intervals a
-    /// row for each lit interval: float64, shape (k, 4): segment, light, and begin and end as shares of the length
+    /// row for each lit interval: float64, shape (k, 4): segment, light, and begin and end as shares of the length. With
+    /// --transmittance float64, three shares more at the end of the shape
     #[arg(long, short, value_name = "OUT.npy", help_heading = "Output")]
     pub output: PathBuf,
 
@@ -406,8 +415,8 @@ pub struct Scene {
     #[arg(long, value_name = "N", help_heading = "Scene")]
     pub lights: Option<u32>,
 
-    /// NFF file to write
-    #[arg(long, short, value_name = "FILE.nff", help_heading = "Output")]
+    /// Scene file to write; its ending says the format: .nff, .obj, .ply or .glb
+    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
     pub output: PathBuf,
 }
 
@@ -434,6 +443,15 @@ pub enum Aov {
     Fog,
     /// No layer
     None,
+}
+
+/// Whether something is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Whether {
+    /// It is
+    On,
+    /// It is not
+    Off,
 }
 
 /// Action on the quick check.

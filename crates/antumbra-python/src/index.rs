@@ -115,7 +115,7 @@ pub(crate) struct ShadowIndex {
 }
 
 /// What the points of a question are besides points.
-struct Meant<'a, T> {
+pub(crate) struct Meant<'a, T> {
     normals: Option<&'a [[T; 3]]>,
     surfaces: Option<&'a [u32]>,
     on_surface: bool,
@@ -126,6 +126,20 @@ impl<'a, T: Element> Meant<'a, T>
 where
     [T; 3]: Coordinates,
 {
+    pub(crate) fn new(
+        normals: Option<&'a [[T; 3]]>,
+        surfaces: Option<&'a [u32]>,
+        on_surface: bool,
+        nearness: Nearness,
+    ) -> Self {
+        Self {
+            normals,
+            surfaces,
+            on_surface,
+            nearness,
+        }
+    }
+
     /// Returns the same of some of the points.
     fn part(&self, part: Range<usize>) -> Self {
         Self {
@@ -136,7 +150,7 @@ where
     }
 
     /// Returns the batch of the points.
-    fn batch(&self, points: &'a [[T; 3]]) -> Batch<'a, [T; 3]> {
+    pub(crate) fn batch(&self, points: &'a [[T; 3]]) -> Batch<'a, [T; 3]> {
         let kind = match (self.surfaces, self.normals) {
             (Some(surfaces), _) => BatchKind::OnSurfaces {
                 surfaces,
@@ -154,7 +168,7 @@ where
 
     /// Says what is wrong with the points, in the block that begins with the point `first`; of surfaces that points are
     /// off, what is wrong with all.
-    fn error(
+    pub(crate) fn error(
         &self,
         index: &antumbra::ShadowIndex,
         points: &'a [[T; 3]],
@@ -398,7 +412,7 @@ fn of_two_types(what: &str) -> PyErr {
 }
 
 impl ShadowIndex {
-    fn count(&self, counted: &BatchCounters) {
+    pub(crate) fn count(&self, counted: &BatchCounters) {
         let mut sum = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
         sum.counters.add(&counted.counters);
         sum.facing_away += counted.facing_away;
@@ -531,14 +545,13 @@ impl Ask<'_> {
         [T; 3]: Coordinates,
     {
         let points = rows(points, "points")?;
-        let meant = Meant {
-            normals: normals
-                .map(|normals| rows(normals, "normals"))
-                .transpose()?,
-            surfaces: self.surfaces,
-            on_surface: self.on_surface,
-            nearness: self.nearness,
-        };
+        let normals = normals.map(|normals| rows(normals, "normals"));
+        let meant = Meant::new(
+            normals.transpose()?,
+            self.surfaces,
+            self.on_surface,
+            self.nearness,
+        );
         let light_count = self.lights.len();
         let shape = if self.is_packed {
             [light_count, points.len().div_ceil(8)]

@@ -21,6 +21,7 @@ mod along;
 mod area;
 mod arrays;
 mod error;
+mod glass;
 mod hits;
 mod index;
 mod lights;
@@ -47,6 +48,8 @@ mod _antumbra {
     use super::area::sky_view_factor;
     #[pymodule_export]
     use super::area::visible_fraction;
+    #[pymodule_export]
+    use super::glass::transmittance;
     #[pymodule_export]
     use super::hits::all_hits;
     #[pymodule_export]

@@ -43,6 +43,7 @@ pub(crate) struct PictureSettings {
     seed: u64,
     light_samples: u32,
     exact_fractions: bool,
+    colored_shadows: bool,
     area_lights: Vec<AreaTuple>,
     shows_occlusion: bool,
     background: Option<[f64; 3]>,
@@ -107,6 +108,7 @@ pub(crate) fn render<'py>(
         max_depth: picture.max_depth,
         light_samples: picture.light_samples,
         exact_fractions: picture.exact_fractions,
+        colored_shadows: picture.colored_shadows,
         fog,
         seed: picture.seed,
         show: if picture.shows_occlusion {

@@ -62,6 +62,8 @@ pub struct RenderSettings {
     pub light_samples: u32,
     /// Whether lights with size have their exact visible fraction where that has a closed form; samples answer elsewhere.
     pub exact_fractions: bool,
+    /// Whether see-through surfaces color the light that reaches others through them; it passes unchanged otherwise.
+    pub colored_shadows: bool,
     /// The medium between surfaces, if there is one.
     pub fog: Option<Fog>,
     /// Changes the jitter, and the samples of lights with size.
@@ -79,6 +81,7 @@ impl Default for RenderSettings {
             max_depth: 5,
             light_samples: DEFAULT_LIGHT_SAMPLES,
             exact_fractions: false,
+            colored_shadows: true,
             fog: None,
             seed: 0,
             show: Show::Scene,
@@ -253,6 +256,7 @@ impl<'a> Tile<'a> {
         let integrator = Integrator::new(prepared, settings.max_depth)
             .with_light_samples(settings.light_samples, settings.seed)
             .with_exact_fractions(settings.exact_fractions)
+            .with_colored_shadows(settings.colored_shadows)
             .with_fog(settings.fog);
         Self {
             work: integrator.work(),

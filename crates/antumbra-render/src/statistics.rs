@@ -71,6 +71,8 @@ pub struct Settings {
     pub light_samples: u32,
     /// Whether lights with size had their exact visible fraction where that has a closed form.
     pub exact_fractions: bool,
+    /// Whether see-through surfaces colored light.
+    pub colored_shadows: bool,
     /// Density, albedo and g of the fog, `null` without.
     pub fog: Option<[f64; 3]>,
     /// Whether rays went through pixel corners instead.
@@ -317,6 +319,7 @@ mod tests {
                 spp: 1,
                 light_samples: 16,
                 exact_fractions: false,
+                colored_shadows: true,
                 fog: Some([0.5, 1.0, 0.0]),
                 corner_rays: false,
                 max_depth: 5,
@@ -373,6 +376,7 @@ mod tests {
             "/fog/by_parts",
             "/settings/fog",
             "/settings/exact_fractions",
+            "/settings/colored_shadows",
             "/settings/light_samples",
             "/traversal/steps",
             "/traversal/intersections",

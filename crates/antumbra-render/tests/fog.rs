@@ -3,20 +3,18 @@
 mod support;
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use antumbra::{LightId, LitIntervalsError, Method};
 use antumbra_geometry::Ray;
 use antumbra_geometry::{AreaShape, DVec3, RectangleLight, Sky, Sphere, SphereLight, SunDisc};
 use antumbra_render::film::{RenderSettings, Rendered, Sampling};
 use antumbra_render::fog::Fog;
-use antumbra_render::image_file::srgb_byte;
 use antumbra_render::integrator::{Air, Integrator, Seen, Tally};
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::{
     AreaLight, Camera, Color, Corner, Light, LightKind, Material, Mesh, Scene, Shape,
 };
-use support::{object, prepared, shot, square};
+use support::{assert_golden, object, prepared, shot, square};
 
 const SIZE: [u32; 2] = [96, 72];
 
@@ -499,25 +497,6 @@ fn foggy_pictures_are_the_same_for_any_method_and_number_of_threads() {
     assert!(air.by_parts <= air.segments && air.intervals > 0, "{air:?}");
 }
 
-/// Compares a picture with the one that was looked at. `ANTUMBRA_BLESS=1` writes it instead.
-fn assert_golden(name: &str, rendered: &Rendered) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{name}.png"));
-    let channels = rendered.picture.pixels.iter().flatten();
-    let found: Vec<u8> = channels
-        .map(|&channel| srgb_byte(f64::from(channel)))
-        .collect();
-    if std::env::var_os("ANTUMBRA_BLESS").is_some() {
-        image::save_buffer(&path, &found, SIZE[0], SIZE[1], image::ColorType::Rgb8).unwrap();
-        return;
-    }
-    let expected = image::open(&path)
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-        .to_rgb8();
-    assert_eq!(expected.dimensions(), (SIZE[0], SIZE[1]));
-    let differing = found.iter().zip(expected.as_raw()).filter(|(a, b)| a != b);
-    assert_eq!(differing.count(), 0, "bytes of {name} that differ");
-}
-
 fn in_room(one: Light, fog: Fog) -> Rendered {
     let settings = RenderSettings {
         sampling: Sampling::Stratified { samples: 4 },
@@ -543,4 +522,23 @@ fn a_spot_in_fog_looks_as_it_did() {
     let mut one = spot(v(2.2, 3.4, 2.9), v(-0.15, 0.1, -1.0));
     one.color *= 6.0;
     assert_golden("fog-spot", &in_room(one, fog(0.15, 0.3)));
+}
+
+#[test]
+fn the_sun_behind_the_city_looks_as_it_did() {
+    let mut scene = antumbra_scene::generate::city(400).unwrap();
+    let camera = Camera {
+        eye: v(-20.0, -130.0, 26.0),
+        at: v(0.0, 0.0, 14.0),
+        ..camera()
+    };
+    scene.background = Color::new(0.25, 0.3, 0.4);
+    scene.ambient = Color::splat(0.05);
+    scene.lights = vec![sun(v(0.1, 1.0, 0.2))];
+    let settings = RenderSettings {
+        sampling: Sampling::Stratified { samples: 4 },
+        ..settings(fog(0.006, 0.6))
+    };
+    let rendered = shot(&prepared(scene, Method::Auto), &camera, SIZE, settings);
+    assert_golden("fog-city", &rendered);
 }

@@ -2,7 +2,6 @@
 
 mod support;
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use antumbra::{IndexOptions, Method};
@@ -12,14 +11,13 @@ use antumbra_geometry::{
 };
 use antumbra_render::camera::View;
 use antumbra_render::film::{RenderSettings, Rendered, Sampling, Show, Watch, render};
-use antumbra_render::image_file::srgb_byte;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::emissive_lights;
 use antumbra_scene::model::{
     AreaLight, Camera, Color, Light, LightKind, Material, Object, Scene, Shape,
 };
 use antumbra_task::Task;
-use support::{object, square};
+use support::{assert_golden, object, square};
 
 const SIZE: [u32; 2] = [96, 72];
 
@@ -99,33 +97,6 @@ fn settings(light_samples: u32) -> RenderSettings {
 
 fn shot(scene: Scene, light_samples: u32) -> Rendered {
     shot_with(&prepared(scene, Method::Bvh), settings(light_samples))
-}
-
-fn bytes(rendered: &Rendered) -> Vec<u8> {
-    let pixels = rendered.picture.pixels.iter().flatten();
-    pixels
-        .map(|&channel| srgb_byte(f64::from(channel)))
-        .collect()
-}
-
-fn golden(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{name}.png"))
-}
-
-/// Compares a picture with the one that was looked at. `ANTUMBRA_BLESS=1` writes it instead.
-fn assert_golden(name: &str, rendered: &Rendered) {
-    let path = golden(name);
-    let found = bytes(rendered);
-    if std::env::var_os("ANTUMBRA_BLESS").is_some() {
-        image::save_buffer(&path, &found, SIZE[0], SIZE[1], image::ColorType::Rgb8).unwrap();
-        return;
-    }
-    let expected = image::open(&path)
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-        .to_rgb8();
-    assert_eq!(expected.dimensions(), (SIZE[0], SIZE[1]));
-    let differing = found.iter().zip(expected.as_raw()).filter(|(a, b)| a != b);
-    assert_eq!(differing.count(), 0, "bytes of {name} that differ");
 }
 
 #[test]

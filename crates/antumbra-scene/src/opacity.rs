@@ -1,7 +1,7 @@
 //! Which surfaces block shadow rays: decided in one place for all formats, and by values.
 //!
 //! In: a scene whose materials hold what its file says. Out: the same scene, settled, and warnings
-//! about surfaces that cast no shadow. Invariant: the name of a mode decides nothing that its values
+//! about surfaces that let light through. Invariant: the name of a mode decides nothing that its values
 //! do not: what is blended with an alpha of 1 everywhere is opaque, and so is what transmits nothing.
 //!
 //! | the material | blocks |
@@ -50,6 +50,14 @@ impl Material {
         self.shadow_kind() == ShadowKind::Opaque
     }
 
+    /// Returns what the surface lets through straight on where its texture's alpha is `texture_alpha` (1 without a texture):
+    /// shares of red, green and blue, each from 0 to 1. What it does not cover, and of the rest what it transmits.
+    pub fn transmittance(&self, texture_alpha: f64) -> Color {
+        let coverage = self.coverage(texture_alpha);
+        let shares = Color::splat(1.0 - coverage) + coverage * self.transmission;
+        shares.clamp(Color::ZERO, Color::ONE)
+    }
+
     /// Returns how much the surface covers where its texture's alpha is `texture_alpha` (1 without
     /// a texture): 0, it is not there, to 1, it is whole. Only [`Alpha::Blend`] gives values in
     /// between. Transmission plays no part.
@@ -64,7 +72,7 @@ impl Material {
     }
 }
 
-/// Why surfaces of a material cast no shadow, in the words of its format.
+/// Why surfaces of a material let light through, in the words of its format.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Cause {
     /// What the file says.
@@ -154,7 +162,7 @@ fn has_clear_vertex(object: &Object) -> bool {
     mesh.corners.iter().any(|corner| is_clear(corner.position))
 }
 
-/// Surfaces that cast no shadow for one reason.
+/// Surfaces that let light through for one reason.
 struct Clear {
     cause: Cause,
     faces: usize,
@@ -162,7 +170,7 @@ struct Clear {
     materials: BTreeSet<usize>,
 }
 
-/// Says how many surfaces cast no shadow, and why.
+/// Says how many surfaces let light through, and why.
 fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &mut WarningLog) {
     /// More reasons than this are counted, not listed.
     const LISTED: usize = 8;
@@ -241,7 +249,7 @@ fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &m
     if more_faces > 0 {
         let surfaces = counted(more_faces, more.clone().any(|entry| entry.has_curved));
         let reasons = more.count();
-        let message = format!("{surfaces} more cast no shadow, for {reasons} more reasons");
+        let message = format!("{surfaces} more let light through, for {reasons} more reasons");
         warnings.add(Place::Whole, message);
     }
 }
@@ -271,7 +279,7 @@ impl Clear {
             1 => String::new(),
             count => format!(" of {count} materials"),
         };
-        let verb = if *faces == 1 { "casts" } else { "cast" };
+        let verb = if *faces == 1 { "lets" } else { "let" };
         let named = materials
             .iter()
             .map(|&number| &*scene.materials[number].name);
@@ -290,7 +298,7 @@ impl Clear {
             "" => String::new(),
             advice => format!("; {advice}"),
         };
-        format!("{surfaces}{of} {verb} no shadow: {what}{names}{advice}")
+        format!("{surfaces}{of} {verb} light through: {what}{names}{advice}")
     }
 }
 
@@ -441,7 +449,7 @@ mod tests {
         assert_eq!(kinds, [Opaque, Transparent, Opaque]);
         assert_eq!(
             warnings,
-            ["1 face casts no shadow: opacity 1 (material `sheet`)"]
+            ["1 face lets light through: opacity 1 (material `sheet`)"]
         );
     }
 
@@ -458,8 +466,8 @@ mod tests {
         assert_eq!(
             warnings,
             [
-                "3 faces of 2 materials cast no shadow: opacity 0.25 (materials `sheet`, `sheet`)",
-                "1 face casts no shadow: opacity 0.5 (material `sheet`)"
+                "3 faces of 2 materials let light through: opacity 0.25 (materials `sheet`, `sheet`)",
+                "1 face lets light through: opacity 0.5 (material `sheet`)"
             ]
         );
         let (_, warnings) = settled(materials.clone(), vec![triangle(0, 1.0), triangle(3, 1.0)]);
@@ -495,7 +503,7 @@ mod tests {
             warnings,
             [
                 "nothing in this scene casts a shadow: all of it (1 face) is see-through",
-                "1 face casts no shadow: the alpha of its picture is below the cutoff everywhere \
+                "1 face lets light through: the alpha of its picture is below the cutoff everywhere \
                  (material `sheet`)"
             ]
         );
@@ -509,7 +517,7 @@ mod tests {
         assert_eq!(warnings.len(), 10, "{warnings:?}");
         assert_eq!(
             warnings[9],
-            "12 faces more cast no shadow, for 12 more reasons"
+            "12 faces more let light through, for 12 more reasons"
         );
     }
 }

@@ -48,7 +48,8 @@ pub enum QueryError {
     UnknownLight(LightId),
     /// The point is not on the surface that it names, by more than rounding to `f32` explains.
     #[error(
-        "{} is {distance} away from surface {surface}, more than the {allowed} that rounding explains",
+        "{} is {distance:.6} away from surface {surface}, more than the {allowed:.3e} that rounding explains: is it on another \
+         triangle of the mesh?",
         Short(*point)
     )]
     OffSurface {

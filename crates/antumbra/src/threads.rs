@@ -5,8 +5,12 @@
 
 #[cfg(not(feature = "parallel"))]
 mod alone;
+#[cfg(feature = "parallel")]
+mod apart;
 
 #[cfg(not(feature = "parallel"))]
-pub(crate) use alone::{count, join, prelude};
+pub(crate) use alone::{apart, count, join, prelude};
+#[cfg(feature = "parallel")]
+pub(crate) use apart::apart;
 #[cfg(feature = "parallel")]
 pub(crate) use rayon::{current_num_threads as count, join, prelude};

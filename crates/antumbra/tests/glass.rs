@@ -321,3 +321,39 @@ fn without_glass_a_light_reaches_points_wholly_or_not() {
         assert!(index.transmittance_at([0.0, 0.0, 0.0], 1).is_err());
     }
 }
+
+/// Threads of a batch wait for what is known of glass; whoever makes it must not take up their work meanwhile.
+#[test]
+fn many_threads_may_be_the_first_to_ask() {
+    let mut surfaces = Occluders::builder();
+    let tint = surfaces.add_filter(Arc::new(Tint([0.5; 3])));
+    for number in 0..400 {
+        let (vertices, triangles) = fan(2.0, 1.0 + f64::from(number) / 64.0);
+        surfaces
+            .add_mesh(&vertices, &triangles, Opacity::Filtering(tint))
+            .unwrap();
+    }
+    let surfaces = Arc::new(surfaces.build());
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(7)
+        .build()
+        .unwrap();
+    for method in METHODS {
+        let lights = [LightShape::Direction(DVec3::Z)];
+        let index = common::builder_of(&surfaces, &lights, method)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            rayon::scope(|scope| {
+                for number in 0..64 {
+                    let index = &index;
+                    scope.spawn(move |_| {
+                        let x = f64::from(number) / 64.0;
+                        let found = index.transmittance_at([x, 0.25, 0.0], 0).unwrap();
+                        assert_eq!(found, [0.5_f64.powi(400); 3]);
+                    });
+                }
+            });
+        });
+    }
+}

@@ -2,11 +2,9 @@
 //!
 //! What the format has no place for is said; what it would change the shadows by is refused.
 
-use antumbra_scene::write;
-
 use crate::failure::{Failure, Outcome};
 use crate::memory;
-use crate::outputs::{Content, Outputs};
+use crate::outputs::Outputs;
 use crate::scene_source;
 use crate::screen::Screen;
 use crate::typed::Convert;
@@ -14,12 +12,7 @@ use crate::typed::Convert;
 /// Reads and writes; adds neither light nor camera.
 pub fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
     let mut outputs = Outputs::none();
-    for path in write::files_of(&typed.output) {
-        match path == typed.output {
-            true => outputs.add("OUT", &path, Content::Scene)?,
-            false => outputs.add_made("OUT", &path, Content::Library)?,
-        }
-    }
+    outputs.add_scene("OUT", &typed.output)?;
     outputs.spare([&typed.input])?;
     let loaded = scene_source::read(&typed.input, None, memory::limit(None))?;
     outputs.spare(&loaded.files)?;

@@ -93,7 +93,8 @@ fn contents(lit: &LitScene, gathered: &Gathered, screen: &Screen) {
     row(screen, "triangles", occluders.triangle_count());
     row(screen, "materials", scene.materials.len());
     let masked = |e: &&Element| matches!(e.opacity, Opacity::AlphaTested(_));
-    let see_through = |e: &&Element| e.opacity == Opacity::Transparent;
+    let see_through =
+        |e: &&Element| matches!(e.opacity, Opacity::Transparent | Opacity::Filtering(_));
     let elements = occluders.elements();
     for (count, name) in [
         (scene.textures.len(), "textures"),

@@ -5,6 +5,7 @@
 
 pub(super) mod arrays;
 mod asked;
+mod glass;
 mod intervals;
 mod shares;
 
@@ -68,14 +69,26 @@ pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
             intervals::work(typed, files, ends, scene, &chosen, screen)
         })?;
     }
+    if typed.transmittance
+        && let Some(light) = scene.area_lights.first()
+    {
+        return Err(Failure::input(
+            format!(
+                "light `{}` has a size, and --transmittance is of lights without",
+                light.name
+            ),
+            "give lights without size with --light",
+        ));
+    }
     if typed.shares.replace_lights() || !scene.area_lights.is_empty() {
         return super::on_threads(&typed.threads, || {
             shares::work(typed, files, &lit, &names, screen)
         })?;
     }
     let chosen = Chosen::of(scene, &names)?;
-    super::on_threads(&typed.threads, || {
-        work(typed, files, scene, &chosen, screen)
+    super::on_threads(&typed.threads, || match typed.transmittance {
+        true => glass::work(typed, files, scene, &chosen, screen),
+        false => work(typed, files, scene, &chosen, screen),
     })?
 }
 

@@ -48,10 +48,10 @@ pub struct SceneFile {
     #[arg(long, value_name = "AXIS")]
     pub up: Option<Up>,
 
-    /// Light that replaces the file's lights; repeatable. point:X,Y,Z;
+    /// Light that replaces the file's lights; repeatable. point:X,Y,Z; sun:AZIMUTH,ELEVATION as of --sun;
     /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render, query, verify and inspect:
     /// area:CENTER/EDGE1/EDGE2 (shines to the side of EDGE1 x EDGE2), disk:CENTER/NORMAL/RADIUS,
-    /// sphere:X,Y,Z,RADIUS, segment:END/END, sky or sky:R,G,B. All take /R,G,B behind; area and disk also
+    /// sphere:X,Y,Z,RADIUS, segment:END/END, sun:AZIMUTH,ELEVATION,DIAMETER, sky or sky:R,G,B. All take /R,G,B behind; area and disk also
     /// /both, to shine to both sides
     #[arg(long = "light", value_name = "LIGHT", value_parser = light_values::light, allow_hyphen_values = true)]
     pub lights: Vec<LightValue>,

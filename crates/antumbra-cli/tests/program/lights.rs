@@ -7,7 +7,7 @@ use super::support::{
 };
 
 /// Lights of every kind, typed.
-const TYPED: [&str; 7] = [
+const TYPED: [&str; 8] = [
     "point:3,-3,5",
     "spot:0,0,5/0,0,-1/20,40/1,1,1",
     "area:0,0,5/0,2,0/2,0,0/0.9,0.9,0.8",
@@ -15,6 +15,7 @@ const TYPED: [&str; 7] = [
     "sphere:-2,-2,4,0.5/0.5,0.5,0.5",
     "segment:-2,0,3/2,0,3",
     "sky:0.2,0.3,0.4",
+    "sun:225,40,3/0.5,0.5,0.4",
 ];
 
 #[test]

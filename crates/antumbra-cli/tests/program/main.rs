@@ -4,6 +4,7 @@ mod attack;
 mod files;
 mod fog;
 mod foreign;
+mod glass;
 mod help;
 mod interrupts;
 mod lazy;
@@ -66,7 +67,7 @@ fn bad_usage_ends_with_2_and_says_what_was_expected() {
         (&["--aov", "depth"], "decided"),
         (&["--background", "1,2"], "expected R,G,B"),
         (&["--camera", "eye:1,2"], "expected X,Y,Z"),
-        (&["--light", "sun:1,2,3"], "expected point:X,Y,Z"),
+        (&["--light", "moon:1,2,3"], "expected point:X,Y,Z"),
         (&["--sun", "0,100"], "-90 to 90 degrees"),
         (&["--threads", "0"], "1..=1024"),
         (&["--memory-limit", "much"], "expected a size such as"),

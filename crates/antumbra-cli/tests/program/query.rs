@@ -51,7 +51,7 @@ fn npy(descr: &str, is_fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-fn doubles(numbers: &[[f64; 3]]) -> Vec<u8> {
+pub(crate) fn doubles(numbers: &[[f64; 3]]) -> Vec<u8> {
     let data: Vec<u8> = numbers
         .iter()
         .flatten()

@@ -18,7 +18,7 @@ pub enum AreaError {
         what: &'static str,
     },
     /// The light has no length, no area or no direction.
-    #[error("{what}: use a point light for a light without size")]
+    #[error("{what}: use a point or directional light for a light without size")]
     NoSize {
         /// Reason, such as `its radius is zero`.
         what: &'static str,

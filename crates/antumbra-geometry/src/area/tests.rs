@@ -318,7 +318,7 @@ fn what_is_no_light_is_refused_with_a_reason() {
     let nan = v(0.0, f64::NAN, 0.0);
     let far = v(1e31, 0.0, 0.0);
     let text = |error: AreaError| error.to_string();
-    let point_light = ": use a point light for a light without size";
+    let point_light = ": use a point or directional light for a light without size";
     let cases = [
         (
             RectangleLight::new(nan, edges, false).err().map(text),

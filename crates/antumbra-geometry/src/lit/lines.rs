@@ -118,7 +118,12 @@ impl<'a, const K: usize> Lines<'a, K> {
         }
         // The light must be on the other side, and all edges turn the way that this means.
         let is_above = side.is_positive();
-        let mut halves = vec![Half::new(self.add(Trace::Plane(plane)), is_above)];
+        let line = self.add(Trace::Plane(plane));
+        if self.is_zero(line) {
+            // The light lies in the triangle's plane, and is on no side of it.
+            return Candidate::Misses;
+        }
+        let mut halves = vec![Half::new(line, is_above)];
         for from in 0..3 {
             let to = (from + 1) % 3;
             let is_reversed = vertices[from] > vertices[to];

@@ -1,9 +1,7 @@
 //! Lights with size in one point: which samples reach it, or which share of the light does, and what they bring
 //! (Paper 9.3).
 
-use antumbra::{
-    Counters, LightSamples, LightSampling, ReceiverSide, ShadowCounters, VisibleFraction,
-};
+use antumbra::{Counters, LightSampling, ReceiverSide, ShadowCounters, VisibleFraction};
 use antumbra_geometry::{AreaSample, AreaShape, LightShape, ReceiverPoint, SamplePattern};
 use antumbra_scene::model::{AreaLight, Color, Facing};
 
@@ -93,6 +91,7 @@ impl<'a> Integrator<'a> {
         front_normal: antumbra_geometry::DVec3,
         light: &AreaLight,
         exact: &VisibleFraction,
+        work: &mut Work<'_>,
     ) -> Color {
         let start = ReceiverPoint {
             point: point.hit.point,
@@ -113,7 +112,8 @@ impl<'a> Integrator<'a> {
             .map(|sample| {
                 let left = self.left_of(&sample.target, start.point);
                 let share = share_of(light, &sample) * left;
-                share * local_term(look, point, front_normal, &sample.target)
+                let glass = self.through_glass_towards(point, &sample.target, &mut work.tally);
+                glass * share * local_term(look, point, front_normal, &sample.target)
             })
             .fold(Color::ZERO, |sum, term| sum + term);
         light.color * sum * (exact.fraction / exact.queried / f64::from(count))
@@ -126,14 +126,15 @@ impl<'a> Integrator<'a> {
         look: &Look<'_>,
         front_normal: antumbra_geometry::DVec3,
         light: &AreaLight,
-        samples: &LightSamples,
+        Work { samples, tally, .. }: &mut Work<'_>,
     ) -> Color {
         let sum = samples
             .lit()
             .map(|sample| {
                 let left = self.left_of(&sample.target, point.hit.point);
-                share_of(light, sample)
-                    * left
+                let glass = self.through_glass_towards(point, &sample.target, tally);
+                glass
+                    * (share_of(light, sample) * left)
                     * local_term(look, point, front_normal, &sample.target)
             })
             .fold(Color::ZERO, |sum, term| sum + term);

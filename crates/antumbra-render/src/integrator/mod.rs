@@ -18,6 +18,7 @@ mod air;
 mod area;
 mod area_query;
 mod at_once;
+mod glass;
 mod seen_air;
 mod surface_point;
 mod tally;
@@ -101,6 +102,7 @@ pub struct Integrator<'a> {
     max_depth: u32,
     light_samples: u32,
     is_exact: bool,
+    has_colored_shadows: bool,
     fog: Option<Fog>,
     seed: u64,
     sample_number: u64,
@@ -119,6 +121,7 @@ impl<'a> Integrator<'a> {
             max_depth,
             light_samples: DEFAULT_LIGHT_SAMPLES,
             is_exact: false,
+            has_colored_shadows: true,
             fog: None,
             seed: 0,
             sample_number: 0,
@@ -137,6 +140,14 @@ impl<'a> Integrator<'a> {
     /// Takes the exact visible fraction of each light with size where it has a closed form, or samples everywhere.
     pub fn with_exact_fractions(self, is_exact: bool) -> Self {
         Self { is_exact, ..self }
+    }
+
+    /// Lets see-through surfaces color the light that reaches others through them, or not.
+    pub fn with_colored_shadows(self, has_colored_shadows: bool) -> Self {
+        Self {
+            has_colored_shadows,
+            ..self
+        }
     }
 
     /// Fills the space between surfaces with a medium, or leaves it clear.
@@ -344,7 +355,10 @@ impl<'a> Integrator<'a> {
                 let shape = &self.index().lights()[number];
                 let left = self.left_of(shape, point.hit.point);
                 let power = cone_share * left * power_at(light, shape, point.hit.point);
-                color += power * local_term(look, point, front_normal, shape);
+                let term = local_term(look, point, front_normal, shape);
+                if term != Color::ZERO {
+                    color += self.through_glass(point, number, work) * power * term;
+                }
             }
         }
 
@@ -355,10 +369,10 @@ impl<'a> Integrator<'a> {
             }
             if let Some(exact) = &query.exact {
                 if exact.fraction > 0.0 {
-                    color += self.light_of_share(point, look, front_normal, light, exact);
+                    color += self.light_of_share(point, look, front_normal, light, exact, work);
                 }
             } else if query.lit > 0 {
-                color += self.light_of_area(point, look, front_normal, light, &work.samples);
+                color += self.light_of_area(point, look, front_normal, light, work);
             }
         }
 

@@ -2,10 +2,13 @@
 
 #![allow(dead_code, reason = "each file of tests uses some of it")]
 
+use std::path::Path;
+
 use antumbra::{IndexOptions, Method};
 use antumbra_geometry::DVec3;
 use antumbra_render::camera::View;
 use antumbra_render::film::{RenderSettings, Rendered, Watch, render};
+use antumbra_render::image_file::srgb_byte;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::{Camera, Corner, Filter, Mesh, Object, Scene, Shape, Texture, Wrap};
 use antumbra_task::Task;
@@ -95,4 +98,29 @@ pub(crate) fn shot(
         progress: &|_| {},
     };
     render(prepared, &view, &settings, watch)
+}
+
+/// A picture's bytes, as a PNG has them.
+pub(crate) fn bytes(rendered: &Rendered) -> Vec<u8> {
+    let channels = rendered.picture.pixels.iter().flatten();
+    channels
+        .map(|&channel| srgb_byte(f64::from(channel)))
+        .collect()
+}
+
+/// Compares a picture with the one that was looked at. `ANTUMBRA_BLESS=1` writes it instead.
+pub(crate) fn assert_golden(name: &str, rendered: &Rendered) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{name}.png"));
+    let [width, height] = rendered.picture.size;
+    let found = bytes(rendered);
+    if std::env::var_os("ANTUMBRA_BLESS").is_some() {
+        image::save_buffer(&path, &found, width, height, image::ColorType::Rgb8).unwrap();
+        return;
+    }
+    let expected = image::open(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        .to_rgb8();
+    assert_eq!(expected.dimensions(), (width, height));
+    let differing = found.iter().zip(expected.as_raw()).filter(|(a, b)| a != b);
+    assert_eq!(differing.count(), 0, "bytes of {name} that differ");
 }

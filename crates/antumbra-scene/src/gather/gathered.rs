@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use super::error::GatherError;
 use super::faces::face_of;
+use super::filters::{Filters, FiltersMade};
 use super::masks::Masks;
 use super::memory::Sizes;
 
@@ -49,6 +50,7 @@ impl Gathered {
             runs: Vec::with_capacity(scene.objects.len()),
             element_count: 0,
             masks: Masks::default(),
+            filters: FiltersMade::default(),
         };
         let Sizes {
             faces,
@@ -137,14 +139,28 @@ enum Presence {
     Whole(Opacity),
     /// With holes, where there are texture coordinates; whole elsewhere.
     Masked(CoverageId),
+    /// Coloring light, by a texture where there are texture coordinates.
+    Filtering(Filters),
 }
 
 impl Presence {
+    /// Returns whether texture coordinates matter.
+    fn has_texture(self) -> bool {
+        match self {
+            Self::Whole(_) => false,
+            Self::Masked(_) => true,
+            Self::Filtering(Filters { textured, .. }) => textured.is_some(),
+        }
+    }
+
     /// Returns how shapes without texture coordinates are added: their texture counts as white.
     fn without_texture(self) -> Opacity {
         match self {
             Self::Whole(opacity) => opacity,
             Self::Masked(_) => Opacity::Opaque,
+            Self::Filtering(Filters { whole, .. }) => {
+                whole.map_or(Opacity::Transparent, Opacity::Filtering)
+            }
         }
     }
 }
@@ -156,6 +172,7 @@ struct Gathering<'a> {
     runs: Vec<Run>,
     element_count: usize,
     masks: Masks,
+    filters: FiltersMade,
 }
 
 impl Gathering<'_> {
@@ -216,7 +233,10 @@ impl Gathering<'_> {
         }
         Ok(Some(match look.shadow_kind() {
             ShadowKind::Opaque => Presence::Whole(Opacity::Opaque),
-            ShadowKind::Transparent => Presence::Whole(Opacity::Transparent),
+            ShadowKind::Transparent => {
+                let made = self.filters.of(self.scene, material, &mut self.builder);
+                Presence::Filtering(made)
+            }
             ShadowKind::AlphaTested => self
                 .masks
                 .coverage(self.scene, material, &mut self.builder)
@@ -240,18 +260,23 @@ impl Gathering<'_> {
                 let position = positions.get(corner.position as usize);
                 outline.push(*position.ok_or(Bad::Index("a corner"))?);
             }
-            if let Presence::Masked(coverage) = presence {
-                let uv = |corner: &Corner| mesh.uvs.get(corner.uv as usize).copied();
-                uvs.clear();
+            let uv = |corner: &Corner| mesh.uvs.get(corner.uv as usize).copied();
+            uvs.clear();
+            if presence.has_texture() {
                 uvs.extend(corners.iter().map_while(uv));
-                if uvs.len() == corners.len() {
-                    self.builder
-                        .add_alpha_tested_face(&outline, &uvs, coverage)?;
-                    continue;
-                }
             }
-            self.builder
-                .add_face(&outline, presence.without_texture())?;
+            let has_uvs = uvs.len() == corners.len();
+            let builder = &mut self.builder;
+            match presence {
+                Presence::Masked(coverage) if has_uvs => {
+                    builder.add_alpha_tested_face(&outline, &uvs, coverage)?
+                }
+                Presence::Filtering(Filters {
+                    textured: Some(filter),
+                    ..
+                }) if has_uvs => builder.add_filtering_face(&outline, &uvs, filter)?,
+                _ => builder.add_face(&outline, presence.without_texture())?,
+            };
         }
         Ok(mesh.face_ends.len())
     }

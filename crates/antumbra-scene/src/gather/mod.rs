@@ -8,12 +8,14 @@
 //! | module | what |
 //! |---|---|
 //! | `masks` | masks become holes |
+//! | `filters` | what transmits or blends colors light |
 //! | `emissive` | surfaces that emit become lights with size |
 //! | `memory` | what all this takes |
 
 mod emissive;
 mod error;
 mod faces;
+mod filters;
 mod gathered;
 mod masks;
 mod memory;

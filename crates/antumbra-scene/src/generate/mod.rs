@@ -22,6 +22,7 @@ mod sine;
 mod sphereflake;
 mod stage;
 mod tetra;
+mod window;
 
 use crate::model::Scene;
 
@@ -37,6 +38,7 @@ pub use sphereflake::sphereflake;
 pub use stage::{GenerateError, NAMES};
 use stage::{ROOM_LIGHTS, check_lights, check_size, polygon, stage};
 pub use tetra::tetra;
+pub use window::window;
 
 /// Makes the scene of a name in [`NAMES`]; without a size, of its default size. A number of lights is for
 /// `rooms`, which has 10 by default.
@@ -73,6 +75,7 @@ pub fn by_name(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Sce
         ("city", Some(size)) => city(size),
         ("forest", Some(size)) => forest(size),
         ("heightfield", Some(size)) => heightfield(size),
+        ("window", Some(size)) => window(size),
         _ => Err(GenerateError::UnknownName {
             name: name.to_owned(),
         }),
@@ -94,7 +97,7 @@ mod tests {
         assert_eq!(
             by_name("gears", None, None).unwrap_err().to_string(),
             "no generator is called `gears`; there are tetra, sphereflake, flakes, graph, quadric, \
-             dgp, bars, rooms, city, forest, heightfield"
+             dgp, bars, rooms, city, forest, heightfield, window"
         );
     }
 
@@ -106,6 +109,7 @@ mod tests {
             ("city", 1, 1_000_000),
             ("forest", 1, 4_000_000),
             ("heightfield", 2, 2048),
+            ("window", 1, 256),
             ("graph", 1, 1),
             ("quadric", 1, 1),
             ("dgp", 1, 1),

@@ -212,7 +212,10 @@ impl Entry {
             }
             "sun" => {
                 let towards_light = self.sun(up)?;
-                let diameter = due(&mut self.diameter_degrees, "diameter_degrees")?;
+                let Some(diameter) = self.diameter_degrees.take() else {
+                    let kind = LightKind::Directional { towards_light };
+                    return Ok(Shape::Plain(kind));
+                };
                 AreaShape::SunDisc(SunDisc::new(towards_light, diameter)?)
             }
             "sky" => AreaShape::Sky(Sky::new(up)?),
@@ -373,7 +376,7 @@ mod tests {
             ),
             (
                 r#"{"type": "sphere", "center": [0, 0, 0], "radius": 0}"#,
-                "l.json: lights[0]: its radius is zero: use a point light for a light without size",
+                "l.json: lights[0]: its radius is zero: use a point or directional light for a light without size",
             ),
             (
                 r#"{"type": "sky", "radius": 1}"#,

@@ -260,7 +260,7 @@ fn looks_lights_and_the_camera_are_kept() {
     };
     let (loaded, notes) = glb_of(&scene);
     assert_eq!(notes, Vec::<String>::new());
-    let is_about_shadows = |w: &Warning| w.message.contains("casts no shadow");
+    let is_about_shadows = |w: &Warning| w.message.contains("lets light through");
     assert!(loaded.warnings.len() == 2 && loaded.warnings.iter().all(is_about_shadows));
     let read = &loaded.scene;
     assert_eq!(read.textures, scene.textures);

@@ -145,7 +145,7 @@ fn surfaces_stay_in_force_and_default_to_grey() {
     assert_eq!(
         warnings,
         [
-            "a.nff: 1 surface casts no shadow: `f` with a transmittance T of 0.9; a T of 0 would \
+            "a.nff: 1 surface lets light through: `f` with a transmittance T of 0.9; a T of 0 would \
              make them block"
         ]
     );

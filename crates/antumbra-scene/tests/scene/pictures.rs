@@ -188,7 +188,7 @@ fn a_scan_that_is_see_through_by_the_letter_is_said() {
         warnings(&loaded),
         [
             "a.obj: nothing in this scene casts a shadow: all of it (1 face) is see-through",
-            "a.obj: 1 face casts no shadow: MTL `Tr 1` (material `m`); scanning tools write it for \
+            "a.obj: 1 face lets light through: MTL `Tr 1` (material `m`); scanning tools write it for \
              what is opaque: if that is meant, write `d 1` in its place in the material library",
         ]
     );

@@ -28,10 +28,10 @@ pub(crate) fn obj(text: &str, library: &str) -> Result<Loaded, ReadError> {
     )
 }
 
-/// Returns what is said of a scene, apart from what casts no shadow.
+/// Returns what is said of a scene, apart from what lets light through.
 pub(crate) fn beside_shadows(loaded: &Loaded) -> Vec<String> {
     let is_about_shadows = |text: &String| {
-        text.contains("no shadow") || text.contains("nothing in this scene casts a shadow")
+        text.contains("light through") || text.contains("nothing in this scene casts a shadow")
     };
     let texts = loaded.warnings.iter().map(ToString::to_string);
     texts.filter(|text| !is_about_shadows(text)).collect()

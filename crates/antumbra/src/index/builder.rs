@@ -6,6 +6,7 @@ use std::sync::Arc;
 use antumbra_geometry::{LightId, LightShape, Occluders};
 
 use super::ShadowIndex;
+use super::glass::GLASS_SHARE;
 use super::needs::{check_light, knowledge, layout, needs_bvh, needs_grid};
 use super::predict::Asked;
 use super::refused::BuildError;
@@ -16,9 +17,6 @@ use crate::accel::parts::{Parts, Split};
 use crate::file::SavedFile;
 use crate::occlusion::{AdaptiveValues, mark, quick_check};
 use crate::{GridResolution, Method, QuickCheck, RayMethod, Refine, Refinement};
-
-/// Of the memory of what lights know, this share is for what they know of glass.
-const GLASS_SHARE: u64 = 4;
 
 /// Collects settings for a [`ShadowIndex`].
 #[derive(Clone, Debug)]
@@ -146,11 +144,7 @@ impl Builder {
         for (index, light) in self.lights.iter().enumerate() {
             check_light(LightId::from_index(index), light)?;
         }
-        let glass = self.glass_builder();
         let mut refinement = self.refinement;
-        if glass.is_some() {
-            refinement.memory -= refinement.memory / GLASS_SHARE;
-        }
         if let Some(limit) = self.memory_limit {
             let predicted = Asked {
                 occluders: &self.occluders,
@@ -163,13 +157,16 @@ impl Builder {
                 query_count: None,
             }
             .predict()?;
-            let for_glass = glass.as_ref().map_or(0, |(_, needed)| *needed);
-            let left = limit.checked_sub(predicted.needed().saturating_add(for_glass));
+            let left = limit.checked_sub(predicted.needed());
             let left = left.ok_or(BuildError::Memory { predicted, limit })?;
             refinement.memory = refinement.memory.min(left);
         }
-        let glass = glass.map(|(glass, _)| glass.build()).transpose()?;
-        let glass = glass.map(Box::new);
+        let has_filters = self.occluders.has_filters();
+        let mut glass_refinement = refinement;
+        if has_filters {
+            glass_refinement.memory /= GLASS_SHARE;
+            refinement.memory -= glass_refinement.memory;
+        }
         let parts = Parts::new(&self.occluders, self.split());
         let occluders = &*parts.near;
         let layout = layout(occluders, occluders.bounds(), self.resolution)?;
@@ -246,7 +243,9 @@ impl Builder {
             saved_lights,
             all_lights: std::sync::OnceLock::new(),
             whole_lights: std::sync::OnceLock::new(),
-            glass,
+            has_filters,
+            glass_refinement,
+            glass: std::sync::OnceLock::new(),
             quick_check: verdict,
             has_file,
             memory_limit: self.memory_limit,
@@ -255,41 +254,6 @@ impl Builder {
 }
 
 impl Builder {
-    /// Returns what builds an index of the filtering surfaces alone, if there are any, and the bytes that it needs.
-    fn glass_builder(&self) -> Option<(Self, u64)> {
-        if !self.occluders.has_filters() {
-            return None;
-        }
-        let mut refinement = self.refinement;
-        refinement.memory /= GLASS_SHARE;
-        let glass = Self {
-            occluders: Arc::new(self.occluders.filters_alone()),
-            quick_check: QuickCheck::Off,
-            refinement,
-            // Voxel by voxel nothing is known of points on surfaces that are left out; a map knows of all.
-            method: match self.method {
-                Method::Voxel => Method::Auto,
-                method => method,
-            },
-            has_tree: true,
-            memory_limit: None,
-            occlusion_file: None,
-            ..self.clone()
-        };
-        let needed = Asked {
-            occluders: &glass.occluders,
-            light_count: glass.lights.len(),
-            resolution: glass.resolution,
-            has_grid: glass.needs_grid(),
-            method: glass.method,
-            has_tree: glass.makes_tree(),
-            refinement,
-            query_count: None,
-        };
-        let needed = needed.predict().map_or(0, |predicted| predicted.needed());
-        Some((glass, needed))
-    }
-
     fn split(&self) -> Split {
         match self.method {
             Method::Grid | Method::Voxel1990 => Split::Narrow,

@@ -23,7 +23,7 @@ use crate::{GridResolution, Method, Refinement};
 #[non_exhaustive]
 pub enum LightError {
     /// There is no such light.
-    #[error("light {light} does not exist: there are {light_count}")]
+    #[error("light {light} does not exist: the index has {light_count}")]
     Unknown {
         /// The light that was named.
         light: LightId,
@@ -73,7 +73,7 @@ impl ShadowIndex {
         let id = LightId::from_index(number);
         check_light(id, &light)?;
         self.check_memory(number + 1)?;
-        if let Some(glass) = &mut self.glass {
+        if let Some(glass) = self.built_glass_mut() {
             glass.add_light(light)?;
         }
         self.all_lights = OnceLock::new();
@@ -104,7 +104,7 @@ impl ShadowIndex {
         if self.lights[light] == to {
             return Ok(());
         }
-        if let Some(glass) = &mut self.glass {
+        if let Some(glass) = self.built_glass_mut() {
             glass.move_light(LightId::from_index(light), to)?;
         }
         self.all_lights = OnceLock::new();
@@ -131,7 +131,7 @@ impl ShadowIndex {
     /// There is no such light.
     pub fn remove_light(&mut self, light: LightId) -> Result<LightShape, LightError> {
         let light = self.check_number(light)?;
-        if let Some(glass) = &mut self.glass {
+        if let Some(glass) = self.built_glass_mut() {
             glass.remove_light(LightId::from_index(light))?;
         }
         self.all_lights = OnceLock::new();

@@ -52,9 +52,7 @@ impl ShadowIndex {
     pub fn forget_values(&mut self) {
         self.all_lights = std::sync::OnceLock::new();
         self.whole_lights = std::sync::OnceLock::new();
-        if let Some(glass) = &mut self.glass {
-            glass.forget_values();
-        }
+        self.glass = std::sync::OnceLock::new();
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.forget();
         }
@@ -69,7 +67,7 @@ impl ShadowIndex {
         {
             adaptive.expect(light, queries);
         }
-        if let Some(glass) = &self.glass {
+        if let Some(glass) = self.built_glass() {
             glass.expect_queries(LightId::from_index(light), queries);
         }
     }
@@ -82,13 +80,13 @@ impl ShadowIndex {
         if let Some(adaptive) = &self.adaptive {
             adaptive.set_refining(is_refining);
         }
-        if let Some(glass) = &self.glass {
+        if let Some(glass) = self.built_glass() {
             glass.set_refining(is_refining);
         }
     }
 
     /// Returns a number of this index and of what it knows of glass together.
     fn with_glass(&self, number: impl Fn(&Self) -> u64) -> u64 {
-        number(self) + self.glass.as_deref().map_or(0, &number)
+        number(self) + self.built_glass().map_or(0, &number)
     }
 }

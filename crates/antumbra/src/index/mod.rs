@@ -4,6 +4,7 @@
 //! settings.
 
 mod builder;
+mod glass;
 mod lights;
 mod memory;
 mod needs;

@@ -14,7 +14,9 @@ use crate::file::SavedLight;
 use crate::limits::LARGEST;
 use crate::method::{self, ByVoxel, Rays};
 use crate::occlusion::{AdaptiveValues, AllLights, DenseValues, WholeLights};
-use crate::{Answer, Counters, Decided, Method, QueryError, QuickCheckVerdict, RayMethod, Shadow};
+use crate::{
+    Answer, Counters, Decided, Method, QueryError, QuickCheckVerdict, RayMethod, Refinement, Shadow,
+};
 
 /// The index's own rays to one light.
 struct OwnRays<'a> {
@@ -92,8 +94,12 @@ pub struct ShadowIndex {
     pub(super) all_lights: OnceLock<Box<AllLights>>,
     /// Values of lights with size, once one was asked about.
     pub(super) whole_lights: OnceLock<Box<WholeLights>>,
-    /// Filtering surfaces alone, as if they were opaque, if there are any.
-    pub(crate) glass: Option<Box<ShadowIndex>>,
+    /// Whether there are surfaces that color light.
+    pub(super) has_filters: bool,
+    /// Settings of what lights know of these.
+    pub(super) glass_refinement: Refinement,
+    /// Those surfaces alone, once one was asked about.
+    pub(super) glass: OnceLock<Box<Self>>,
     pub(super) quick_check: Option<QuickCheckVerdict>,
     /// Whether there was a file of values.
     pub(crate) has_file: bool,

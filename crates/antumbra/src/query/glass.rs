@@ -4,7 +4,7 @@
 //! (EXACTNESS.md, "What glass lets through"). Points that nothing opaque is before are asked about glass as if it were
 //! opaque: by what is known, too. Where none is in the way no filter is looked at. Paper 6.3.
 
-use antumbra_geometry::{Hit, LightId, ReceiverPoint, Segment, SurfaceId};
+use antumbra_geometry::{Hit, LightId, LightShape, ReceiverPoint, Segment, SurfaceId};
 use antumbra_task::checked;
 
 use super::ask::{in_space, on_surface};
@@ -22,12 +22,6 @@ const ALL: [f64; 3] = [1.0; 3];
 const NOTHING: [f64; 3] = [0.0; 3];
 
 impl ShadowIndex {
-    /// Returns whether there are surfaces that color the light that goes through them
-    /// ([`Opacity::Filtering`](crate::Opacity::Filtering)). Without, what reaches a point is all of a light or nothing.
-    pub fn has_glass(&self) -> bool {
-        self.glass.is_some()
-    }
-
     /// Returns which shares of a light's red, green and blue reach a point on a surface, each from 0 to 1: nothing behind an
     /// opaque surface, else the product over all filtering surfaces between, which light crosses straight on.
     ///
@@ -92,18 +86,58 @@ impl ShadowIndex {
         if self.shadow(start, light, counters)?.shadow == Shadow::Shadowed {
             return Ok(NOTHING);
         }
-        let Some(glass) = &self.glass else {
+        self.filtered_from(start, light, counters)
+    }
+
+    /// Returns which shares of a light's red, green and blue all filtering surfaces between it and a point let through,
+    /// whether or not something opaque is between, too: for who knows that already. Counts no shadow query.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
+    pub fn filtered_from(
+        &self,
+        start: &ReceiverPoint,
+        light: LightId,
+        counters: &mut Counters,
+    ) -> Result<[f64; 3], QueryError> {
+        self.check_query(start, light)?;
+        let Some(glass) = self.glass() else {
             return Ok(ALL);
         };
-        // Glass is counted apart: the opaque surfaces have been asked.
         let mut behind = Counters::default();
-        let is_behind_glass = glass.shadow(start, light, &mut behind)?.shadow == Shadow::Shadowed;
-        counters.steps += behind.steps;
-        counters.intersections += behind.intersections;
-        match is_behind_glass {
-            true => Ok(self.filtered(glass, start, light, counters)),
-            false => Ok(ALL),
-        }
+        let answer = glass.shadow(start, light, &mut behind)?;
+        add_work(counters, &behind);
+        Ok(match answer.shadow {
+            Shadow::Shadowed => {
+                let light = &self.lights()[light.index()];
+                self.filtered(glass, start, light, counters)
+            }
+            Shadow::Lit => ALL,
+        })
+    }
+
+    /// Returns what [`ShadowIndex::filtered_from`] does, for a target that is none of the index's lights: a sample of a light
+    /// with size. By rays alone.
+    ///
+    /// # Errors
+    /// The receiver point is not finite or beyond 2^100, or its surface does not exist.
+    pub fn filtered_towards(
+        &self,
+        start: &ReceiverPoint,
+        target: &LightShape,
+        counters: &mut Counters,
+    ) -> Result<[f64; 3], QueryError> {
+        self.check_start(start)?;
+        let Some(glass) = self.glass() else {
+            return Ok(ALL);
+        };
+        let mut behind = Counters::default();
+        let answer = glass.answer_to(start, target, &mut behind);
+        add_work(counters, &behind);
+        Ok(match answer.shadow {
+            Shadow::Shadowed => self.filtered(glass, start, target, counters),
+            Shadow::Lit => ALL,
+        })
     }
 
     /// Writes which shares of the red, green and blue of each light of `lights` reach every point of a batch: as
@@ -126,31 +160,28 @@ impl ShadowIndex {
         for (share, &is_shadowed) in out.iter_mut().zip(&bits) {
             *share = if is_shadowed == 0 { ALL } else { NOTHING };
         }
-        let (Some(glass), true) = (&self.glass, !lights.is_empty()) else {
+        let (Some(glass), true) = (self.glass(), !lights.is_empty()) else {
             return Ok(counted);
         };
         let run = Run::new(self, batch, lights)?;
         let length = chunk_length(batch.points.len());
-        let chunks = out.par_chunks_mut(length * lights.len()).enumerate();
-        let tested = chunks.map(|(chunk, out)| {
+        let task = antumbra_task::current();
+        let filter = |(chunk, out): (usize, &mut [[f64; 3]])| {
             let mut counters = Counters::default();
             for (place, &light) in lights.iter().enumerate() {
-                self.filter_chunk(
-                    (&run, glass),
-                    chunk * length,
-                    (place, light),
-                    out,
-                    &mut counters,
-                )?;
+                let first = chunk * length;
+                self.filter_chunk((&run, glass), first, (place, light), out, &mut counters)?;
             }
             Ok(counters)
-        });
-        let tested = tested.try_reduce(Counters::default, |mut sum, counters| {
-            sum.add(&counters);
-            Ok(sum)
-        })?;
-        counted.counters.steps += tested.steps;
-        counted.counters.intersections += tested.intersections;
+        };
+        let tested: Vec<Result<Counters, BatchError>> = out
+            .par_chunks_mut(length * lights.len())
+            .enumerate()
+            .map(|part| task.enter(|| filter(part)))
+            .collect();
+        for counters in tested {
+            add_work(&mut counted.counters, &counters?);
+        }
         Ok(counted)
     }
 
@@ -177,7 +208,7 @@ impl ShadowIndex {
             .expect("starts and light were checked");
         for ((at, start), is_behind) in checked(lit.iter().zip(is_behind)) {
             if is_behind {
-                out[*at] = self.filtered(glass, start, light, counters);
+                out[*at] = self.filtered(glass, start, &self.lights()[light.index()], counters);
             }
         }
         Ok(())
@@ -188,11 +219,11 @@ impl ShadowIndex {
         &self,
         glass: &Self,
         start: &ReceiverPoint,
-        light: LightId,
+        light: &LightShape,
         counters: &mut Counters,
     ) -> [f64; 3] {
         let occluders = self.occluders();
-        let segment = occluders.segment(start, &self.lights()[light.index()]);
+        let segment = occluders.segment(start, light);
         let mut filters = Vec::new();
         glass.visit_crossed(&segment, counters, |surface| {
             if let Some(shares) = occluders.filtered_by(surface, &segment) {
@@ -238,4 +269,10 @@ impl ShadowIndex {
         let own_parts = own.into_iter().flat_map(|own| occluders.own_parts(own));
         own_parts.for_each(visit);
     }
+}
+
+/// Adds work among glass, but not its shadow queries: those about opaque surfaces are counted.
+fn add_work(counters: &mut Counters, among_glass: &Counters) {
+    counters.steps += among_glass.steps;
+    counters.intersections += among_glass.intersections;
 }

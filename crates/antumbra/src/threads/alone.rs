@@ -5,6 +5,11 @@ pub(crate) fn count() -> usize {
     1
 }
 
+/// Does the work.
+pub(crate) fn apart<T>(work: impl FnOnce() -> T) -> T {
+    work()
+}
+
 /// Does one after the other.
 pub(crate) fn join<A, B>(first: impl FnOnce() -> A, second: impl FnOnce() -> B) -> (A, B) {
     (first(), second())

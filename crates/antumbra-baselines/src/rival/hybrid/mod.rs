@@ -174,7 +174,12 @@ fn darkened(occluders: &Occluders, light: &LightShape, voxels: &Voxels) -> Vec<u
     for (number, element) in occluders.elements().iter().enumerate() {
         let has_polygons = element.kind == ElementKind::Face
             && !matches!(element.opacity, Opacity::AlphaTested(_));
-        if has_polygons || element.opacity == Opacity::Transparent {
+        if has_polygons
+            || matches!(
+                element.opacity,
+                Opacity::Transparent | Opacity::Filtering(_)
+            )
+        {
             continue;
         }
         let umbra = occluders.umbra(antumbra_geometry::ElementId(number as u32), light);

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::machine;
 use crate::outputs;
 use crate::screen::Screen;
-use crate::typed::{Render, Shadows};
+use crate::typed::{Render, Shadows, Whether};
 use crate::values::{Exposure, format_bytes};
 
 /// What happened so far.
@@ -85,6 +85,7 @@ impl Run {
             spp: typed.spp,
             light_samples: typed.more_lights.soft.samples(),
             exact_fractions: typed.more_lights.soft.is_exact(),
+            colored_shadows: typed.shadows_through_glass == Whether::On,
             fog: typed
                 .fog
                 .map(|fog| [fog.extinction(), fog.albedo(), fog.g()]),

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::load::{self, LitScene};
 use crate::memory;
 use crate::screen::Screen;
-use crate::typed::{QuickCheckAction, Render, ShowWhat};
+use crate::typed::{QuickCheckAction, Render, ShowWhat, Whether};
 use crate::values::{Exposure, MAX_SIDE};
 
 /// The picture's size where neither file nor command line gives one.
@@ -86,6 +86,7 @@ impl Meant {
                 max_depth: typed.max_depth,
                 light_samples: typed.more_lights.soft.samples(),
                 exact_fractions: typed.more_lights.soft.is_exact(),
+                colored_shadows: typed.shadows_through_glass == Whether::On,
                 fog: typed.fog,
                 seed: typed.seed,
                 show: typed.show.show(),

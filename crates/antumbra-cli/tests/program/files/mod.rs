@@ -252,7 +252,7 @@ fn a_name_that_says_something_else_is_refused_with_what_is_possible() {
     }
     let json = ["-o", &world.path("x.npy"), "--json", &world.path("x.csv")];
     assert_code(&antumbra(&[&["export", scene], &json[..]].concat()), 2);
-    for name in ["x.obj", "x.glb", "x"] {
+    for name in ["x.stl", "x.gltf", "x"] {
         let output = antumbra(&["scene", "tetra", "-o", &world.path(name)]);
         assert_code(&output, 2);
         assert!(

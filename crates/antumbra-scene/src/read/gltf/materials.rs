@@ -200,7 +200,7 @@ fn alpha(entry: &MaterialEntry, path: &str) -> Result<Alpha, Fault> {
     }
 }
 
-/// Says why surfaces of a material cast no shadow.
+/// Says why surfaces of a material let light through.
 pub(super) fn cause(material: &Material) -> Cause {
     let (what, advice) = if material.transmission != Color::ZERO {
         ("KHR_materials_transmission lets light through", "")
