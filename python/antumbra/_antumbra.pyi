@@ -159,6 +159,7 @@ def render(
     npt.NDArray[np.float32],
     npt.NDArray[np.float32],
     npt.NDArray[np.float32],
+    npt.NDArray[np.float32],
     list[str],
     list[str],
     float,
@@ -171,6 +172,7 @@ def write_exr(
     light_names: Sequence[str],
     shadow: npt.NDArray[np.float32],
     decided: npt.NDArray[np.float32],
+    air: npt.NDArray[np.float32],
     read: Sequence[Path],
 ) -> None: ...
 def check_area_light(light: AreaTuple) -> None: ...

@@ -68,6 +68,9 @@ class Picture:
         light_names: A name for each light.
         stops: The automatic exposure of scenes with light in candela and lux, else 0.
         counts: Rays and queries.
+        fog: With fog the light that the air adds, linear RGB, float32, shape (height, width, 3); else `None`.
+        transmittance: With fog the share of the light of what is seen first that the air leaves, float32, shape
+            (height, width); else `None`.
     """
 
     color: npt.NDArray[np.float32] = field(repr=False)
@@ -76,6 +79,8 @@ class Picture:
     light_names: list[str]
     stops: float
     counts: dict[str, int]
+    fog: npt.NDArray[np.float32] | None = field(default=None, repr=False)
+    transmittance: npt.NDArray[np.float32] | None = field(default=None, repr=False)
     _read: list[Path] = field(default_factory=list, repr=False, compare=False)
 
     def save_png(self, path: str | os.PathLike[str], *, stops: float | None = None) -> None:
@@ -91,8 +96,8 @@ class Picture:
     def save_exr(self, path: str | os.PathLike[str]) -> None:
         """Writes the picture and its layers as OpenEXR, linear 32-bit float, whole or not at all.
 
-        The part `beauty` holds the colors, `shadow.<light>` a light's mask, and `decided-by` how queries were
-        decided, as the program's `render` writes them.
+        The part `beauty` holds the colors, `shadow.<light>` a light's mask, `decided-by` how queries were decided, and with
+        fog `fog` and `transmittance`, as the program's `render` writes them.
 
         Raises:
             ValueError: The name does not end in `.exr`, or the scene was read from that file.
@@ -102,7 +107,11 @@ class Picture:
         color, shadow = np.ascontiguousarray(self.color), np.ascontiguousarray(self.shadow)
         ways = [self.decided[way] for way in self.decided]
         decided = np.stack(ways) if ways else np.zeros((0, *color.shape[:2]), np.float32)
-        _antumbra.write_exr(name, color, self.light_names, shadow, np.ascontiguousarray(decided), self._read)
+        air = np.zeros((0, *color.shape[:2]), np.float32)
+        if self.fog is not None and self.transmittance is not None:
+            air = np.concatenate([np.moveaxis(self.fog, -1, 0), self.transmittance[np.newaxis]])
+        decided, air = np.ascontiguousarray(decided), np.ascontiguousarray(air, np.float32)
+        _antumbra.write_exr(name, color, self.light_names, shadow, decided, air, self._read)
 
     def to_srgb(self, *, stops: float | None = None) -> npt.NDArray[np.uint8]:
         """Returns the picture as sRGB bytes, those of `save_png`: uint8, shape (height, width, 3).
@@ -240,7 +249,8 @@ def render(
     )
     tuples = None if plain is None else tuples_of(plain)
     path = None if occlusion is None else os.fsdecode(occlusion)
-    color, shadow, decided, names, ways, stops, counts = _antumbra.render(
+    color, shadow, decided, air, names, ways, stops, counts = _antumbra.render(
         native, tuples, view, picture, made, path, reporter(progress)
     )
-    return Picture(color, shadow, dict(zip(ways, decided)), names, stops, counts, native.files)
+    in_air = (np.moveaxis(air[:3], 0, -1), air[3]) if len(air) else (None, None)
+    return Picture(color, shadow, dict(zip(ways, decided)), names, stops, counts, *in_air, native.files)

@@ -39,10 +39,9 @@ def test_shares_of_colors(scene: antumbra.Scene, method: str) -> None:
     assert both.shape == (2, 2, 3)
     assert both[:, 0].tolist() == [list(RED), [1, 1, 1]]
     assert both[:, 1].tolist() == [[0, 0, 0]] * 2
-    ids = np.array([0, 0, 1])
-    near = points[[0, 1, 2]]
+    ids = np.array([0, 0, 2])
     with pytest.raises(ValueError, match="points"):
-        index.transmittance(near, 0, ids)
+        index.transmittance(points, 0, ids)
     on = np.array([[0.5, -0.5, 0.0]])
     assert index.transmittance(on, 0, [0]).tolist() == [list(RED)]
 

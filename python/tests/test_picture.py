@@ -140,6 +140,14 @@ def test_fog_is_the_program_s(file: Path, tmp_path: Path) -> None:
     clear, none = antumbra.render(scene), antumbra.render(scene, fog=0.0)
     assert np.array_equal(clear.color, none.color)
     thin = antumbra.render(scene, fog=0.05)
+    assert clear.fog is None and clear.transmittance is None
+    assert thin.fog is not None and thin.transmittance is not None
+    assert thin.fog.shape == thin.color.shape and thin.fog.dtype == np.float32
+    assert thin.transmittance.shape == thin.color.shape[:2]
+    assert thin.fog.max() > 0 and 0 < thin.transmittance.min() < thin.transmittance.max() < 1
+    thin.save_exr(tmp_path / "ours.exr")
+    exr = (tmp_path / "ours.exr").read_bytes()
+    assert b"transmittance" in exr and b"fog" in exr
     assert np.array_equal(thin.color, antumbra.render(scene, fog=[0.05, 1, 0]).color)
     assert not np.array_equal(thin.color, clear.color) and np.array_equal(thin.shadow, clear.shadow)
 

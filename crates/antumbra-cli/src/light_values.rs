@@ -247,6 +247,7 @@ mod tests {
         let kind = |text: &str| match light(text).unwrap() {
             LightValue::Area { shape, .. } => shape.kind(),
             LightValue::Sky { .. } => "sky",
+            LightValue::Sun { .. } => "sun",
             LightValue::Spot { .. } => "spot",
             LightValue::Point(_) => "point",
         };
@@ -257,6 +258,9 @@ mod tests {
         assert_eq!(kind("disk:0,0,4/0,0,-1/0.5/both"), "disk");
         assert_eq!(kind("sphere:0,0,4,0.5"), "sphere");
         assert_eq!(kind("segment:0,0,4/1,0,4/1,1,0"), "segment");
+        assert_eq!(kind("sun:180,45/1,1,0.5"), "sun");
+        let has_size = |text: &str| light(text).unwrap().has_size();
+        assert!(has_size("sun:180,45,0.53") && !has_size("sun:180,45") && has_size("sky"));
         assert_eq!(kind("sky:"), "sky");
         assert_eq!(light("sky"), light("sky:1,1,1"));
         assert_eq!(kind("sky:.2,.3,.4"), "sky");
@@ -283,10 +287,10 @@ mod tests {
     #[test]
     fn what_is_no_light_is_refused_with_a_reason() {
         let errors = [
-            ("1,2,3", "expected point:X,Y,Z; spot:"),
+            ("1,2,3", "expected point:X,Y,Z; sun:"),
             (
                 "lamp:1,2,3",
-                "unknown kind of light `lamp`; expected point:X,Y,Z; spot:",
+                "unknown kind of light `lamp`; expected point:X,Y,Z; sun:",
             ),
             (
                 "area:0,0,4/1,0,0",
@@ -294,7 +298,7 @@ mod tests {
             ),
             (
                 "area:0,0,4/1,0,0/2,0,0",
-                "`area:0,0,4/1,0,0/2,0,0` is no light: it has no area: use a point light",
+                "`area:0,0,4/1,0,0/2,0,0` is no light: it has no area: use a point or directional light",
             ),
             (
                 "area:0,0,4/1,0,0/0,nan,0",

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use antumbra_files::Identity;
 use antumbra_geometry::DVec3;
-use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, Layer};
+use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, FOG_LAYER, Layer, TRANSMITTANCE_LAYER};
 use antumbra_render::camera::View;
 use antumbra_render::film::{self, Picture, RenderSettings, Rendered, Sampling, Show, Watch};
 use antumbra_render::fog::Fog;
@@ -54,7 +54,8 @@ pub(crate) struct PictureSettings {
 /// Renders a picture. Lights and camera left out are the scene's, or a sun and a camera that frames the scene.
 ///
 /// Returns colors (height, width, 3), shares of samples that each light reaches (lights, height, width), how
-/// queries were decided (ways, height, width), their names, the stops of an automatic exposure, counts.
+/// queries were decided (ways, height, width), with fog its red, green and blue and what the air leaves (4, height, width),
+/// names of lights and ways, the stops of an automatic exposure, counts.
 #[pyfunction]
 #[expect(clippy::type_complexity, reason = "a tuple for Python")]
 #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
@@ -68,6 +69,7 @@ pub(crate) fn render<'py>(
     occlusion: Option<PathBuf>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(
+    Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
@@ -119,7 +121,7 @@ pub(crate) fn render<'py>(
         aovs: Aovs {
             shadow: true,
             decided: true,
-            fog: false,
+            fog: fog.is_some(),
         },
     };
     let progress = Progress::new(progress);
@@ -161,12 +163,14 @@ pub(crate) fn render<'py>(
     let counts = counts(py, &rendered)?;
     let light_count = film::light_count(prepared.scene());
     let mut masks = Vec::with_capacity(light_count * width * height);
-    let mut decided = Vec::new();
+    let (mut decided, mut air) = (Vec::new(), Vec::new());
     let (mut light_names, mut ways) = (Vec::new(), Vec::new());
     for layer in &rendered.layers {
         let light = layer.name.strip_prefix("shadow.");
         for (channel, plane) in &layer.channels {
-            if let Some(light) = light {
+            if [FOG_LAYER, TRANSMITTANCE_LAYER].contains(&&*layer.name) {
+                air.extend_from_slice(plane);
+            } else if let Some(light) = light {
                 light_names.push(light.to_owned());
                 masks.extend_from_slice(plane);
             } else {
@@ -180,6 +184,7 @@ pub(crate) fn render<'py>(
         PyArray1::from_vec(py, colors).reshape([height, width, 3])?,
         PyArray1::from_vec(py, masks).reshape([light_count, height, width])?,
         PyArray1::from_vec(py, decided).reshape([ways.len(), height, width])?,
+        PyArray1::from_vec(py, air).reshape([if fog.is_some() { 4 } else { 0 }, height, width])?,
         light_names,
         ways,
         stops,
@@ -223,8 +228,9 @@ pub(crate) fn write_png(
 }
 
 /// Writes linear colors and layers as OpenEXR, never over one of the files `read`: `shadow` of shape (lights, height,
-/// width) with a name for each light, `decided` of shape (ways, height, width).
+/// width) with a name for each light, `decided` of shape (ways, height, width), `air` of shape (4 or 0, height, width).
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
 pub(crate) fn write_exr(
     py: Python<'_>,
     path: PathBuf,
@@ -232,6 +238,7 @@ pub(crate) fn write_exr(
     light_names: Vec<String>,
     shadow: PyReadonlyArray3<'_, f32>,
     decided: PyReadonlyArray3<'_, f32>,
+    air: PyReadonlyArray3<'_, f32>,
     read: Vec<PathBuf>,
 ) -> PyResult<()> {
     check_target(&path, &read)?;
@@ -244,7 +251,7 @@ pub(crate) fn write_exr(
         let planes = array.as_slice()?.chunks(pixels.max(1));
         Ok(planes.map(<[f32]>::to_vec).collect())
     };
-    let (masks, ways) = (planes(&shadow)?, planes(&decided)?);
+    let (masks, ways, air) = (planes(&shadow)?, planes(&decided)?, planes(&air)?);
     let mask = |(name, plane): (String, _)| Layer {
         name: format!("shadow.{name}"),
         channels: vec![("Y", plane)],
@@ -255,6 +262,17 @@ pub(crate) fn write_exr(
         layers.push(Layer {
             name: DECIDED_LAYER.to_owned(),
             channels: names.into_iter().zip(ways).collect(),
+        });
+    }
+    if let Ok([r, g, b, left]) = <[Vec<f32>; 4]>::try_from(air) {
+        let light = [("R", r), ("G", g), ("B", b)];
+        layers.push(Layer {
+            name: FOG_LAYER.to_owned(),
+            channels: light.into(),
+        });
+        layers.push(Layer {
+            name: TRANSMITTANCE_LAYER.to_owned(),
+            channels: vec![("Y", left)],
         });
     }
     stoppable(py, 0, |_| {

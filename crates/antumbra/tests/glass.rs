@@ -63,7 +63,7 @@ fn filtering(builder: &mut OccludersBuilder, surface: usize) -> Opacity {
 #[test]
 fn nasty_scenes_have_the_oracles_product_for_every_method() {
     let (mut counts, mut many) = ([0; 3], 0);
-    for seed in seeds(0..200) {
+    for seed in seeds(0..80) {
         let mut scene = nasty::scene(seed);
         let random = &mut Random(seed ^ 0x61);
         let mut solids = std::collections::HashMap::new();
@@ -99,6 +99,13 @@ fn nasty_scenes_have_the_oracles_product_for_every_method() {
                     2 * expected[0] as usize
                 }] += 1;
                 many += u32::from(expected[0] > 0.0 && expected[0] < 0.2);
+                let reference = indices[0].transmittance_by_reference(&start, LightId(number));
+                assert_eq!(
+                    reference,
+                    Ok(expected),
+                    "{} {query:?} {light:?}",
+                    scene.label()
+                );
                 for index in &indices {
                     let counters = &mut Counters::default();
                     let found = index.transmittance_of(&start, LightId(number), counters);
@@ -111,7 +118,7 @@ fn nasty_scenes_have_the_oracles_product_for_every_method() {
     }
     // The test has power: nothing, all, and products of several filters occur.
     assert!(
-        counts.iter().all(|&count| count > 1000) && many > 100,
+        counts.iter().all(|&count| count > 300) && many > 30,
         "{counts:?} {many}"
     );
 }

@@ -148,6 +148,7 @@ fn work(
         tally.report_counts(&candidates, screen);
     }
     tally.report_inexact(&candidates, typed.queries, screen);
+    tally.report_glass(screen);
     let difference_count = tally.difference_count();
     screen.result(format!(
         "{} queries, {difference_count} differences",
@@ -286,6 +287,9 @@ impl Comparison<'_> {
                     tally.add_difference(difference(number, found, expected));
                 }
             }
+            if expected == Shadow::Lit && self.surfaces.index.has_glass() {
+                self.ask_glass(&start, LightId::from_index(light), tally);
+            }
             asked[light].queries.push((query, kind));
             asked[light].starts.push(start);
             asked[light].expected.push(expected);
@@ -293,6 +297,28 @@ impl Comparison<'_> {
         for (light, asked) in asked.iter().enumerate() {
             self.ask_together(light, asked, tally);
         }
+    }
+
+    /// Asks our own methods what glass leaves of a light that nothing opaque is before.
+    fn ask_glass(&self, start: &ReceiverPoint, light: LightId, tally: &mut Tally) {
+        let judge = self.surfaces.index;
+        let counters = &mut Counters::default();
+        let expected = match self.typed.against {
+            Against::Reference => judge.transmittance_by_reference(start, light),
+            Against::Bvh => judge.filtered_from(start, light, counters),
+        };
+        let expected = expected.expect(VALID);
+        let own = self
+            .candidates
+            .iter()
+            .filter(|candidate| candidate.stand_in.is_none());
+        let differs = |candidate: &&Candidate| {
+            let found = candidate
+                .index
+                .filtered_from(start, light, &mut Counters::default());
+            found.expect(VALID) != expected
+        };
+        tally.count_glass(expected != [1.0; 3], own.filter(differs).count() as u64);
     }
 
     /// Asks our own methods the queries of one light again, all at once.

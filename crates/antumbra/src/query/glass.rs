@@ -222,14 +222,17 @@ impl ShadowIndex {
         light: &LightShape,
         counters: &mut Counters,
     ) -> [f64; 3] {
+        let segment = self.occluders().segment(start, light);
+        let mut met = Vec::new();
+        glass.visit_crossed(&segment, counters, |surface| met.push(surface));
+        self.product(&segment, met)
+    }
+
+    /// Returns the product over those of some surfaces that filter a segment.
+    fn product(&self, segment: &Segment, met: Vec<SurfaceId>) -> [f64; 3] {
         let occluders = self.occluders();
-        let segment = occluders.segment(start, light);
-        let mut filters = Vec::new();
-        glass.visit_crossed(&segment, counters, |surface| {
-            if let Some(shares) = occluders.filtered_by(surface, &segment) {
-                filters.push((surface, shares));
-            }
-        });
+        let filter = |surface| Some((surface, occluders.filtered_by(surface, segment)?));
+        let mut filters: Vec<(SurfaceId, [f64; 3])> = met.into_iter().filter_map(filter).collect();
         filters.sort_unstable_by_key(|&(surface, _)| surface);
         // Parts of a curved shape filter once, together.
         filters.dedup_by_key(|&mut (surface, _)| match occluders.has_own_rule(surface) {
@@ -238,6 +241,30 @@ impl ShadowIndex {
         });
         let product = |[r, g, b]: [f64; 3], (_, [x, y, z]): (_, [f64; 3])| [r * x, g * y, b * z];
         filters.into_iter().fold(ALL, product)
+    }
+
+    /// Returns what [`ShadowIndex::transmittance_of`] does by testing every surface: the reference of EXACTNESS.md.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::shadow`].
+    pub fn transmittance_by_reference(
+        &self,
+        start: &ReceiverPoint,
+        light: LightId,
+    ) -> Result<[f64; 3], QueryError> {
+        if self.shadow_by_reference(start, light)? == Shadow::Shadowed {
+            return Ok(NOTHING);
+        }
+        let (occluders, own) = (self.occluders(), start.surface);
+        let segment = occluders.segment(start, &self.lights()[light.index()]);
+        // Of shapes with the start's own rule the first counts.
+        let has_own_rule =
+            |&surface: &SurfaceId| own.is_some_and(|own| occluders.have_one_own_rule(own, surface));
+        let own_parts = own.into_iter().flat_map(|own| occluders.own_parts(own));
+        let others = occluders
+            .surfaces()
+            .filter(|surface| !has_own_rule(surface));
+        Ok(self.product(&segment, others.chain(own_parts).collect()))
     }
 
     /// Visits every surface that a segment may cross, in any order: all that do, and perhaps others.

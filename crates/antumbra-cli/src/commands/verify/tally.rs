@@ -33,8 +33,19 @@ pub(super) struct Tally {
     methods: Vec<(Counters, u64)>,
     /// For each how often it was wrong that may be.
     wrong: Vec<u64>,
+    glass: GlassCounts,
     /// Those of the lowest numbers.
     first: Vec<Difference>,
+}
+
+/// Counts of what glass leaves of lights that nothing opaque is before.
+#[derive(Clone, Copy, Debug, Default)]
+struct GlassCounts {
+    asked: u64,
+    /// Those where something filters.
+    filtered: u64,
+    /// Answers of methods that are not the judge's colors.
+    differences: u64,
 }
 
 impl Tally {
@@ -63,6 +74,27 @@ impl Tally {
     /// Counts a wrong answer of a method that is not exact.
     pub(super) fn count_wrong(&mut self, method: usize) {
         self.wrong[method] += 1;
+    }
+
+    /// Counts a query about glass, whether any filters there, and the methods that differ.
+    pub(super) fn count_glass(&mut self, is_filtered: bool, differences: u64) {
+        self.glass.asked += 1;
+        self.glass.filtered += u64::from(is_filtered);
+        self.glass.differences += differences;
+    }
+
+    /// Reports what was asked about glass, if anything was.
+    pub(super) fn report_glass(&self, screen: &Screen) {
+        let GlassCounts {
+            asked,
+            filtered,
+            differences,
+        } = self.glass;
+        if asked > 0 {
+            screen.result(format!(
+                "{asked} of them about glass, {filtered} filtered, {differences} differences of colors"
+            ));
+        }
     }
 
     /// Reports how often methods that are not exact were wrong.
@@ -95,6 +127,9 @@ impl Tally {
         for (wrong, more) in self.wrong.iter_mut().zip(other.wrong) {
             *wrong += more;
         }
+        self.glass.asked += other.glass.asked;
+        self.glass.filtered += other.glass.filtered;
+        self.glass.differences += other.glass.differences;
         self.first.extend(other.first);
         self.forget();
         self
@@ -114,7 +149,8 @@ impl Tally {
     }
 
     pub(super) fn difference_count(&self) -> u64 {
-        self.methods.iter().map(|method| method.1).sum()
+        let of_methods = self.methods.iter().map(|method| method.1);
+        of_methods.sum::<u64>() + self.glass.differences
     }
 
     /// Reports the first differences.
