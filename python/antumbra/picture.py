@@ -252,5 +252,5 @@ def render(
     color, shadow, decided, air, names, ways, stops, counts = _antumbra.render(
         native, tuples, view, picture, made, path, reporter(progress)
     )
-    in_air = (np.moveaxis(air[:3], 0, -1), air[3]) if len(air) else (None, None)
-    return Picture(color, shadow, dict(zip(ways, decided)), names, stops, counts, *in_air, native.files)
+    added, left = (np.moveaxis(air[:3], 0, -1), air[3]) if len(air) else (None, None)
+    return Picture(color, shadow, dict(zip(ways, decided)), names, stops, counts, added, left, native.files)

@@ -218,10 +218,10 @@ fn pictures_do_not_depend_on_the_method() {
 fn assert_verified(scene: &Path, queries: &str) {
     let output = antumbra(&["verify", text(scene), "--queries", queries, "--quiet"]);
     let result = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert_eq!(
-        result,
-        format!("{queries} queries, 0 differences\n"),
-        "{}: {}",
+    // Before it, of scenes with glass, what was asked about that.
+    assert!(
+        result.ends_with(&format!("{queries} queries, 0 differences\n")),
+        "{}: {result} {}",
         scene.display(),
         String::from_utf8_lossy(&output.stderr)
     );
