@@ -1,4 +1,4 @@
-//! What transparent surfaces let through: colors by which they filter light that goes straight on.
+//! Filters: the colors that transparent surfaces give to light that goes straight on.
 
 use std::fmt::Debug;
 

@@ -14,18 +14,9 @@ use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::{
     AreaLight, Camera, Color, Corner, Light, LightKind, Material, Mesh, Scene, Shape,
 };
-use support::{assert_golden, object, prepared, shot, square};
+use support::{ALL_METHODS, assert_golden, object, prepared, shot, square};
 
 const SIZE: [u32; 2] = [96, 72];
-
-const ALL_METHODS: [Method; 6] = [
-    Method::Naive,
-    Method::Auto,
-    Method::Voxel,
-    Method::Voxel1990,
-    Method::Grid,
-    Method::Bvh,
-];
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)

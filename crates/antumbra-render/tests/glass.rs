@@ -9,16 +9,7 @@ use antumbra_scene::generate;
 use antumbra_scene::model::{
     Alpha, AreaLight, Camera, Color, Light, LightKind, Material, Scene, Shape,
 };
-use support::{assert_golden, bytes, camera, checker, object, prepared, shot, square};
-
-const ALL_METHODS: [Method; 6] = [
-    Method::Naive,
-    Method::Auto,
-    Method::Voxel,
-    Method::Voxel1990,
-    Method::Grid,
-    Method::Bvh,
-];
+use support::{ALL_METHODS, assert_golden, bytes, camera, checker, object, prepared, shot, square};
 
 const RED: Color = Color::new(0.5, 0.125, 0.25);
 

@@ -160,7 +160,7 @@ pub struct Material {
     pub shininess: f64,
     /// Weight of the mirror ray; zero spawns none.
     pub reflection: Color,
-    /// Weight of the refracted ray; zero spawns none. A transmitter blocks no shadow ray.
+    /// Weight of the refracted ray; zero spawns none. A transmitter blocks no shadow ray, and colors the light that goes through it.
     pub transmission: Color,
     /// Index of refraction, positive; used only where `transmission` is not zero.
     pub ior: f64,

@@ -1,4 +1,4 @@
-//! What glass lets through: the oracle's product, whatever the method; each sheet once.
+//! Light through glass: the oracle's product, whatever the method; each sheet once.
 
 mod common;
 
@@ -23,7 +23,7 @@ fn product(filters: impl IntoIterator<Item = [f64; 3]>) -> [f64; 3] {
     filters.into_iter().fold([1.0; 3], times)
 }
 
-/// What the page says, by the oracle.
+/// Returns the answer of EXACTNESS.md, by the oracle.
 fn expected(
     oracle: &Oracle,
     occluders: &Occluders,

@@ -202,10 +202,11 @@ fn side_of_moved_start(light: (DVec3, f64), a: DVec3, b: DVec3) -> Sign {
     let [a, b] = [a, b].map(Vector::from_f64);
     let from_start = a.cross(&b).scaled(&weight);
     let normal = light.cross(&a.minus(&b)).plus(&from_start);
-    let signs = normal
-        .0
-        .iter()
-        .map(|component| component.sign().unwrap_or(Sign::Zero));
+    let signs = normal.0.iter().map(|component| {
+        component
+            .sign()
+            .expect("exact arithmetic always knows the sign")
+    });
     let first = signs.into_iter().find(|&sign| sign != Sign::Zero);
     first.map_or(Sign::Zero, Sign::flipped)
 }

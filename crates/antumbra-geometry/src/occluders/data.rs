@@ -394,6 +394,7 @@ impl Occluders {
         bytes(&self.positions)
             + bytes(&self.triangles)
             + bytes(&self.alpha_tests)
+            + bytes(&self.filter_uvs)
             + bytes(&self.curved)
             + bytes(&self.elements)
     }

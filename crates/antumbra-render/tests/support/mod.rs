@@ -13,6 +13,15 @@ use antumbra_render::prepare::Prepared;
 use antumbra_scene::model::{Camera, Corner, Filter, Mesh, Object, Scene, Shape, Texture, Wrap};
 use antumbra_task::Task;
 
+pub(crate) const ALL_METHODS: [Method; 6] = [
+    Method::Naive,
+    Method::Auto,
+    Method::Voxel,
+    Method::Voxel1990,
+    Method::Grid,
+    Method::Bvh,
+];
+
 pub(crate) const METHODS: [Method; 3] = [Method::Voxel1990, Method::Grid, Method::Naive];
 
 pub(crate) fn object(shape: Shape, material: usize) -> Object {

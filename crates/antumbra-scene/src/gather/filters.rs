@@ -1,4 +1,4 @@
-//! What see-through surfaces let through, in the form in which the geometry asks for it.
+//! Filters of see-through surfaces, in the form in which the geometry asks for them.
 //!
 //! In: materials that transmit or blend. Out: one filter a material. Invariant: a filter lets through what
 //! [`Material::transmittance`] says, and owns what it needs. Absent here: refraction; light goes straight on. Paper 6.3.

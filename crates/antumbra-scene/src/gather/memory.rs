@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use crate::model::{AreaLight, Mesh, Object, Scene, ShadowKind, Shape};
+use crate::model::{AreaLight, Material, Mesh, Object, Scene, ShadowKind, Shape};
 use antumbra_geometry::{AreaShape, OccludersBuilder};
 
 /// Bytes that texture coordinates add to a triangle of a face with holes, with the share of a vector
@@ -66,7 +66,7 @@ pub(super) struct Sizes {
     pub(super) faces: usize,
     pub(super) triangles: usize,
     pub(super) vertices: usize,
-    /// Triangles of faces with holes.
+    /// Triangles of faces with holes, and of those that filter by a texture.
     masked: usize,
     /// Parts of curved shapes.
     curved: usize,
@@ -102,11 +102,20 @@ impl Sizes {
             sizes.triangles += triangles;
             sizes.vertices += vertices;
             let material = scene.materials.get(object.material);
-            if material.is_some_and(|m| m.shadow_kind() == ShadowKind::AlphaTested) {
+            if material.is_some_and(reads_texture) {
                 sizes.masked += triangles;
             }
         }
         sizes
+    }
+}
+
+/// Returns whether shadow rays read the texture of a material.
+fn reads_texture(material: &Material) -> bool {
+    match material.shadow_kind() {
+        ShadowKind::Opaque => false,
+        ShadowKind::AlphaTested => true,
+        ShadowKind::Transparent => material.diffuse_texture.is_some(),
     }
 }
 
@@ -126,15 +135,19 @@ pub fn surface_bytes(scene: &Scene) -> u64 {
         Shape::Instance(instance) => size_of_val(&*instance.mesh.positions) as u64,
         _ => 0,
     });
-    // Masks keep the alpha of their textures.
-    let masks = scene
-        .materials
-        .iter()
-        .filter(|m| m.shadow_kind() == ShadowKind::AlphaTested);
-    let masks: HashSet<usize> = masks.filter_map(|m| m.diffuse_texture).collect();
+    // Masks and filters each keep their textures.
+    let masks = scene.materials.iter().filter(|m| reads_texture(m));
+    let masks: HashSet<_> = masks
+        .filter_map(|m| {
+            Some((
+                m.shadow_kind() == ShadowKind::AlphaTested,
+                m.diffuse_texture?,
+            ))
+        })
+        .collect();
     let masks = masks
         .iter()
-        .filter_map(|&texture| scene.textures.get(texture));
+        .filter_map(|&(_, texture)| scene.textures.get(texture));
     OccludersBuilder::predict_bytes(faces, triangles, vertices)
         + masked as u64 * ALPHA_TEST
         + curved as u64 * CURVED
@@ -148,7 +161,7 @@ pub fn surface_bytes(scene: &Scene) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Corner, Material};
+    use crate::model::Corner;
     use antumbra_geometry::DVec3;
 
     #[test]

@@ -21,7 +21,7 @@ const ROOM: [[f64; 2]; 3] = [[-4.0, 4.0], [0.0, 9.0], [0.0, 6.0]];
 /// A bar's share of a pane's width.
 const BAR: f64 = 0.125;
 
-/// What panes let through.
+/// Shares of red, green and blue that panes let through.
 const COLORS: [[f64; 3]; 6] = [
     [0.875, 0.0625, 0.0625],
     [0.0625, 0.1875, 0.8125],

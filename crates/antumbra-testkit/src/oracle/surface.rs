@@ -228,7 +228,7 @@ impl Segment {
         Some(Self::new(start, self.light.clone(), None))
     }
 
-    /// The same segment with its start moved by `(e, e^2, e^3)`, `e` being 2^-20000: infinitely little even beside the share
+    /// A copy of the segment with its start moved by `(e, e^2, e^3)`, `e` being 2^-20000: infinitely little even beside the share
     /// of [`Segment::nudged`], and each component beside the one before.
     pub(super) fn moved(&self) -> Self {
         let mut step = Exact::new(2.0_f64.powi(-1000));

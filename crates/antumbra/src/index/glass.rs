@@ -1,4 +1,4 @@
-//! What is known of the surfaces that filter light.
+//! Glass: an index of the surfaces that filter light.
 //!
 //! In: an index. Out: an index of its filtering surfaces alone, as if they were opaque, made at the first query that wants
 //! it. Invariant: its lights are those of the index that holds it. Paper 6.3.

@@ -1,4 +1,4 @@
-//! What reaches points through glass: shares of red, green and blue of each light.
+//! Transmittance of points: which shares of red, green and blue of each light reach them through glass.
 //!
 //! In: a scene, points. Out: an array of float64, three numbers a point and light, and a line that sums them up.
 
