@@ -1,4 +1,4 @@
-//! Points over triangles, seen along an axis: the nearest point of a closed triangle.
+//! Points over triangles, seen along an axis: the nearest point of a closed triangle; and the nearest one of all, rounded.
 //!
 //! In: a point, a triangle whose normal has its largest component along the axis. Out: whether the
 //! point lies over the triangle, the point of its boundary nearest in the two other coordinates, and
@@ -50,6 +50,66 @@ pub(crate) fn nearest_on_boundary(point: DVec3, corners: [DVec3; 3], axis: usize
         }
     }
     best.map_or_else(|| Point4::from_f64((point, 1.0)), |(nearest, _)| nearest)
+}
+
+/// Returns a power of two that brings the largest magnitude near 1, so that squares neither vanish nor
+/// overflow; 1 for zero.
+pub(crate) fn to_unit(largest: f64) -> f64 {
+    if largest == 0.0 {
+        return 1.0;
+    }
+    // Subnormal numbers stay subnormal by less than 2^52, which squares bear.
+    let exponent = (largest.to_bits() >> 52).clamp(1, 2045);
+    f64::from_bits((2046 - exponent) << 52)
+}
+
+/// Returns the length of a vector of any size.
+pub(crate) fn length(v: DVec3) -> f64 {
+    let scale = to_unit(v.abs().max_element());
+    (v * scale).length() / scale
+}
+
+/// Returns the way from a point to the nearest point of a triangle, rounded (EXACTNESS.md, "Distances").
+pub(crate) fn way_to_triangle(corners: [DVec3; 3], point: DVec3) -> DVec3 {
+    let corners = corners.map(|x| x - point);
+    let largest = corners
+        .iter()
+        .fold(DVec3::ZERO, |most, x| most.max(x.abs()));
+    let scale = to_unit(largest.max_element());
+    let [a, b, c] = corners.map(|x| x * scale);
+    nearest_of_triangle(a, b, c) / scale
+}
+
+/// By the region that the origin is in (Ericson 2005, 5.1.5).
+fn nearest_of_triangle(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
+    let (ab, ac) = (b - a, c - a);
+    let (d1, d2) = (-ab.dot(a), -ac.dot(a));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let (d3, d4) = (-ab.dot(b), -ac.dot(b));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let (d5, d6) = (-ab.dot(c), -ac.dot(c));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    // Over the inside: the plane's normal points at it.
+    let normal = ab.cross(ac);
+    normal * (normal.dot(a) / normal.length_squared())
 }
 
 /// A squared distance as a fraction with a positive denominator.

@@ -9,6 +9,7 @@ mod bounds;
 mod coverage;
 mod filter;
 mod flat;
+mod freeform;
 mod ids;
 mod intersect;
 mod light;
@@ -33,6 +34,9 @@ pub use area::{
 pub use bounds::Bounds;
 pub use coverage::{Coverage, CoverageId};
 pub use filter::{Filter, FilterId, Tint};
+pub use freeform::{
+    Ball, BezierPatch, Field, Implicit, ImplicitError, MAX_DEGREE, MAX_PATCH_LEVEL, MAX_TERMS, Term,
+};
 pub use glam::{DVec2, DVec3};
 pub use ids::LightId;
 pub use light::LightShape;

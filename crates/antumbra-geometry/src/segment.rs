@@ -190,6 +190,11 @@ impl Segment {
         self.origin
     }
 
+    /// Returns the plane that the start is moved onto, if it is.
+    pub(crate) fn own_plane(&self) -> Option<Plane> {
+        self.surface.as_ref().map(ReceiverSurface::plane)
+    }
+
     /// Returns a bound on the error of [`Segment::origin`], per coordinate.
     pub fn origin_error(&self) -> f64 {
         self.origin_error

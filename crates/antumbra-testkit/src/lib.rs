@@ -7,6 +7,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`oracle`] | answers in exact rational arithmetic, by testing every surface |
+//! | [`freeform`] | patches and implicit surfaces, every triangle and every sample |
 //! | [`fixtures`] | named scenes with the answers geometry gives, and the page's known limits |
 //! | [`nasty`] | seeded random scenes full of ties and rounding |
 //! | [`help`] | what the help of every program has to be like |
@@ -34,6 +35,7 @@ pub mod absent;
 mod build;
 mod exact;
 pub mod fixtures;
+pub mod freeform;
 pub mod help;
 pub mod nasty;
 pub mod oracle;

@@ -168,9 +168,10 @@ pub use antumbra_geometry::{
     TriangleLight,
 };
 pub use antumbra_geometry::{
-    Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId, ElementKind,
-    Filter, FilterId, Hit, LightId, LightShape, Occluders, OccludersBuilder, OccludersError,
-    Opacity, Precision, Ray, ReceiverPoint, Sphere, SurfaceId, Tint, UnidentifiedCoverage,
+    Ball, BezierPatch, Bounds, Cone, Coverage, CoverageId, DVec2, DVec3, Disk, Element, ElementId,
+    ElementKind, Field, Filter, FilterId, Hit, Implicit, ImplicitError, LightId, LightShape,
+    MAX_DEGREE, MAX_PATCH_LEVEL, MAX_TERMS, Occluders, OccludersBuilder, OccludersError, Opacity,
+    Precision, Ray, ReceiverPoint, Sphere, SurfaceId, Term, Tint, UnidentifiedCoverage,
 };
 pub use antumbra_task::{Stopped, Task};
 pub use file::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};

@@ -51,6 +51,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "flat light ray",
             "area segment",
             "intersect",
+            "freeform",
             "umbra",
             "occluders",
             "mesh",

@@ -73,7 +73,7 @@ pub struct SegmentShadows<'a> {
     fan: OnceCell<Option<Fan>>,
     dark: Dark,
     known: Known,
-    /// Spans that triangles with holes may shade.
+    /// Spans that triangles with holes and freeform surfaces may shade.
     doubtful: Vec<(Span, SurfaceId)>,
 }
 
@@ -90,7 +90,12 @@ impl<'a> SegmentShadows<'a> {
             fan: OnceCell::new(),
             dark: Dark::default(),
             known: Known::default(),
-            doubtful: Vec::new(),
+            // Which of them may shade the segment depends on how closely somebody looks, so any of them may.
+            doubtful: occluders
+                .first_freeform()
+                .map(|surface| (Span::WHOLE, surface))
+                .into_iter()
+                .collect(),
         }
     }
 
@@ -188,7 +193,12 @@ impl<'a> SegmentShadows<'a> {
     fn meet_curved(&mut self, surface: SurfaceId) {
         let occluders = self.occluders;
         let is_curved = surface.0 as usize >= occluders.triangle_count();
-        if !is_curved || !occluders.is_opaque(surface) || self.misses_curved(surface) {
+        // Freeform surfaces were all taken up at once.
+        if !is_curved
+            || !occluders.is_opaque(surface)
+            || occluders.is_freeform(surface)
+            || self.misses_curved(surface)
+        {
             return;
         }
         let (ends, dark) = (self.ends, &mut self.dark);
@@ -340,8 +350,8 @@ impl<'a> SegmentShadows<'a> {
     /// the exact one.
     ///
     /// # Errors
-    /// A triangle with holes may shade a lit point and has no closed form: the one with the lowest number. Nothing is written
-    /// then.
+    /// A triangle with holes may shade a lit point and has no closed form, or there is a patch or an implicit surface: the one
+    /// with the lowest number. Nothing is written then.
     pub fn finish(mut self, intervals: &mut Vec<[f64; 2]>) -> Result<(), SurfaceId> {
         let (occluders, ends, level) = (self.occluders, self.ends, self.level);
         let compare = |one: &Border, other: &Border| ends.compare(occluders, one, other);

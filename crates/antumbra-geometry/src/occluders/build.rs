@@ -12,10 +12,14 @@ use super::{
     AlphaTest, Curved, CurvedShape, Element, ElementId, ElementKind, NO_ALPHA_TEST, NO_AXIS,
     NO_CORNER, Occluders, Opacity, Solid, Triangle,
 };
+use crate::freeform::{Level, parts_of};
 use crate::intersect::DiskPlane;
 use crate::polygon::{PolygonCorner, TooManyCrossings, triangulate};
 use crate::segment::Plane;
-use crate::{Cone, Coverage, CoverageId, Disk, Short, Sphere};
+use crate::{
+    BezierPatch, Cone, Coverage, CoverageId, Disk, Implicit, ImplicitError, MAX_PATCH_LEVEL, Short,
+    Sphere,
+};
 
 /// Largest magnitude of a coordinate: leaves room for every product a filter forms.
 pub(super) const LARGEST: f64 = 1.2676506002282294e30; // 2^100
@@ -87,6 +91,22 @@ pub enum OccludersError {
         vertex: u32,
         /// Where that is.
         position: DVec3,
+    },
+    /// A patch is cut more finely than patches may be.
+    #[error("element {element}: a patch of level {level}: levels go up to {MAX_PATCH_LEVEL}")]
+    PatchLevel {
+        /// The element's number, in the order of adding.
+        element: usize,
+        /// The level.
+        level: u32,
+    },
+    /// An implicit surface that is none.
+    #[error("element {element}: {source}")]
+    Implicit {
+        /// The element's number, in the order of adding.
+        element: usize,
+        /// What is wrong with it.
+        source: ImplicitError,
     },
     /// More than `u32::MAX` vertices or surfaces.
     #[error(
@@ -336,6 +356,46 @@ impl OccludersBuilder {
         )
     }
 
+    /// Adds a patch. Its parts are surfaces of their own; degenerate parts are never hit.
+    ///
+    /// # Errors
+    /// A number is not finite or too large, or the level is.
+    pub fn add_patch(
+        &mut self,
+        patch: &BezierPatch,
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
+        self.check_numbers(patch.points().flat_map(|point| point.to_array()))?;
+        if patch.level > MAX_PATCH_LEVEL {
+            return Err(OccludersError::PatchLevel {
+                element: self.next_element(),
+                level: patch.level,
+            });
+        }
+        let parts = parts_of(patch).into_iter();
+        let shapes = parts.map(|part| CurvedShape::Part(Arc::new(part)));
+        self.add_curved(ElementKind::Patch, shapes.collect(), opacity)
+    }
+
+    /// Adds an implicit surface.
+    ///
+    /// # Errors
+    /// [`Implicit::check`] refuses it.
+    pub fn add_implicit(
+        &mut self,
+        implicit: &Implicit,
+        opacity: Opacity,
+    ) -> Result<ElementId, OccludersError> {
+        implicit
+            .check()
+            .map_err(|source| OccludersError::Implicit {
+                element: self.next_element(),
+                source,
+            })?;
+        let level = CurvedShape::Level(Arc::new(Level::new(implicit.clone())));
+        self.add_curved(ElementKind::Implicit, vec![level], opacity)
+    }
+
     /// Finishes: curved surfaces get their ids behind those of the triangles.
     pub fn build(self) -> Occluders {
         let mut occluders = self.occluders;
@@ -356,19 +416,14 @@ impl OccludersBuilder {
         self.check_room(shapes.len())?;
         let element = self.occluders.elements.len();
         let first = self.occluders.curved.len() as u32;
-        let next_solid = self.solid_of.len() as u32;
-        let solid = *self
-            .solid_of
-            .entry(solid_key(&shapes[0]))
-            .or_insert(next_solid);
         let is_opaque = opacity.blocks();
-        if solid == next_solid {
-            let element = ElementId(element as u32);
-            self.occluders.solids.push(Solid { element, is_opaque });
-        } else {
-            self.occluders.solids[solid as usize].is_opaque |= is_opaque;
-        }
+        let common = match shapes.first() {
+            // Every part of a patch has a rule of its own.
+            None | Some(CurvedShape::Part(_)) => None,
+            Some(first) => Some(self.solid(first, is_opaque)),
+        };
         for shape in shapes {
+            let solid = common.unwrap_or_else(|| self.solid(&shape, is_opaque));
             let curved = Curved {
                 shape,
                 element: element as u32,
@@ -385,6 +440,22 @@ impl OccludersBuilder {
         });
         self.curved_elements.push(element);
         Ok(ElementId(element as u32))
+    }
+
+    /// Returns the number of the solid that a shape of the next element is or is part of.
+    fn solid(&mut self, shape: &CurvedShape, is_opaque: bool) -> u32 {
+        let next = self.occluders.solids.len() as u32;
+        let solid = match solid_key(shape) {
+            Some(key) => *self.solid_of.entry(key).or_insert(next),
+            None => next,
+        };
+        if solid == next {
+            let element = ElementId(self.next_element() as u32);
+            self.occluders.solids.push(Solid { element, is_opaque });
+        } else {
+            self.occluders.solids[solid as usize].is_opaque |= is_opaque;
+        }
+        solid
     }
 
     /// Returns whether a triangle blocks anywhere, and notes where its holes are looked up, if it has any.
@@ -492,8 +563,8 @@ fn hash_of(hashing: &DefaultHashBuilder, position: DVec3) -> u64 {
     hashing.hash_one(key)
 }
 
-/// Equal for shapes with the same numbers; open and closed cones differ.
-fn solid_key(shape: &CurvedShape) -> Vec<u64> {
+/// Equal for shapes with the same numbers; open and closed cones differ. `None` for those that are nothing but themselves.
+fn solid_key(shape: &CurvedShape) -> Option<Vec<u64>> {
     let mut key = Vec::new();
     let mut add = |kind: u64, numbers: &[f64]| {
         key.push(kind);
@@ -515,8 +586,9 @@ fn solid_key(shape: &CurvedShape) -> Vec<u64> {
             let (c, n) = (disk.center, disk.normal());
             add(3, &[c.x, c.y, c.z, n.x, n.y, n.z, disk.radius]);
         }
+        CurvedShape::Part(_) | CurvedShape::Level(_) => return None,
     }
-    key
+    Some(key)
 }
 
 impl Occluders {

@@ -4,6 +4,7 @@ use glam::DVec3;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use crate::freeform::{Level, PatchPart};
 use crate::ids::{ElementId, SurfaceId};
 use crate::intersect::{
     DiskPlane, box_meets_cone, box_meets_disk, box_meets_sphere, box_meets_triangle,
@@ -49,6 +50,10 @@ pub enum ElementKind {
     ClosedCone,
     /// A disk.
     Disk,
+    /// A bicubic patch, cut into parts.
+    Patch,
+    /// An implicit surface.
+    Implicit,
 }
 
 /// One object of the scene in the paper's sense.
@@ -93,7 +98,7 @@ pub(super) const NO_CORNER: u32 = u32::MAX;
 pub(crate) const NO_AXIS: u8 = 3;
 
 /// A surface that is no triangle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Curved {
     pub(super) shape: CurvedShape,
     pub(super) element: u32,
@@ -101,6 +106,16 @@ pub(super) struct Curved {
     /// with the same numbers.
     pub(super) solid: u32,
     pub(super) is_opaque: bool,
+}
+
+impl Curved {
+    fn bytes_beside(&self) -> u64 {
+        match &self.shape {
+            CurvedShape::Part(part) => part.memory_bytes(),
+            CurvedShape::Level(level) => level.memory_bytes(),
+            _ => 0,
+        }
+    }
 }
 
 /// Curved surfaces with one own rule.
@@ -112,7 +127,7 @@ pub(super) struct Solid {
     pub(super) is_opaque: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum CurvedShape {
     Sphere(Sphere),
     /// The wall of a cone, open or closed.
@@ -121,6 +136,10 @@ pub(super) enum CurvedShape {
     Cap(DiskPlane, Cone),
     /// A disk by itself, with the axis of its largest normal component.
     Disk(DiskPlane, u8),
+    /// A part of a patch.
+    Part(Arc<PatchPart>),
+    /// An implicit surface.
+    Level(Arc<Level>),
 }
 
 /// All surfaces of a static scene.
@@ -141,6 +160,8 @@ pub struct Occluders {
     pub(super) bounds: OnceLock<Bounds>,
     /// A bit for each surface that is left out; nothing where none is.
     pub(super) left_out: Vec<u64>,
+    /// Found when first asked for.
+    pub(super) first_freeform: OnceLock<Option<SurfaceId>>,
 }
 
 impl Occluders {
@@ -176,6 +197,7 @@ impl Occluders {
             elements: self.elements.clone(),
             bounds: OnceLock::new(),
             left_out: vec![0; self.surface_count().div_ceil(64)],
+            first_freeform: OnceLock::new(),
         };
         for &ElementId(element) in elements {
             let element = &mut left.elements[element as usize];
@@ -272,6 +294,26 @@ impl Occluders {
         self.alpha_tests.is_empty()
     }
 
+    /// Returns whether a surface is part of a patch or an implicit surface.
+    pub fn is_freeform(&self, surface: SurfaceId) -> bool {
+        match self.surface(surface) {
+            Surface::Triangle(_) => false,
+            Surface::Curved(curved) => {
+                matches!(curved.shape, CurvedShape::Part(_) | CurvedShape::Level(_))
+            }
+        }
+    }
+
+    /// Returns the opaque freeform surface with the lowest number: where there is one, shadows in the air have no closed form.
+    pub fn first_freeform(&self) -> Option<SurfaceId> {
+        let is_first = |surface: &SurfaceId| self.is_freeform(*surface) && self.is_opaque(*surface);
+        let first = self.triangles.len() as u32;
+        let curved = (first..self.surface_count() as u32).map(SurfaceId);
+        *self
+            .first_freeform
+            .get_or_init(|| curved.clone().find(is_first))
+    }
+
     /// Returns whether two surfaces are parts of one solid or of identical ones, so that a start on
     /// one of them is answered by the own rule for both.
     pub fn have_one_own_rule(&self, first: SurfaceId, second: SurfaceId) -> bool {
@@ -286,9 +328,17 @@ impl Occluders {
     pub fn own_parts(&self, own: SurfaceId) -> impl Iterator<Item = SurfaceId> + use<> {
         let parts = match self.surface(own) {
             Surface::Triangle(_) => None,
-            Surface::Curved(own) => Some(self.surfaces_of(self.solids[own.solid as usize].element)),
+            // Every part of a patch has a rule of its own.
+            Surface::Curved(Curved {
+                shape: CurvedShape::Part(_),
+                ..
+            }) => Some(own.0..own.0 + 1),
+            Surface::Curved(own) => {
+                let element = self.solids[own.solid as usize].element;
+                Some(self.elements[element.0 as usize].surfaces.clone())
+            }
         };
-        parts.into_iter().flatten()
+        parts.into_iter().flatten().map(SurfaceId)
     }
 
     /// Returns the sphere that a surface is, `None` for other surfaces.
@@ -335,12 +385,31 @@ impl Occluders {
                 let [a, b, c] = self.positions_of(triangle);
                 unit(to_unit_size(b - a).cross(to_unit_size(c - a)))
             }
-            Surface::Curved(curved) => match curved.shape {
+            Surface::Curved(curved) => match &curved.shape {
                 CurvedShape::Sphere(sphere) => unit(point_in_world - sphere.center),
-                CurvedShape::Tube(cone) => tube_normal(&cone, point_in_world),
+                CurvedShape::Tube(cone) => tube_normal(cone, point_in_world),
                 CurvedShape::Cap(disk, _) | CurvedShape::Disk(disk, _) => unit(disk.normal()),
+                CurvedShape::Part(part) => {
+                    let [a, b, c] = part.own_triangle(point_in_world);
+                    unit(to_unit_size(b - a).cross(to_unit_size(c - a)))
+                }
+                CurvedShape::Level(level) => unit(level.normal(point_in_world)),
             },
         }
+    }
+
+    /// Returns the unit normal that a surface has for shading at a point on it: that of the smooth patch for patches, of which
+    /// [`Occluders::normal_at`] gives that of a triangle. The same for others; zero where there is none.
+    pub fn smooth_normal_at(&self, surface: SurfaceId, point_in_world: DVec3) -> DVec3 {
+        if let Surface::Curved(curved) = self.surface(surface)
+            && let CurvedShape::Part(part) = &curved.shape
+        {
+            let normal = unit(part.smooth_normal(point_in_world));
+            if normal != DVec3::ZERO {
+                return normal;
+            }
+        }
+        self.normal_at(surface, point_in_world)
     }
 
     /// Returns the box around everything; empty if there is nothing.
@@ -382,6 +451,11 @@ impl Occluders {
                 ),
                 CurvedShape::Cap(disk, _) => box_meets_disk(bounds, disk),
                 CurvedShape::Disk(disk, axis) => *axis != NO_AXIS && box_meets_disk(bounds, disk),
+                CurvedShape::Part(_) => bounds.overlaps(&surface_bounds),
+                CurvedShape::Level(level) => {
+                    let mut outer = level.boxes().outer.iter();
+                    bounds.overlaps(&surface_bounds) && outer.any(|outer| bounds.overlaps(outer))
+                }
             },
         }
     }
@@ -397,6 +471,7 @@ impl Occluders {
             + bytes(&self.filter_uvs)
             + bytes(&self.curved)
             + bytes(&self.elements)
+            + self.curved.iter().map(Curved::bytes_beside).sum::<u64>()
     }
 
     #[inline]
@@ -443,6 +518,8 @@ impl CurvedShape {
             Self::Cap(disk, _) | Self::Disk(disk, _) => {
                 disk_bounds(disk.center, disk.normal(), disk.radius)
             }
+            Self::Part(part) => part.bounds(),
+            Self::Level(level) => level.bounds(),
         }
     }
 }

@@ -50,6 +50,7 @@ impl Occluders {
         let others: Vec<ElementId> = others.map(|(element, _)| ElementId(element)).collect();
         let mut alone = self.without(&others);
         alone.bounds = OnceLock::new();
+        alone.first_freeform = OnceLock::new();
         // Own rules are those of glass, too.
         for solid in &mut alone.solids {
             solid.is_opaque = false;

@@ -6,7 +6,7 @@
 
 use super::{AlphaTest, Curved, CurvedShape, Element, ElementKind, Occluders, Opacity, Triangle};
 use crate::intersect::DiskPlane;
-use crate::{Cone, CoverageId, LightShape, Sphere};
+use crate::{Cone, CoverageId, Field, Implicit, LightShape, Sphere};
 
 /// A coverage that does not say what it is ([`Coverage::identify`](crate::Coverage::identify)): what is
 /// kept about faces with such holes could not be distinguished from what no longer holds.
@@ -39,6 +39,7 @@ impl Occluders {
             bounds: _,
             // What is left out is transparent.
             left_out: _,
+            first_freeform: _,
         } = self;
         for (number, coverage) in coverages.iter().enumerate() {
             let mut said = Vec::new();
@@ -141,7 +142,7 @@ impl Words<'_> {
     }
 
     fn curved(&mut self, curved: &Curved) {
-        let &Curved {
+        let Curved {
             shape,
             element,
             solid,
@@ -152,21 +153,82 @@ impl Words<'_> {
             CurvedShape::Tube(_) => 1,
             CurvedShape::Cap(..) => 2,
             CurvedShape::Disk(..) => 3,
+            CurvedShape::Part(_) => 4,
+            CurvedShape::Level(_) => 5,
         };
-        self.words(&[kind, element, solid, u32::from(is_opaque)]);
+        self.words(&[kind, *element, *solid, u32::from(*is_opaque)]);
         match shape {
             CurvedShape::Sphere(Sphere { center, radius }) => {
                 self.numbers(&center.to_array());
-                self.numbers(&[radius]);
+                self.numbers(&[*radius]);
             }
-            CurvedShape::Tube(cone) => self.cone(&cone),
+            CurvedShape::Tube(cone) => self.cone(cone),
             CurvedShape::Cap(disk, cone) => {
-                self.disk(&disk);
-                self.cone(&cone);
+                self.disk(disk);
+                self.cone(cone);
             }
             CurvedShape::Disk(disk, axis) => {
-                self.disk(&disk);
-                self.words(&[u32::from(axis)]);
+                self.disk(disk);
+                self.words(&[u32::from(*axis)]);
+            }
+            CurvedShape::Part(part) => {
+                let patch = part.patch();
+                for point in patch.points() {
+                    self.numbers(&point.to_array());
+                }
+                let [column, row] = part.first_cell();
+                self.words(&[patch.level, column, row]);
+            }
+            CurvedShape::Level(level) => self.implicit(level.surface()),
+        }
+    }
+
+    fn implicit(&mut self, Implicit { field, low, high }: &Implicit) {
+        self.numbers(&low.to_array());
+        self.numbers(&high.to_array());
+        match field {
+            Field::Torus {
+                center,
+                axis,
+                major,
+                minor,
+            } => {
+                self.words(&[0]);
+                self.numbers(&center.to_array());
+                self.numbers(&axis.to_array());
+                self.numbers(&[*major, *minor]);
+            }
+            Field::Metaballs { balls, threshold } => {
+                self.words(&[1]);
+                self.count(balls.len());
+                for ball in balls {
+                    self.numbers(&ball.center.to_array());
+                    self.numbers(&[ball.radius, ball.strength]);
+                }
+                self.numbers(&[*threshold]);
+            }
+            Field::Gyroid {
+                center,
+                period,
+                level,
+            } => {
+                self.words(&[2]);
+                self.numbers(&center.to_array());
+                self.numbers(&[*period, *level]);
+            }
+            Field::Polynomial {
+                center,
+                unit,
+                terms,
+            } => {
+                self.words(&[3]);
+                self.count(terms.len());
+                for term in terms {
+                    self.numbers(&[term.factor]);
+                    self.words(&term.exponents);
+                }
+                self.numbers(&center.to_array());
+                self.numbers(&[*unit]);
             }
         }
     }
@@ -210,6 +272,8 @@ impl Words<'_> {
             ElementKind::OpenCone => 2,
             ElementKind::ClosedCone => 3,
             ElementKind::Disk => 4,
+            ElementKind::Patch => 5,
+            ElementKind::Implicit => 6,
         };
         let opacity = match *opacity {
             Opacity::Opaque => [0, 0],

@@ -6,8 +6,9 @@
 use glam::DVec3;
 
 use super::{CurvedShape, NO_AXIS, Occluders, Surface, SurfaceId};
+use crate::flat::{self, length, to_unit, way_to_triangle};
 use crate::intersect::DiskPlane;
-use crate::{Cone, ReceiverPoint, flat};
+use crate::{Cone, ReceiverPoint};
 
 /// The shortest way from a point to a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,11 +40,8 @@ impl Occluders {
     /// Returns the shortest way from a point to a surface, as [`Occluders::distance`] does its length.
     pub fn gap(&self, surface: SurfaceId, point_in_world: DVec3) -> Option<Gap> {
         match self.surface(surface) {
-            Surface::Triangle(triangle) => (triangle.axis != NO_AXIS).then(|| {
-                Gap::along(onto_triangle(
-                    self.positions_of(triangle).map(|x| x - point_in_world),
-                ))
-            }),
+            Surface::Triangle(triangle) => (triangle.axis != NO_AXIS)
+                .then(|| Gap::along(way_to_triangle(self.positions_of(triangle), point_in_world))),
             Surface::Curved(curved) => match &curved.shape {
                 CurvedShape::Sphere(sphere) => (sphere.radius > 0.0).then(|| {
                     let from_center = point_in_world - sphere.center;
@@ -60,6 +58,8 @@ impl Occluders {
                 }
                 CurvedShape::Disk(disk, axis) => (*axis != NO_AXIS && disk.radius > 0.0)
                     .then(|| to_disk(disk, point_in_world - disk.center)),
+                CurvedShape::Part(part) => Some(Gap::along(part.way_from(point_in_world))),
+                CurvedShape::Level(level) => Some(Gap::along(level.way_from(point_in_world))),
             },
         }
     }
@@ -74,7 +74,7 @@ impl Occluders {
                 if flat::is_over(point_in_world, corners, usize::from(triangle.axis)) {
                     point_in_world
                 } else {
-                    point_in_world + onto_triangle(corners.map(|x| x - point_in_world))
+                    point_in_world + way_to_triangle(corners, point_in_world)
                 }
             }
             Surface::Triangle(_) => point_in_world,
@@ -87,6 +87,15 @@ impl Occluders {
                     let profile = Profile::of(cone, point_in_world - cone.base);
                     let [z, radius] = profile.nearest;
                     cone.base + (profile.axis * z + profile.out * radius)
+                }
+                CurvedShape::Part(part) => point_in_world + part.way_from(point_in_world),
+                CurvedShape::Level(level) => {
+                    let way = level.way_from(point_in_world);
+                    if way.abs().max_element() < f64::MAX {
+                        point_in_world + way
+                    } else {
+                        point_in_world
+                    }
                 }
                 CurvedShape::Tube(_) | CurvedShape::Cap(..) | CurvedShape::Disk(..) => {
                     point_in_world
@@ -104,67 +113,9 @@ fn is_solid(cone: &Cone) -> bool {
     cone.base != cone.apex && (cone.base_radius > 0.0 || cone.apex_radius > 0.0)
 }
 
-/// Returns a power of two that brings the largest magnitude near 1, so that squares neither vanish nor
-/// overflow; 1 for zero.
-fn to_unit(largest: f64) -> f64 {
-    if largest == 0.0 {
-        return 1.0;
-    }
-    // Subnormal numbers stay subnormal by less than 2^52, which squares bear.
-    let exponent = (largest.to_bits() >> 52).clamp(1, 2045);
-    f64::from_bits((2046 - exponent) << 52)
-}
-
-fn length(v: DVec3) -> f64 {
-    let scale = to_unit(v.abs().max_element());
-    (v * scale).length() / scale
-}
-
 /// `None` for zero.
 fn unit(v: DVec3) -> Option<DVec3> {
     (v * to_unit(v.abs().max_element())).try_normalize()
-}
-
-/// The nearest point to the origin.
-fn onto_triangle(corners: [DVec3; 3]) -> DVec3 {
-    let largest = corners
-        .iter()
-        .fold(DVec3::ZERO, |most, x| most.max(x.abs()));
-    let scale = to_unit(largest.max_element());
-    let [a, b, c] = corners.map(|x| x * scale);
-    nearest_of_triangle(a, b, c) / scale
-}
-
-/// By the region that the origin is in (Ericson 2005, 5.1.5).
-fn nearest_of_triangle(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
-    let (ab, ac) = (b - a, c - a);
-    let (d1, d2) = (-ab.dot(a), -ac.dot(a));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return a;
-    }
-    let (d3, d4) = (-ab.dot(b), -ac.dot(b));
-    if d3 >= 0.0 && d4 <= d3 {
-        return b;
-    }
-    let (d5, d6) = (-ab.dot(c), -ac.dot(c));
-    if d6 >= 0.0 && d5 <= d6 {
-        return c;
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return a + ab * (d1 / (d1 - d3));
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return a + ac * (d2 / (d2 - d6));
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-    }
-    // Over the inside: the plane's normal points at it.
-    let normal = ab.cross(ac);
-    normal * (normal.dot(a) / normal.length_squared())
 }
 
 fn to_disk(disk: &DiskPlane, from_center: DVec3) -> Gap {

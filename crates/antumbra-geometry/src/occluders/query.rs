@@ -11,7 +11,7 @@ use crate::intersect::{
 };
 use crate::number::Sign;
 use crate::segment::{Plane, ReceiverSurface, Segment, largest_move_onto};
-use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, SphereUmbra, UmbraShape};
+use crate::umbra::{ConeUmbra, DiskUmbra, FaceUmbra, FreeformUmbra, SphereUmbra, UmbraShape};
 use crate::{
     Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, ReceiverPoint, Sphere, Umbra,
 };
@@ -53,7 +53,7 @@ pub(crate) enum RoundShape {
 }
 
 impl Occluders {
-    /// Returns the shape of a surface that is no triangle; `None` for those that are never hit.
+    /// Returns the shape of a surface that is no triangle; `None` for those that are never hit or freeform.
     pub(crate) fn round_shape(&self, surface: SurfaceId) -> Option<RoundShape> {
         let Surface::Curved(curved) = self.surface(surface) else {
             return None;
@@ -65,6 +65,7 @@ impl Occluders {
             CurvedShape::Tube(cone) => is_solid(cone).then_some(RoundShape::Tube(*cone)),
             CurvedShape::Cap(disk, cone) => is_solid(cone).then_some(RoundShape::Disk(*disk)),
             CurvedShape::Disk(disk, axis) => (*axis != NO_AXIS).then_some(RoundShape::Disk(*disk)),
+            CurvedShape::Part(_) | CurvedShape::Level(_) => None,
         }
     }
 
@@ -74,9 +75,9 @@ impl Occluders {
             Surface::Triangle(triangle) => {
                 OwnShape::Flat(Plane::Points(self.positions_of(triangle)))
             }
-            Surface::Curved(curved) => match curved.shape {
-                CurvedShape::Sphere(sphere) if sphere.radius > 0.0 => OwnShape::Ball(sphere),
-                CurvedShape::Disk(disk, axis) if axis != NO_AXIS => OwnShape::Flat(disk.plane()),
+            Surface::Curved(curved) => match &curved.shape {
+                CurvedShape::Sphere(sphere) if sphere.radius > 0.0 => OwnShape::Ball(*sphere),
+                CurvedShape::Disk(disk, axis) if *axis != NO_AXIS => OwnShape::Flat(disk.plane()),
                 _ => OwnShape::Other,
             },
         }
@@ -111,7 +112,7 @@ impl Occluders {
     fn segment_as_given(&self, start: &ReceiverPoint, light: &LightShape) -> Segment {
         let surface = start
             .surface
-            .and_then(|surface| self.start_surface(surface));
+            .and_then(|surface| self.start_surface(surface, start.point));
         Segment::new(*start, light, surface)
     }
 
@@ -139,8 +140,10 @@ impl Occluders {
                 largest_move_onto(start.point, corners, usize::from(triangle.axis))
             }
             Surface::Curved(curved) => match curved.shape {
-                CurvedShape::Sphere(_) | CurvedShape::Tube(_) => 0.0,
-                CurvedShape::Cap(..) | CurvedShape::Disk(..) => f64::INFINITY,
+                CurvedShape::Sphere(_) | CurvedShape::Tube(_) | CurvedShape::Level(_) => 0.0,
+                CurvedShape::Cap(..) | CurvedShape::Disk(..) | CurvedShape::Part(_) => {
+                    f64::INFINITY
+                }
             },
         }
     }
@@ -272,6 +275,8 @@ impl Occluders {
             CurvedShape::Tube(cone) => is_solid(cone) && tube_blocks(cone, segment),
             CurvedShape::Cap(disk, cone) => is_solid(cone) && disk_blocks(disk, segment),
             CurvedShape::Disk(disk, axis) => *axis != NO_AXIS && disk_blocks(disk, segment),
+            CurvedShape::Part(part) => part.is_crossed(segment),
+            CurvedShape::Level(level) => level.is_crossed(segment),
         }
     }
 
@@ -322,6 +327,13 @@ impl Occluders {
                         let distance = disk_distance(disk, segment);
                         (distance, along(distance))
                     }
+                    CurvedShape::Part(part) => part
+                        .crossing(segment)
+                        .unwrap_or_else(|| (0.0, segment.origin())),
+                    CurvedShape::Level(level) => {
+                        let distance = level.crossing(segment, is_own).unwrap_or(0.0);
+                        (distance, along(distance))
+                    }
                 };
                 (distance, point, [0.0; 2])
             }
@@ -361,7 +373,10 @@ impl Occluders {
     pub fn umbra(&self, element: ElementId, light: &LightShape) -> Umbra {
         let light = &light.without_underflow();
         let record = &self.elements[element.0 as usize];
-        let is_self_clear = record.kind != ElementKind::OpenCone;
+        let is_self_clear = !matches!(
+            record.kind,
+            ElementKind::OpenCone | ElementKind::Patch | ElementKind::Implicit
+        );
         let has_holes = self.has_holes(element);
         let nothing = Umbra {
             shape: UmbraShape::Nothing,
@@ -386,15 +401,30 @@ impl Occluders {
         let Surface::Curved(curved) = self.surface(first) else {
             return nothing;
         };
-        let shape = match curved.shape {
+        let shape = match &curved.shape {
             CurvedShape::Sphere(sphere) if sphere.radius > 0.0 => {
-                UmbraShape::Sphere(SphereUmbra::new(sphere, light))
+                UmbraShape::Sphere(SphereUmbra::new(*sphere, light))
             }
-            CurvedShape::Tube(cone) if is_solid(&cone) => {
-                UmbraShape::Cone(ConeUmbra::new(cone, light))
+            CurvedShape::Tube(cone) if is_solid(cone) => {
+                UmbraShape::Cone(ConeUmbra::new(*cone, light))
             }
-            CurvedShape::Disk(disk, axis) if axis != NO_AXIS => {
-                DiskUmbra::new(disk, light).map_or(UmbraShape::Nothing, UmbraShape::Disk)
+            CurvedShape::Disk(disk, axis) if *axis != NO_AXIS => {
+                DiskUmbra::new(*disk, light).map_or(UmbraShape::Nothing, UmbraShape::Disk)
+            }
+            CurvedShape::Part(_) => {
+                let parts = record.surfaces.clone().filter_map(|part| {
+                    match self.surface(SurfaceId(part)) {
+                        Surface::Curved(Curved {
+                            shape: CurvedShape::Part(part),
+                            ..
+                        }) => Some(&**part),
+                        _ => None,
+                    }
+                });
+                UmbraShape::Freeform(FreeformUmbra::of_patch(parts, light))
+            }
+            CurvedShape::Level(level) => {
+                UmbraShape::Freeform(FreeformUmbra::of_level(level, light))
             }
             _ => UmbraShape::Nothing,
         };
@@ -462,7 +492,7 @@ impl Occluders {
     }
 
     #[inline]
-    fn start_surface(&self, surface: SurfaceId) -> Option<ReceiverSurface> {
+    fn start_surface(&self, surface: SurfaceId, point: DVec3) -> Option<ReceiverSurface> {
         let (start, axis) = match self.surface(surface) {
             Surface::Triangle(triangle) => {
                 let (corners, axis) = (self.positions_of(triangle), triangle.axis);
@@ -478,7 +508,14 @@ impl Occluders {
                     let axis = plane.dominant_axis().unwrap_or(NO_AXIS);
                     (ReceiverSurface::Plane { plane, axis }, axis)
                 }
-                CurvedShape::Sphere(_) | CurvedShape::Tube(_) => return None,
+                CurvedShape::Part(part) => {
+                    let corners = part.own_triangle(point);
+                    let axis = Plane::Points(corners).dominant_axis().unwrap_or(NO_AXIS);
+                    (ReceiverSurface::Triangle { corners, axis }, axis)
+                }
+                CurvedShape::Sphere(_) | CurvedShape::Tube(_) | CurvedShape::Level(_) => {
+                    return None;
+                }
             },
         };
         (axis != NO_AXIS).then_some(start)
@@ -499,6 +536,10 @@ fn side(own: &Curved, segment: &Segment) -> Sign {
         CurvedShape::Disk(disk, axis) if *axis != NO_AXIS => {
             plane_side(&disk.plane(), segment.light)
         }
+        CurvedShape::Part(_) => segment
+            .own_plane()
+            .map_or(Sign::Zero, |plane| plane_side(&plane, segment.light)),
+        CurvedShape::Level(level) => level.side(segment),
         _ => Sign::Zero,
     }
 }
@@ -520,6 +561,8 @@ fn own_rule(own: &Curved, segment: &Segment) -> bool {
         CurvedShape::Cap(_, cone) => {
             is_solid(cone) && side(own, segment).is_negative() && cone_is_outside(cone, segment)
         }
+        CurvedShape::Part(part) => part.is_crossed(segment),
+        CurvedShape::Level(level) => level.own_is_crossed(segment),
     }
 }
 

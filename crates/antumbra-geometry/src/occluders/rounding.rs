@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::nearest::Gap;
-use super::{NO_AXIS, Occluders, Surface, SurfaceId};
+use super::{CurvedShape, NO_AXIS, Occluders, Surface, SurfaceId};
 use crate::segment::largest_move_onto;
 
 /// How finely the coordinates of points are given.
@@ -110,6 +110,9 @@ impl Occluders {
         let Surface::Curved(curved) = self.surface(surface) else {
             return true;
         };
+        if let CurvedShape::Level(level) = &curved.shape {
+            return level.is_near(point);
+        }
         let Some(gap) = self.gap(surface, point) else {
             return false;
         };

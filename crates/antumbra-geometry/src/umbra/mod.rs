@@ -9,6 +9,7 @@
 mod cone;
 mod disk;
 mod face;
+mod freeform;
 mod relation;
 mod shaft;
 mod sphere;
@@ -21,6 +22,7 @@ pub(crate) use shaft::{MAX_CORNERS, SidePlane};
 pub(crate) use cone::ConeUmbra;
 pub(crate) use disk::DiskUmbra;
 pub(crate) use face::FaceUmbra;
+pub(crate) use freeform::FreeformUmbra;
 pub use relation::Relation;
 pub(crate) use relation::SHRINK;
 pub(crate) use sphere::SphereUmbra;
@@ -44,6 +46,7 @@ pub(crate) enum UmbraShape {
     Sphere(SphereUmbra),
     Cone(ConeUmbra),
     Disk(DiskUmbra),
+    Freeform(FreeformUmbra),
 }
 
 impl Umbra {
@@ -57,6 +60,7 @@ impl Umbra {
             UmbraShape::Sphere(sphere) => sphere.relation(shaft),
             UmbraShape::Cone(cone) => cone.relation(shaft),
             UmbraShape::Disk(disk) => disk.relation(shaft),
+            UmbraShape::Freeform(freeform) => freeform.relation(shaft),
         };
         if self.has_holes && relation == Relation::Covers {
             Relation::Crosses

@@ -206,9 +206,10 @@ impl<'a> Casters<'a> {
         bounds: &Bounds,
     ) -> Option<bool> {
         let is_own = |&&number: &&u32| {
+            // Of a patch other parts may be in the way.
             let mut surfaces = self.occluders.surfaces_of(self.curved(number).element);
             surfaces
-                .any(|other| other == surface || self.occluders.have_one_own_rule(surface, other))
+                .all(|other| other == surface || self.occluders.have_one_own_rule(surface, other))
         };
         if candidates.covering.iter().any(|number| !is_own(&number)) {
             return Some(true);

@@ -231,7 +231,10 @@ impl ShadowIndex {
         counters: &mut Counters,
     ) -> Option<Vec<KnownStretch>> {
         let has_values = self.method() == Method::Voxel1990;
-        let speaks_of_all = || self.parts.is_whole() && self.occluders().are_whole();
+        let speaks_of_all = || {
+            let occluders = self.occluders();
+            self.parts.is_whole() && occluders.are_whole() && occluders.first_freeform().is_none()
+        };
         if !has_values || origin == end || !speaks_of_all() {
             return None;
         }
