@@ -99,6 +99,10 @@ fn what_is(name: &str) -> &'static str {
         "forest" => "Trees of loose leaves",
         "heightfield" => "Hills, as one large mesh",
         "window" => "Room with a window of colored panes; for .glb and .obj",
+        "teapot" => "Newell's teapot of 32 bicubic patches; the size is their level",
+        "knot" => "Trefoil knot of rings (implicit surfaces)",
+        "metaballs" => "Balls that melt together (an implicit surface)",
+        "gyroid" => "Cube of a gyroid (an implicit surface); the size is periods a side",
         _ => "Built-in scene",
     }
 }

@@ -41,6 +41,8 @@ impl Shape {
                 ))
             }
             Self::Disk(disk) => of_circle(disk.center, disk.normal, disk.radius),
+            Self::Patch(patch) => Bounds::of_points(patch.points()),
+            Self::Implicit(implicit) => implicit.bounds(),
         }
     }
 }

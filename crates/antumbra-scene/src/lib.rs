@@ -19,10 +19,12 @@ pub mod read;
 mod room;
 mod shadow_kind;
 mod shared;
+mod tessellate;
 mod texture;
 mod warning;
 pub mod write;
 
 pub use error::{Place, ReadError, ReadErrorKind};
 pub use read::{Lights, Loaded, ReadOptions, UpAxis, read_file, read_lights};
+pub use tessellate::TESSELLATION;
 pub use warning::Warning;

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use antumbra_geometry::{AreaShape, Cone, DVec3, Disk, Sphere};
+use antumbra_geometry::{AreaShape, BezierPatch, Cone, DVec3, Disk, Implicit, Sphere};
 use serde::{Deserialize, Serialize};
 
 pub use super::mesh::{Corner, Mesh};
@@ -106,6 +106,10 @@ pub enum Shape {
     Cone(Cone),
     /// A disk.
     Disk(Disk),
+    /// A bicubic patch.
+    Patch(Box<BezierPatch>),
+    /// An implicit surface.
+    Implicit(Box<Implicit>),
 }
 
 impl Shape {
@@ -114,7 +118,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => Some(Cow::Borrowed(mesh)),
             Self::Instance(instance) => Some(Cow::Owned(instance.to_mesh())),
-            Self::Polygon(_) | Self::Sphere(_) | Self::Cone(_) | Self::Disk(_) => None,
+            _ => None,
         }
     }
 
@@ -124,7 +128,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => Some(mesh),
             Self::Instance(instance) => Some(&instance.mesh),
-            Self::Polygon(_) | Self::Sphere(_) | Self::Cone(_) | Self::Disk(_) => None,
+            _ => None,
         }
     }
 }

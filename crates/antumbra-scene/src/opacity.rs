@@ -196,7 +196,11 @@ fn report(scene: &Scene, cause: impl Fn(&Material, usize) -> Cause, warnings: &m
             Shape::Mesh(mesh) => (mesh.face_ends.len(), false),
             Shape::Instance(instance) => (instance.mesh.face_ends.len(), false),
             Shape::Polygon(_) => (1, false),
-            Shape::Sphere(_) | Shape::Cone(_) | Shape::Disk(_) => (1, true),
+            Shape::Sphere(_)
+            | Shape::Cone(_)
+            | Shape::Disk(_)
+            | Shape::Patch(_)
+            | Shape::Implicit(_) => (1, true),
         };
         all += faces;
         let Some(material) = scene.materials.get(object.material) else {

@@ -65,7 +65,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "instance room warning",
             "texture",
             "model",
-            "bounds defaults gather opacity shared",
+            "bounds defaults gather opacity shared tessellate",
             "generate read",
             "write",
         ],

@@ -7,10 +7,13 @@
 use std::collections::HashMap;
 
 use antumbra_geometry::{Cone, DVec3, Occluders, Opacity};
-use antumbra_scene::model::{Scene, Shape};
+use antumbra_scene::model::{Corner, Mesh, Scene, Shape};
 
 /// How many sides the circles of cones and disks get.
 const SIDES: u32 = 128;
+
+/// How many cells patches and implicit surfaces get along a side.
+const FREEFORM_CELLS: u32 = 64;
 
 /// Triangles and spheres, opaque ones only.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +29,7 @@ impl Geometry {
     /// Converts the opaque surfaces of a scene; `occluders` are the same scene's.
     pub fn of(scene: &Scene, occluders: &Occluders) -> Self {
         let mut geometry = Self::of_triangles(occluders);
-        let mut tessellated = 0;
+        let (mut tessellated, mut freeform) = (0, 0);
         for object in &scene.objects {
             if !scene.materials[object.material].is_opaque() {
                 continue;
@@ -51,11 +54,20 @@ impl Geometry {
                     tessellated += 1;
                     geometry.add_disk(disk.center, disk.normal, disk.radius);
                 }
+                Shape::Patch(_) | Shape::Implicit(_) => {
+                    freeform += 1;
+                    geometry.add_mesh(object.shape.tessellated(FREEFORM_CELLS));
+                }
             }
         }
         if tessellated > 0 {
             geometry.notes.push(format!(
                 "{tessellated} cones and disks have {SIDES} flat sides for Embree"
+            ));
+        }
+        if freeform > 0 {
+            geometry.notes.push(format!(
+                "{freeform} patches and implicit surfaces have {FREEFORM_CELLS} cells a side for Embree"
             ));
         }
         geometry
@@ -113,6 +125,20 @@ impl Geometry {
     fn add_vertex(&mut self, position: DVec3) -> u32 {
         self.vertices.push(position.as_vec3().to_array());
         self.vertices.len() as u32 - 1
+    }
+
+    /// Adds a mesh of triangles.
+    fn add_mesh(&mut self, mesh: Option<Mesh>) {
+        let Some(mesh) = mesh else { return };
+        let first = self.vertices.len() as u32;
+        for &position in &mesh.positions {
+            self.add_vertex(position);
+        }
+        let triangles = mesh
+            .faces()
+            .filter_map(|face| <[Corner; 3]>::try_from(face).ok());
+        let triangles = triangles.map(|face| face.map(|corner| first + corner.position));
+        self.triangles.extend(triangles);
     }
 
     fn add_cone(&mut self, cone: &Cone) {

@@ -79,6 +79,8 @@ fn contents(lit: &LitScene, gathered: &Gathered, screen: &Screen) {
         (ElementKind::OpenCone, "  open cones"),
         (ElementKind::ClosedCone, "  closed cones"),
         (ElementKind::Disk, "  disks"),
+        (ElementKind::Patch, "  patches"),
+        (ElementKind::Implicit, "  implicit surfaces"),
     ] {
         let count = occluders
             .elements()

@@ -56,6 +56,14 @@ impl BezierPatch {
         curve(self.control.map(|row| curve(row, along)), across)
     }
 
+    /// Returns the unit normal of the smooth patch at a vertex of the grid; zero where it has none.
+    pub fn normal(&self, i: u32, j: u32) -> DVec3 {
+        let cells = f64::from(self.cells());
+        let [_, along, across] = Net(self.control).at([f64::from(i) / cells, f64::from(j) / cells]);
+        let normal = along.cross(across);
+        (normal / normal.abs().max_element()).normalize_or_zero()
+    }
+
     /// Returns the corners of a triangle of cell `(i, j)`: the first holds the corner `(i + 1, j)`, the second `(i, j + 1)`; both the
     /// diagonal between the others.
     pub fn triangle(&self, [i, j]: [u32; 2], is_second: bool) -> [DVec3; 3] {
@@ -77,6 +85,11 @@ impl BezierPatch {
         (0..cells)
             .flat_map(move |j| (0..cells).map(move |i| [i, j]))
             .flat_map(move |cell| [false, true].map(|half| coarse.triangle(cell, half)))
+    }
+
+    /// Returns how many surfaces the patch becomes: parts that are nearly flat, 1 to 256.
+    pub fn part_count(&self) -> usize {
+        super::parts_of(self).len()
     }
 
     /// Returns all control points.

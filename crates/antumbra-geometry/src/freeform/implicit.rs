@@ -85,6 +85,23 @@ impl Implicit {
         }
     }
 
+    /// Returns the field's values at points of space: negative inside. The surface must be [fine](Implicit::check).
+    pub fn values_at(&self, points: impl IntoIterator<Item = DVec3>) -> Vec<f64> {
+        let level = Level::new(self.clone());
+        let points = points.into_iter();
+        points.map(|point| level.value_at(point)).collect()
+    }
+
+    /// Returns the unit normals at points near the surface, outwards; zero where there is none.
+    pub fn normals_at(&self, points: impl IntoIterator<Item = DVec3>) -> Vec<DVec3> {
+        let level = Level::new(self.clone());
+        let normal = |point| {
+            let normal = level.normal(point);
+            (normal / normal.abs().max_element()).normalize_or_zero()
+        };
+        points.into_iter().map(normal).collect()
+    }
+
     /// Tells what is wrong with it.
     ///
     /// # Errors

@@ -117,7 +117,11 @@ impl Prepared {
     /// that are missing or zero. The winding, not the vertex normals, says which side is front.
     pub fn shading_normal(&self, hit: &Hit, geometric_normal: DVec3) -> DVec3 {
         let Some(normals) = self.vertex_normals(hit.surface) else {
-            return geometric_normal;
+            let occluders = self.gathered.occluders();
+            return match occluders.is_freeform(hit.surface) {
+                true => occluders.smooth_normal_at(hit.surface, hit.point),
+                false => geometric_normal,
+            };
         };
         let [second, third] = hit.barycentric;
         let [a, b, c] = normals.map(|normal| normal.and_then(unit).unwrap_or(geometric_normal));

@@ -211,6 +211,14 @@ impl Gathering<'_> {
                 self.builder.add_disk(*disk, opacity)?;
                 1
             }
+            Shape::Patch(patch) => {
+                self.builder.add_patch(patch, opacity)?;
+                1
+            }
+            Shape::Implicit(implicit) => {
+                self.builder.add_implicit(implicit, opacity)?;
+                1
+            }
         };
         // An object without faces comes from nowhere.
         if self.element_count == element {

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::model::{AreaLight, Material, Mesh, Object, Scene, ShadowKind, Shape};
-use antumbra_geometry::{AreaShape, OccludersBuilder};
+use antumbra_geometry::{AreaShape, BezierPatch, Field, Implicit, OccludersBuilder};
 
 /// Bytes that texture coordinates add to a triangle of a face with holes, with the share of a vector
 /// that doubles when it is full.
@@ -16,6 +16,19 @@ const ALPHA_TEST: u64 = 112;
 const OBJECT: u64 = 16;
 /// Bytes a curved shape takes, its entry in the table of equal shapes counted.
 const CURVED: u64 = 600;
+
+/// Bytes a part of a patch takes beside its entry among curved shapes.
+const PART: u64 = 720;
+
+/// Returns what an implicit surface holds.
+fn implicit_bytes(implicit: &Implicit) -> u64 {
+    let held = match &implicit.field {
+        Field::Metaballs { balls, .. } => size_of_val(balls.as_slice()),
+        Field::Polynomial { terms, .. } => size_of_val(terms.as_slice()),
+        Field::Torus { .. } | Field::Gyroid { .. } => 0,
+    };
+    (size_of::<Implicit>() + held) as u64
+}
 
 /// Returns the bytes that a scene holds.
 pub fn scene_bytes(scene: &Scene) -> u64 {
@@ -42,6 +55,8 @@ pub fn scene_bytes(scene: &Scene) -> u64 {
                 },
                 Shape::Polygon(polygon) => bytes(&polygon.vertices) + bytes(&polygon.normals),
                 Shape::Sphere(_) | Shape::Cone(_) | Shape::Disk(_) => 0,
+                Shape::Patch(_) => size_of::<BezierPatch>() as u64,
+                Shape::Implicit(implicit) => implicit_bytes(implicit),
             }
     };
     let of_area = |light: &AreaLight| match &light.shape {
@@ -70,6 +85,8 @@ pub(super) struct Sizes {
     masked: usize,
     /// Parts of curved shapes.
     curved: usize,
+    /// Bytes of patches and implicit surfaces beside that.
+    freeform_bytes: u64,
     objects: usize,
 }
 
@@ -88,6 +105,17 @@ impl Sizes {
                 }
                 Shape::Cone(_) => {
                     sizes.curved += 3;
+                    continue;
+                }
+                Shape::Patch(patch) => {
+                    let parts = patch.part_count();
+                    sizes.curved += parts;
+                    sizes.freeform_bytes += parts as u64 * PART;
+                    continue;
+                }
+                Shape::Implicit(implicit) => {
+                    sizes.curved += 1;
+                    sizes.freeform_bytes += implicit_bytes(implicit);
                     continue;
                 }
                 shape => shape.mesh().map_or((0, 0, 0), |mesh| {
@@ -128,6 +156,7 @@ pub fn surface_bytes(scene: &Scene) -> u64 {
         vertices,
         masked,
         curved,
+        freeform_bytes,
         objects,
     } = Sizes::of(scene);
     // One copy of a mesh is placed at a time.
@@ -151,6 +180,7 @@ pub fn surface_bytes(scene: &Scene) -> u64 {
     OccludersBuilder::predict_bytes(faces, triangles, vertices)
         + masked as u64 * ALPHA_TEST
         + curved as u64 * CURVED
+        + freeform_bytes
         + objects as u64 * OBJECT
         + placed.max().unwrap_or(0)
         + masks

@@ -14,6 +14,7 @@ mod dgp;
 mod forest;
 mod graph;
 mod heightfield;
+mod implicit;
 mod parts;
 mod quadric;
 mod random;
@@ -21,6 +22,7 @@ mod rooms;
 mod sine;
 mod sphereflake;
 mod stage;
+mod teapot;
 mod tetra;
 mod window;
 
@@ -32,11 +34,13 @@ pub use dgp::dgp;
 pub use forest::forest;
 pub use graph::graph;
 pub use heightfield::heightfield;
+pub use implicit::{gyroid, knot, metaballs};
 pub use quadric::quadric;
 pub use rooms::rooms;
 pub use sphereflake::sphereflake;
 pub use stage::{GenerateError, NAMES};
 use stage::{ROOM_LIGHTS, check_lights, check_size, polygon, stage};
+pub use teapot::teapot;
 pub use tetra::tetra;
 pub use window::window;
 
@@ -76,6 +80,10 @@ pub fn by_name(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Sce
         ("forest", Some(size)) => forest(size),
         ("heightfield", Some(size)) => heightfield(size),
         ("window", Some(size)) => window(size),
+        ("teapot", Some(size)) => teapot(size),
+        ("knot", Some(size)) => knot(size),
+        ("metaballs", Some(size)) => metaballs(size),
+        ("gyroid", Some(size)) => gyroid(size),
         _ => Err(GenerateError::UnknownName {
             name: name.to_owned(),
         }),
@@ -97,7 +105,7 @@ mod tests {
         assert_eq!(
             by_name("gears", None, None).unwrap_err().to_string(),
             "no generator is called `gears`; there are tetra, sphereflake, flakes, graph, quadric, \
-             dgp, bars, rooms, city, forest, heightfield, window"
+             dgp, bars, rooms, city, forest, heightfield, window, teapot, knot, metaballs, gyroid"
         );
     }
 
@@ -110,6 +118,10 @@ mod tests {
             ("forest", 1, 4_000_000),
             ("heightfield", 2, 2048),
             ("window", 1, 256),
+            ("teapot", 1, 12),
+            ("knot", 3, 4096),
+            ("metaballs", 1, 256),
+            ("gyroid", 1, 64),
             ("graph", 1, 1),
             ("quadric", 1, 1),
             ("dgp", 1, 1),

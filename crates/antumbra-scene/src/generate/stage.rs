@@ -7,9 +7,9 @@ use crate::defaults::nff_intensity;
 use crate::model::{Camera, Color, Facing, Light, LightKind, Object, Polygon, Scene, Shape};
 
 /// The generators' names, each with its default size: SPD's own, then boxes, leaves, vertices along a
-/// side, panes across, and rooms along a side. `flakes` is `sphereflake` as the paper has it. The other four of the paper
+/// side, panes across, and rooms along a side; a level of patches, rings, balls, and periods along a side. `flakes` is `sphereflake` as the paper has it. The other four of the paper
 /// have size 1 only.
-pub const NAMES: [(&str, u32); 12] = [
+pub const NAMES: [(&str, u32); 16] = [
     ("tetra", 6),
     ("sphereflake", 4),
     ("flakes", 2),
@@ -22,6 +22,10 @@ pub const NAMES: [(&str, u32); 12] = [
     ("forest", 400_000),
     ("heightfield", 256),
     ("window", 6),
+    ("teapot", 8),
+    ("knot", 60),
+    ("metaballs", 12),
+    ("gyroid", 3),
 ];
 
 /// How many lights `rooms` has by default.

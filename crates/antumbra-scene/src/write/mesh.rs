@@ -32,6 +32,8 @@ pub(super) fn meshes<'a>(
             Shape::Sphere(_) => "a sphere",
             Shape::Cone(_) => "a cone or cylinder",
             Shape::Disk(_) => "a disk",
+            Shape::Patch(_) => "a patch",
+            Shape::Implicit(_) => "an implicit surface",
         };
         Err(WriteError::unsupported(format, what, index, object))
     };

@@ -7,7 +7,7 @@
 
 use std::io::{self, Write};
 
-use antumbra_geometry::DVec3;
+use antumbra_geometry::{BezierPatch, DVec3, Field, Implicit};
 
 use crate::{
     defaults::nff_intensity,
@@ -94,6 +94,8 @@ pub fn write_nff(
                 )?;
             }
             Shape::Disk(_) => return Err(unsupported("a disk")),
+            Shape::Patch(patch) => writer.patch(patch)?,
+            Shape::Implicit(implicit) => writer.implicit(implicit)?,
         }
     }
     Ok(())
@@ -117,6 +119,58 @@ impl<W: Write> Writer<'_, W> {
             write!(self.out, "{blank}{}", self.precision.text(number))?;
         }
         writeln!(self.out)
+    }
+
+    /// Writes a patch: antumbra's own addition to NFF.
+    fn patch(&mut self, patch: &BezierPatch) -> io::Result<()> {
+        writeln!(self.out, "bezier {}", patch.level)?;
+        patch
+            .points()
+            .try_for_each(|point| self.line("", &point.to_array()))
+    }
+
+    /// Writes an implicit surface: antumbra's own addition to NFF.
+    fn implicit(&mut self, Implicit { field, low, high }: &Implicit) -> io::Result<()> {
+        let bounds = [low.to_array(), high.to_array()].concat();
+        let numbers = |center: &DVec3, more: &[f64]| [&center.to_array(), more].concat();
+        match field {
+            Field::Torus {
+                center,
+                axis,
+                major,
+                minor,
+            } => {
+                let [x, y, z] = axis.to_array();
+                self.line("torus", &numbers(center, &[x, y, z, *major, *minor]))
+            }
+            Field::Metaballs { balls, threshold } => {
+                let head = format!("metaballs {}", balls.len());
+                self.line(&head, &[&[*threshold][..], &bounds].concat())?;
+                balls.iter().try_for_each(|ball| {
+                    self.line("", &numbers(&ball.center, &[ball.radius, ball.strength]))
+                })
+            }
+            Field::Gyroid {
+                center,
+                period,
+                level,
+            } => self.line(
+                "gyroid",
+                &[numbers(center, &[*period, *level]), bounds].concat(),
+            ),
+            Field::Polynomial {
+                center,
+                unit,
+                terms,
+            } => {
+                let head = format!("polynomial {}", terms.len());
+                self.line(&head, &[numbers(center, &[*unit]), bounds].concat())?;
+                terms.iter().try_for_each(|term| {
+                    let [i, j, k] = term.exponents.map(f64::from);
+                    self.line("", &[term.factor, i, j, k])
+                })
+            }
+        }
     }
 
     fn light(&mut self, index: usize, light: &Light, plain: Color) -> Result<(), WriteError> {

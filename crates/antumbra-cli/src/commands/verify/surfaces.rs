@@ -70,6 +70,12 @@ impl<'a> Surfaces<'a> {
                 let slant = libm::hypot(length, cone.apex_radius - cone.base_radius);
                 0.5 * TAU * (cone.base_radius + cone.apex_radius) * slant
             }
+            // Of parts of a patch, and of what an implicit surface may be at least.
+            Shape::Patch(_) | Shape::Implicit(_) => {
+                let bounds = self.gathered.occluders().surface_bounds(surface);
+                let size = bounds.size();
+                size.x * size.y + size.y * size.z + size.z * size.x
+            }
         }
     }
 
@@ -146,6 +152,13 @@ impl<'a> Surfaces<'a> {
                 let point = on_wall(random, cone)?;
                 let away = 2.0 * (cone.apex - cone.base).length() * random.direction();
                 return self.cast(point + away, -away, None);
+            }
+            Shape::Patch(_) | Shape::Implicit(_) => {
+                let bounds = self.gathered.occluders().surface_bounds(surface);
+                let share = DVec3::from_array([(); 3].map(|()| random.draw()));
+                let target = bounds.min + bounds.size() * share;
+                let away = 2.0 * bounds.size().length() * random.direction();
+                return self.cast(target + away, -away, None);
             }
         };
         Some(ReceiverPoint {

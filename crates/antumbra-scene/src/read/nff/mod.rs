@@ -10,8 +10,11 @@
 //!   term is that number too, whether or not lights have colors;
 //! * objects before the first `f` get the default grey;
 //! * `hither` is read and not used.
+//!
+//! Six keywords are antumbra's own, for patches and implicit surfaces: see docs/formats.md.
 
 mod dialect;
+mod freeform;
 mod lexer;
 mod surface;
 mod view;
@@ -40,8 +43,9 @@ use lexer::{Lexer, Word};
 
 /// The keywords that begin an entity.
 const KEYWORDS: [&str; 8] = ["v", "b", "l", "f", "s", "c", "p", "pp"];
-/// The same for messages.
-const KNOWN: &str = "v, b, l, f, s, c, p, pp";
+/// The same for messages, and antumbra's own.
+const KNOWN: &str =
+    "v, b, l, f, s, c, p, pp, bezier, bspline, torus, metaballs, gyroid, polynomial";
 
 /// Reads NFF from bytes. `file` is only a name for messages.
 ///
@@ -101,7 +105,8 @@ impl<'a> Reader<'a> {
     fn read_entities(&mut self) -> Result<(), ReadError> {
         while let Some(keyword) = self.lexer.peek_keyword() {
             antumbra_task::check();
-            let Some(entity) = KEYWORDS.into_iter().find(|&k| k == keyword.text) else {
+            let mut known = KEYWORDS.into_iter().chain(freeform::KEYWORDS);
+            let Some(entity) = known.find(|&k| k == keyword.text) else {
                 self.read_foreign(keyword)?;
                 continue;
             };
@@ -113,8 +118,8 @@ impl<'a> Reader<'a> {
                 "f" => self.read_surface()?,
                 "s" => self.read_sphere(keyword.line)?,
                 "c" => self.read_cone(keyword.line)?,
-                "p" => self.read_polygon("p", keyword.line)?,
-                _ => self.read_polygon("pp", keyword.line)?,
+                "p" | "pp" => self.read_polygon(entity, keyword.line)?,
+                _ => self.read_freeform(entity, keyword.line)?,
             }
             self.last = entity;
         }
@@ -505,5 +510,5 @@ impl<'a> Reader<'a> {
 }
 
 fn is_keyword(word: &str) -> bool {
-    KEYWORDS.contains(&word)
+    KEYWORDS.contains(&word) || freeform::KEYWORDS.contains(&word)
 }

@@ -155,9 +155,40 @@ impl Attack<'_> {
             }
             Shape::Cone(cone) => on_cone_silhouette(random, cone, light)?,
             Shape::Disk(disk) => disk.center + disk.radius * random.around(disk.normal)?,
+            Shape::Patch(_) | Shape::Implicit(_) => {
+                return self.on_freeform_silhouette(random, surface, light);
+            }
             Shape::Polygon(_) | Shape::Mesh(_) | Shape::Instance(_) => return None,
         };
         Some(ReceiverPoint {
+            point,
+            surface: Some(surface),
+        })
+    }
+}
+
+impl Attack<'_> {
+    /// Slides a point along the surface until light grazes it.
+    fn on_freeform_silhouette(
+        &self,
+        random: &mut Random,
+        surface: SurfaceId,
+        light: &LightShape,
+    ) -> Option<ReceiverPoint> {
+        let occluders = self.surfaces.gathered.occluders();
+        let start = self.surfaces.point_on(random, surface)?;
+        let surface = start.surface?;
+        let reach = 0.125 * occluders.surface_bounds(surface).size().max_element();
+        let mut point = start.point;
+        for _ in 0..32 {
+            let normal = occluders.smooth_normal_at(surface, point);
+            let towards = light.towards(point).normalize_or_zero();
+            // Down where light comes from above, so that the normal turns away.
+            let along = towards - normal * towards.dot(normal);
+            let step = along.normalize_or_zero() * (reach * normal.dot(towards));
+            point = occluders.start_on(surface, point + step).point;
+        }
+        point.is_finite().then_some(ReceiverPoint {
             point,
             surface: Some(surface),
         })
