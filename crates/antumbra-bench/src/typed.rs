@@ -129,6 +129,7 @@ impl LightOfScenes {
         SceneFile {
             scene: scene.to_owned(),
             up: self.up,
+            tessellate: None,
             lights: self.light.into_iter().map(LightValue::Point).collect(),
             sun: self.sun,
             // Nobody sees it.

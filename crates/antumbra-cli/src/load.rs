@@ -114,7 +114,10 @@ pub fn any_lit_scene(
         .iter()
         .for_each(|warning| screen.warning(warning));
 
-    let mut scene = loaded.scene;
+    let mut scene = match typed.tessellate {
+        Some(cells) => loaded.scene.tessellated(cells),
+        None => loaded.scene,
+    };
     let up = Up {
         direction: scene_source::up(&scene, typed.up),
         is_assumed: loaded.is_up_assumed,

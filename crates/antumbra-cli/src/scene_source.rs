@@ -33,8 +33,12 @@ pub fn up(scene: &Scene, typed: Option<Up>) -> DVec3 {
 /// Writes a scene file; returns what its format has no place for.
 pub fn write(scene: &Scene, path: &Path) -> Result<Vec<Warning>, Failure> {
     use write::WriteError;
-    write::write_file(scene, path).map_err(|error| match error {
+    let is_curved = |what: &str| write::CURVED.contains(&what);
+    write::write_file(scene, path).map_err(|error| match &error {
         WriteError::Io(_) | WriteError::File { .. } => Failure::system(error.to_string()),
+        WriteError::Unsupported { what, .. } if is_curved(what) => {
+            Failure::input(error.to_string(), "convert --tessellate N makes it a mesh")
+        }
         _ => Failure::input(error.to_string(), ""),
     })
 }

@@ -429,6 +429,11 @@ pub struct Convert {
     /// Scene file to write; its ending says the format: .nff, .obj, .ply or .glb
     #[arg(value_name = "OUT", help_heading = "Files")]
     pub output: PathBuf,
+
+    /// Curved shapes as meshes: twice N sides around, N cells along a patch (rounded up to a power of two) or a box of an
+    /// implicit surface. Shadows get polygonal outlines
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub tessellate: Option<u32>,
 }
 
 /// A layer beside the picture.

@@ -12,8 +12,8 @@ use antumbra_scene::model::{Corner, Mesh, Scene, Shape};
 /// How many sides the circles of cones and disks get.
 const SIDES: u32 = 128;
 
-/// How many cells patches and implicit surfaces get along a side.
-const FREEFORM_CELLS: u32 = 64;
+/// How many cells the boxes of implicit surfaces get along their longest side.
+const FREEFORM_CELLS: u32 = 128;
 
 /// Triangles and spheres, opaque ones only.
 #[derive(Clone, Debug, Default)]
@@ -56,7 +56,12 @@ impl Geometry {
                 }
                 Shape::Patch(_) | Shape::Implicit(_) => {
                     freeform += 1;
-                    geometry.add_mesh(object.shape.tessellated(FREEFORM_CELLS));
+                    // Patches are what they stand for, up to the finest that a mesh may be.
+                    let cells = match &object.shape {
+                        Shape::Patch(patch) => patch.cells(),
+                        _ => FREEFORM_CELLS,
+                    };
+                    geometry.add_mesh(object.shape.tessellated(cells));
                 }
             }
         }
@@ -67,7 +72,8 @@ impl Geometry {
         }
         if freeform > 0 {
             geometry.notes.push(format!(
-                "{freeform} patches and implicit surfaces have {FREEFORM_CELLS} cells a side for Embree"
+                "{freeform} patches and implicit surfaces are meshes for Embree: of all of a patch's triangles, and of \
+                 {FREEFORM_CELLS} cells along a box"
             ));
         }
         geometry

@@ -16,13 +16,17 @@ pub fn run(typed: &Convert, screen: &Screen) -> Result<Outcome, Failure> {
     outputs.spare([&typed.input])?;
     let loaded = scene_source::read(&typed.input, None, memory::limit(None))?;
     outputs.spare(&loaded.files)?;
-    let notes = scene_source::write(&loaded.scene, &typed.output)?;
+    let scene = match typed.tessellate {
+        Some(cells) => loaded.scene.tessellated(cells),
+        None => loaded.scene,
+    };
+    let notes = scene_source::write(&scene, &typed.output)?;
     loaded
         .warnings
         .iter()
         .chain(&notes)
         .for_each(|warning| screen.warning(warning));
-    let (count, path) = (loaded.scene.objects.len(), typed.output.display());
+    let (count, path) = (scene.objects.len(), typed.output.display());
     screen.detail(format!("{count} objects in {path}"));
     Ok(Outcome::Done)
 }

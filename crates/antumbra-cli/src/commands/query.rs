@@ -43,6 +43,7 @@ pub fn run(typed: &Query, screen: &Screen) -> Result<Outcome, Failure> {
     let file = SceneFile {
         scene: typed.scene.clone(),
         up: typed.up,
+        tessellate: None,
         lights,
         sun: typed.sun,
         background: None,

@@ -48,6 +48,11 @@ pub struct SceneFile {
     #[arg(long, value_name = "AXIS")]
     pub up: Option<Up>,
 
+    /// Curved shapes as meshes: twice N sides around, N cells along a patch (rounded up to a power of two) or a box of an
+    /// implicit surface. Shadows get polygonal outlines
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub tessellate: Option<u32>,
+
     /// Light that replaces the file's lights; repeatable. point:X,Y,Z; sun:AZIMUTH,ELEVATION as of --sun;
     /// spot:X,Y,Z/AXIS/INNER,OUTER (half-angles in degrees). With size, for render, query, verify and inspect:
     /// area:CENTER/EDGE1/EDGE2 (shines to the side of EDGE1 x EDGE2), disk:CENTER/NORMAL/RADIUS,

@@ -4,6 +4,7 @@ mod attack;
 mod files;
 mod fog;
 mod foreign;
+mod freeform;
 mod glass;
 mod help;
 mod interrupts;

@@ -121,9 +121,6 @@ impl Implicit {
         if !is_vector_fine(self.low) || !is_vector_fine(self.high) {
             return Err(ImplicitError::BadNumber);
         }
-        if !self.low.cmplt(self.high).all() {
-            return Err(ImplicitError::EmptyBox);
-        }
         let center = match &self.field {
             Field::Torus {
                 center,
@@ -186,10 +183,12 @@ impl Implicit {
                 *center
             }
         };
-        if is_vector_fine(center) {
-            Ok(())
-        } else {
+        if !is_vector_fine(center) {
             Err(ImplicitError::BadNumber)
+        } else if !self.low.cmplt(self.high).all() {
+            Err(ImplicitError::EmptyBox)
+        } else {
+            Ok(())
         }
     }
 }

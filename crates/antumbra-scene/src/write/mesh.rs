@@ -15,6 +15,15 @@ use crate::{
 
 use super::WriteError;
 
+/// What mesh formats have no word for: curved shapes, as messages call them.
+pub const CURVED: [&str; 5] = [
+    "a sphere",
+    "a cone or cylinder",
+    "a disk",
+    "a patch",
+    "an implicit surface",
+];
+
 /// Returns each object as a mesh.
 ///
 /// # Errors
@@ -29,11 +38,11 @@ pub(super) fn meshes<'a>(
             Shape::Mesh(mesh) => return Ok(Cow::Borrowed(mesh)),
             Shape::Instance(instance) => return Ok(Cow::Owned(instance.to_mesh())),
             Shape::Polygon(polygon) => return Ok(Cow::Owned(mesh_of(polygon))),
-            Shape::Sphere(_) => "a sphere",
-            Shape::Cone(_) => "a cone or cylinder",
-            Shape::Disk(_) => "a disk",
-            Shape::Patch(_) => "a patch",
-            Shape::Implicit(_) => "an implicit surface",
+            Shape::Sphere(_) => CURVED[0],
+            Shape::Cone(_) => CURVED[1],
+            Shape::Disk(_) => CURVED[2],
+            Shape::Patch(_) => CURVED[3],
+            Shape::Implicit(_) => CURVED[4],
         };
         Err(WriteError::unsupported(format, what, index, object))
     };

@@ -14,6 +14,7 @@ mod ply;
 pub use error::WriteError;
 pub use file::{files_of, write_file};
 pub use glb::write_glb;
+pub use mesh::CURVED;
 pub use nff::write_nff;
 pub use number::Precision;
 pub use obj::{LIBRARY_MARK, write_obj};

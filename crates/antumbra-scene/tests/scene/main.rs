@@ -1,5 +1,6 @@
 //! Tests of the readers, the writer and the generators through the crate's public face.
 
+mod freeform;
 mod generated;
 mod glb;
 mod gltf;

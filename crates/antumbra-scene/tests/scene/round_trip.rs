@@ -26,13 +26,25 @@ fn random_nff(random: &mut Random) -> String {
         text += &format!("v from{} at 1 2 3 up 1 2 4 angle 33.3", numbers(random, 3));
     }
     for _ in 0..random.below(12) {
-        text += &match random.below(7) {
+        text += &match random.below(12) {
             0 => format!("\nb{}", numbers(random, 3)),
             1 => format!("\nl{}", numbers(random, 3)),
             2 => format!("\nl{}", numbers(random, 6)),
             3 => format!("\nf{}", numbers(random, 8)),
             4 => format!("\ns{}", numbers(random, 4)),
             5 => format!("\np 4{}", numbers(random, 12)),
+            6 => format!("\nbezier {}{}", random.below(13), numbers(random, 48)),
+            7 => format!("\ntorus{} 0.5 0.25", numbers(random, 6)),
+            8 => format!(
+                "\nmetaballs 2 0.5 -1 -2 -3 4 5 6{} 1.5 2{} 0.5 -1",
+                numbers(random, 3),
+                numbers(random, 3)
+            ),
+            9 => format!("\ngyroid{} 2.5 0.125 -1 -2 -3 4 5 6", numbers(random, 3)),
+            10 => format!(
+                "\npolynomial 2{} 0.5 -1 -2 -3 4 5 6 1.5 2 0 3 -0.25 0 0 12",
+                numbers(random, 3)
+            ),
             _ => format!("\npp 3{}", numbers(random, 18)),
         };
     }

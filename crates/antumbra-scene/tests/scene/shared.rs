@@ -24,7 +24,7 @@ fn counts(loaded: &Loaded) -> [usize; 5] {
             Shape::Polygon(_) => counts[3] += 1,
             Shape::Mesh(mesh) => counts[4] += faces(mesh),
             Shape::Instance(instance) => counts[4] += faces(&instance.mesh),
-            Shape::Disk(_) => {}
+            Shape::Disk(_) | Shape::Patch(_) | Shape::Implicit(_) => {}
         }
     }
     counts

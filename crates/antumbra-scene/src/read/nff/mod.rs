@@ -43,9 +43,8 @@ use lexer::{Lexer, Word};
 
 /// The keywords that begin an entity.
 const KEYWORDS: [&str; 8] = ["v", "b", "l", "f", "s", "c", "p", "pp"];
-/// The same for messages, and antumbra's own.
-const KNOWN: &str =
-    "v, b, l, f, s, c, p, pp, bezier, bspline, torus, metaballs, gyroid, polynomial";
+/// The same for messages; antumbra's own are not what people mean.
+const KNOWN: &str = "v, b, l, f, s, c, p, pp";
 
 /// Reads NFF from bytes. `file` is only a name for messages.
 ///
