@@ -22,6 +22,7 @@ PAGES = {
     "docs/fog.md": "fog.md",
     "docs/formats.md": "formats.md",
     "docs/glass.md": "glass.md",
+    "docs/curved.md": "curved.md",
     "docs/glossary.md": "glossary.md",
     "docs/lights.md": "lights.md",
     "docs/performance.md": "performance.md",

@@ -30,7 +30,7 @@ chores:
   words    only the check of words that have a better one
   package  the packages of all published crates, built from nothing else, as a dry run of publishing them
   inlined  whether the release build calls SIMD operations that it should inline (objdump)
-  gallery  remakes the pictures of the README and of docs/glass.md into docs/images
+  gallery  remakes the pictures of the README, docs/glass.md and docs/curved.md into docs/images
 ";
 
 fn main() -> ExitCode {
@@ -155,39 +155,51 @@ fn gallery() -> Result<()> {
     for (arguments, name) in commands {
         render(arguments, &format!("docs/images/{name}"))?;
     }
-    glass()
+    pictures_of("docs/glass.md")?;
+    pictures_of("docs/curved.md")
 }
 
-/// Makes the picture of docs/glass.md by its first two commands.
-fn glass() -> Result<()> {
-    const SCENE: &str = "window.glb";
-    let page = std::fs::read_to_string(run::root().join("docs/glass.md"))?;
-    let command = |begin: &str| {
-        let found = page.lines().find_map(|line| line.strip_prefix(begin));
-        found.with_context(|| format!("docs/glass.md has no command `{begin}`"))
-    };
-    let scene = std::env::temp_dir().join(SCENE);
-    let scene = scene
-        .to_str()
-        .context("the temporary folder's name is no text")?;
-    command(&format!("$ antumbra scene window -o {SCENE}"))?;
-    run::cargo(
-        &[
-            "run",
-            "--release",
-            "--locked",
-            "--",
-            "scene",
-            "window",
-            "-o",
-            scene,
-        ],
-        &[],
-    )?;
-    let rest = command(&format!("$ antumbra render {SCENE} "))?;
-    let (options, name) = rest.split_once(" -o ").context("a command without `-o`")?;
-    let output = format!("docs/images/{name}");
-    render(&format!("{scene} {options}"), &output)
+/// Makes the pictures of a page: of each scene that it makes by a command, the one that the command after it renders.
+fn pictures_of(page: &str) -> Result<()> {
+    let text = std::fs::read_to_string(run::root().join(page))?;
+    let commands: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("$ antumbra "))
+        .collect();
+    let mut count = 0;
+    for pair in commands.windows(2) {
+        let Some(scene) = pair[0].strip_prefix("scene ") else {
+            continue;
+        };
+        let (name, file) = scene.split_once(" -o ").context("a scene without `-o`")?;
+        let place = std::env::temp_dir().join(file);
+        let place = place
+            .to_str()
+            .context("the temporary folder's name is no text")?;
+        run::cargo(
+            &[
+                "run",
+                "--release",
+                "--locked",
+                "--",
+                "scene",
+                name,
+                "-o",
+                place,
+            ],
+            &[],
+        )?;
+        let rest = pair[1].strip_prefix(&format!("render {file} "));
+        let rest = rest.with_context(|| format!("{page} renders no {file}"))?;
+        let (options, picture) = rest.split_once(" -o ").context("a command without `-o`")?;
+        render(
+            &format!("{place} {options}"),
+            &format!("docs/images/{picture}"),
+        )?;
+        count += 1;
+    }
+    anyhow::ensure!(count > 0, "{page} makes no scene");
+    Ok(())
 }
 
 /// Renders by the program as it is.

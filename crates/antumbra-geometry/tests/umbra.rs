@@ -6,8 +6,8 @@
 //! so each relation's number of cases is asserted as well. A failure names the seed.
 
 use antumbra_geometry::{
-    Bounds, Cone, DVec3, Disk, ElementId, LightShape, Occluders, Opacity, ReceiverPoint, Relation,
-    Shaft, Sphere,
+    Ball, BezierPatch, Bounds, Cone, DVec3, Disk, ElementId, Field, Implicit, LightShape,
+    Occluders, Opacity, ReceiverPoint, Relation, Shaft, Sphere, Term,
 };
 
 /// SplitMix64: enough for tests, the same everywhere.
@@ -63,6 +63,8 @@ enum Kind {
     ClosedCone,
     OpenTube,
     Disk,
+    Patch,
+    Field,
 }
 
 /// One element, somewhere and of some size, with points of it and of its outline.
@@ -78,6 +80,12 @@ struct Case {
 fn case(kind: Kind, random: &mut Random) -> Case {
     // Exponents where products of two or three lengths lose bits to underflow are among them.
     let exponent = random.pick(&[0, 0, 0, 40, -70, 80, -179, -268, -356, -357, -358, -540]);
+    // Fields so small are refused.
+    let exponent = if kind == Kind::Field {
+        exponent.max(-70)
+    } else {
+        exponent
+    };
     let scale = 2f64.powi(exponent);
     // At map coordinates; with exponent 40 a direction of length 1 is rounded when added to them.
     let offset = if exponent.abs() <= 40 && random.below(3) == 0 {
@@ -181,6 +189,65 @@ fn case(kind: Kind, random: &mut Random) -> Case {
                 radius: radius * scale,
             };
             builder.add_disk(disk, Opacity::Opaque).unwrap();
+        }
+        Kind::Patch => {
+            let height = random.pick(&[0.0, 0.1, 0.3, 2.0]);
+            let control = std::array::from_fn(|j| {
+                std::array::from_fn(|i| {
+                    let (u, v) = (i as f64 - 1.5, j as f64 - 1.5);
+                    let lifted = first.cross(second) * random.real(-height, height);
+                    place(first * u + second * v + lifted)
+                })
+            });
+            let patch = BezierPatch { control, level: 5 };
+            for i in 0..8 {
+                outline.push(patch.vertex(4 * i, 0));
+                outline.push(patch.vertex(32, 4 * i));
+                outline.push(patch.vertex(0, 4 * i));
+                outline.push(patch.vertex(4 * i, 32));
+                points.push(patch.vertex(random.below(33) as u32, random.below(33) as u32));
+            }
+            inside = patch.vertex(16, 16);
+            builder.add_patch(&patch, Opacity::Opaque).unwrap();
+        }
+        Kind::Field => {
+            let center = random.point(0.25);
+            let field = if random.below(2) == 0 {
+                let ball = |_| Ball {
+                    center: place(center + random.point(0.5)),
+                    radius: random.real(1.0, 1.5) * scale,
+                    strength: random.real(0.5, 2.0),
+                };
+                Field::Metaballs {
+                    balls: (0..3).map(ball).collect(),
+                    threshold: 0.25,
+                }
+            } else {
+                // A rounded box, with a dent.
+                let term = |factor, exponents| Term { factor, exponents };
+                Field::Polynomial {
+                    center: place(center),
+                    unit: random.real(0.8, 1.2) * scale,
+                    terms: vec![
+                        term(1.0, [4, 0, 0]),
+                        term(1.0, [0, 4, 0]),
+                        term(1.0, [0, 0, 4]),
+                        term(random.real(-0.5, 0.5), [1, 1, 0]),
+                        term(-1.0, [0, 0, 0]),
+                    ],
+                }
+            };
+            let reach = DVec3::splat(2.25 * scale);
+            let (low, high) = (place(center) - reach, place(center) + reach);
+            let implicit = Implicit { field, low, high };
+            inside = place(center);
+            for _ in 0..16 {
+                let direction = random.direction();
+                let on = inside + direction * (random.real(0.7, 1.3) * scale);
+                points.push(on);
+                outline.push(on);
+            }
+            builder.add_implicit(&implicit, Opacity::Opaque).unwrap();
         }
     }
     let middle = outline.iter().sum::<DVec3>() / outline.len().max(1) as f64;
@@ -437,6 +504,16 @@ fn disks_keep_their_word() {
 }
 
 /// Asserts that the umbra of the only element keeps its word for a box, at points all over the box.
+#[test]
+fn patches_keep_their_word() {
+    check(Kind::Patch, seeds());
+}
+
+#[test]
+fn implicit_surfaces_keep_their_word() {
+    check(Kind::Field, seeds());
+}
+
 fn assert_keeps_its_word(occluders: &Occluders, light: &LightShape, voxel: Bounds) {
     let shaft = Shaft::new(voxel, *light);
     let expected = match occluders.umbra(ElementId(0), light).relation(&shaft) {

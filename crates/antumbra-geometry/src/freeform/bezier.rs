@@ -162,10 +162,15 @@ impl Net {
         self.0.iter().flatten().copied()
     }
 
+    /// Returns the corners: the first, along the first parameter, along the second, along both.
+    pub(super) fn corners(&self) -> [DVec3; 4] {
+        [self.0[0][0], self.0[0][3], self.0[3][0], self.0[3][3]]
+    }
+
     /// Returns by how much, along each axis, any point of the piece is at most off the two triangles between its corners, which
     /// share the diagonal from the first to the last corner.
     pub(super) fn bend(&self) -> DVec3 {
-        let [first, along, across, last] = [self.0[0][0], self.0[0][3], self.0[3][0], self.0[3][3]];
+        let [first, along, across, last] = self.corners();
         let mut most = DVec3::ZERO;
         for (j, row) in self.0.iter().enumerate() {
             let v = j as f64 / 3.0;

@@ -15,4 +15,4 @@ pub use field::{Ball, Field, MAX_DEGREE, MAX_TERMS, Term};
 pub use implicit::{Implicit, ImplicitError};
 
 pub(crate) use implicit::Level;
-pub(crate) use part::{PatchPart, parts_of};
+pub(crate) use part::{Half, PatchPart, Piece, parts_of};

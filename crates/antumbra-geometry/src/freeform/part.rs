@@ -1,7 +1,7 @@
 //! A piece of a patch, as a surface of its own: which of its triangles a segment crosses, and which one a point is on.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::segment::Segment;
 /// A square piece of a patch's cells.
 #[derive(Clone, Debug)]
 pub(crate) struct PatchPart {
-    patch: Arc<BezierPatch>,
+    patch: Arc<Shared>,
     /// Its first cell.
     first: [u32; 2],
     /// It is halved so often down to cells.
@@ -23,6 +23,58 @@ pub(crate) struct PatchPart {
     bounds: Bounds,
     /// More than all roundings of coordinates here.
     room: f64,
+}
+
+/// What the parts of a patch share.
+#[derive(Debug)]
+struct Shared {
+    patch: BezierPatch,
+    /// Halvings from the patch down to its parts.
+    depth: u32,
+    /// Made when first asked for.
+    pieces: OnceLock<Vec<Piece>>,
+}
+
+/// A piece of a patch with what is known of its shadow.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) bounds: Bounds,
+    /// The first of the pieces that are not in it; those that are follow it.
+    pub(crate) next: u32,
+    /// Its two halves; `None` where one has no area to speak of.
+    pub(crate) halves: [Option<Half>; 2],
+}
+
+/// A half of a piece: flat up to how far it bends.
+#[derive(Clone, Debug)]
+pub(crate) struct Half {
+    pub(crate) corners: [DVec3; 3],
+    /// Unit normal.
+    pub(crate) normal: DVec3,
+    /// For each edge, from its corner to the next, the unit vector in the plane that looks inwards.
+    pub(crate) inwards: [DVec3; 3],
+    /// No point of the half is farther from the same point of the flat triangle.
+    pub(crate) bend: f64,
+}
+
+impl Half {
+    fn new(corners: [DVec3; 3], bend: f64) -> Option<Self> {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        let inward = |from: DVec3, to: DVec3| normal.cross(to - from).try_normalize();
+        let inwards = [inward(a, b)?, inward(b, c)?, inward(c, a)?];
+        // Thinner ones hold nothing that is far enough from the border.
+        let width = inwards[0]
+            .dot(c - a)
+            .min(inwards[1].dot(a - b))
+            .min(inwards[2].dot(b - c));
+        (width > 2.0 * bend).then_some(Self {
+            corners,
+            normal,
+            inwards,
+            bend,
+        })
+    }
 }
 
 /// A share of the coordinates that is more than what vertices and nets are rounded by, and their projections.
@@ -39,7 +91,7 @@ pub(crate) fn parts_of(patch: &BezierPatch) -> Vec<PatchPart> {
     let largest = patch
         .points()
         .fold(0.0_f64, |most, point| most.max(point.abs().max_element()));
-    let patch = Arc::new(patch.clone());
+    let patch = patch.clone();
     let mut nets = vec![([0, 0], Net(patch.control))];
     let mut depth = patch.level;
     let is_flat = |net: &Net| {
@@ -56,6 +108,11 @@ pub(crate) fn parts_of(patch: &BezierPatch) -> Vec<PatchPart> {
         nets = quartered.collect();
     }
     let room = ROUNDING * largest;
+    let patch = Arc::new(Shared {
+        depth: patch.level - depth,
+        patch,
+        pieces: OnceLock::new(),
+    });
     let part = |(first, net): ([u32; 2], Net)| PatchPart {
         patch: Arc::clone(&patch),
         first,
@@ -65,6 +122,24 @@ pub(crate) fn parts_of(patch: &BezierPatch) -> Vec<PatchPart> {
         room,
     };
     nets.into_iter().map(part).collect()
+}
+
+fn add_pieces(pieces: &mut Vec<Piece>, net: &Net, depth: u32, room: f64) {
+    let number = pieces.len();
+    let [first, along, across, last] = net.corners();
+    let bend = net.bend().length() + 4.0 * room;
+    pieces.push(Piece {
+        bounds: Bounds::of_points(net.points()).inflated(DVec3::splat(room)),
+        next: 0,
+        halves: [[first, along, last], [first, last, across]]
+            .map(|corners| Half::new(corners, bend)),
+    });
+    if depth > 0 {
+        for quarter in net.quarters() {
+            add_pieces(pieces, &quarter, depth - 1, room);
+        }
+    }
+    pieces[number].next = pieces.len() as u32;
 }
 
 /// Returns the first cell of a quarter that has 2 to the power of `depth` cells a side.
@@ -105,7 +180,21 @@ impl PatchPart {
     }
 
     pub(crate) fn patch(&self) -> &BezierPatch {
-        &self.patch
+        &self.patch.patch
+    }
+
+    /// Returns the pieces of the whole patch, each before those that are in it.
+    pub(crate) fn pieces(&self) -> &[Piece] {
+        let Shared {
+            patch,
+            depth,
+            pieces,
+        } = &*self.patch;
+        pieces.get_or_init(|| {
+            let mut pieces = Vec::new();
+            add_pieces(&mut pieces, &Net(patch.control), *depth, self.room);
+            pieces
+        })
     }
 
     pub(crate) fn first_cell(&self) -> [u32; 2] {
@@ -186,6 +275,7 @@ impl PatchPart {
 
     fn corners(&self, place: Place) -> [DVec3; 3] {
         self.patch
+            .patch
             .triangle([place.column, place.row], place.is_second)
     }
 
@@ -365,8 +455,7 @@ impl View {
         }
         let bend = net.bend();
         let reach = bend.x + bend.y + 2.0 * self.room;
-        let [first, along, across, last] =
-            [net.0[0][0], net.0[0][3], net.0[3][0], net.0[3][3]].map(DVec3::truncate);
+        let [first, along, across, last] = net.corners().map(DVec3::truncate);
         [[first, along, last], [first, last, across]]
             .iter()
             .any(|corners| {

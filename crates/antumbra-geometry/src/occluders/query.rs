@@ -1,5 +1,7 @@
 //! The rule of EXACTNESS.md over surfaces of all kinds: which surface blocks, and where.
 
+use std::sync::Arc;
+
 use super::{
     AlphaTest, Curved, CurvedShape, Element, ElementKind, NO_ALPHA_TEST, NO_AXIS, Occluders,
     Surface, SurfaceId, Triangle, is_too_small,
@@ -411,18 +413,7 @@ impl Occluders {
             CurvedShape::Disk(disk, axis) if *axis != NO_AXIS => {
                 DiskUmbra::new(*disk, light).map_or(UmbraShape::Nothing, UmbraShape::Disk)
             }
-            CurvedShape::Part(_) => {
-                let parts = record.surfaces.clone().filter_map(|part| {
-                    match self.surface(SurfaceId(part)) {
-                        Surface::Curved(Curved {
-                            shape: CurvedShape::Part(part),
-                            ..
-                        }) => Some(&**part),
-                        _ => None,
-                    }
-                });
-                UmbraShape::Freeform(FreeformUmbra::of_patch(parts, light))
-            }
+            CurvedShape::Part(part) => UmbraShape::Freeform(FreeformUmbra::Patch(Arc::clone(part))),
             CurvedShape::Level(level) => {
                 UmbraShape::Freeform(FreeformUmbra::of_level(level, light))
             }

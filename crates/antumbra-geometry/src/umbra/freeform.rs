@@ -1,16 +1,22 @@
 //! The umbra of a surface without a closed form: what surely blocks and what surely does not (Paper 9.1).
 
+use std::sync::Arc;
+
+use glam::DVec3;
+
 use super::{Relation, Shaft};
-use crate::freeform::{Level, PatchPart};
+use crate::freeform::{Half, Level, PatchPart, Piece};
 use crate::segment::Segment;
 use crate::{Bounds, LightShape};
 
 /// An outer set that holds the surface, and an inner set through which no light comes. What lies between is uncertain, and left to
 /// rays.
 #[derive(Clone, Debug)]
-pub(crate) struct FreeformUmbra {
-    outer: BoxTree,
-    inner: Vec<Bounds>,
+pub(crate) enum FreeformUmbra {
+    /// Boxes that hold the surface, and boxes deep inside.
+    Boxes { outer: BoxTree, inner: Vec<Bounds> },
+    /// A part of the patch, which knows the pieces of all of it.
+    Patch(Arc<PatchPart>),
 }
 
 /// Boxes are shrunk by this share on each side, so that every ray through one is in it for a good while: for many of the samples
@@ -18,16 +24,6 @@ pub(crate) struct FreeformUmbra {
 const INSET: f64 = 1.0 / 16.0;
 
 impl FreeformUmbra {
-    pub(crate) fn of_patch<'a>(
-        parts: impl Iterator<Item = &'a PatchPart>,
-        _light: &LightShape,
-    ) -> Self {
-        Self {
-            outer: BoxTree::new(parts.map(PatchPart::bounds).collect()),
-            inner: Vec::new(),
-        }
-    }
-
     pub(crate) fn of_level(level: &Level, light: &LightShape) -> Self {
         let boxes = level.boxes();
         let whole = level.bounds();
@@ -50,22 +46,31 @@ impl FreeformUmbra {
             .filter(|bounds| is_beyond && bounds.size().min_element() > least)
             .map(inset)
             .collect();
-        Self {
+        Self::Boxes {
             outer: BoxTree::new(boxes.outer.clone()),
             inner,
         }
     }
 
     pub(crate) fn relation(&self, shaft: &Shaft) -> Relation {
-        if self.outer.is_missed_by(shaft) {
-            return Relation::Misses;
-        }
-        let covers = |bounds: &Bounds| {
-            shaft
-                .corner_segments()
-                .all(|segment| goes_through(bounds, &segment))
+        let (is_missed, is_covered) = match self {
+            Self::Boxes { outer, inner } => {
+                let covers = |bounds: &Bounds| {
+                    let mut segments = shaft.corner_segments();
+                    segments.all(|segment| goes_through(bounds, &segment))
+                };
+                let is_missed = outer.is_missed_by(shaft);
+                (is_missed, !is_missed && inner.iter().any(covers))
+            }
+            Self::Patch(part) => {
+                let pieces = part.pieces();
+                let is_missed = are_missed(pieces, shaft);
+                (is_missed, !is_missed && is_covered(pieces, shaft))
+            }
         };
-        if self.inner.iter().any(covers) {
+        if is_missed {
+            Relation::Misses
+        } else if is_covered {
             Relation::Covers
         } else {
             Relation::Crosses
@@ -73,9 +78,100 @@ impl FreeformUmbra {
     }
 }
 
+fn are_missed(pieces: &[Piece], shaft: &Shaft) -> bool {
+    let mut number = 0;
+    while let Some(piece) = pieces.get(number) {
+        if shaft.misses_box(&piece.bounds) {
+            number = piece.next as usize;
+        } else if piece.next as usize == number + 1 {
+            return false;
+        } else {
+            number += 1;
+        }
+    }
+    true
+}
+
+/// Returns whether one of the pieces covers a shaft.
+fn is_covered(pieces: &[Piece], shaft: &Shaft) -> bool {
+    let size = shaft.bounds.size().max_element();
+    let mut number = 0;
+    while let Some(piece) = pieces.get(number) {
+        // A piece that is smaller than the box may cover it, near a light, but hardly does.
+        let is_small = piece.bounds.size().max_element() < size;
+        if is_small || shaft.misses_box(&piece.bounds) {
+            number = piece.next as usize;
+        } else if piece
+            .halves
+            .iter()
+            .flatten()
+            .any(|half| covers(half, shaft))
+        {
+            return true;
+        } else {
+            number += 1;
+        }
+    }
+    false
+}
+
+/// Returns whether no light comes through a half of a piece to any point of a shaft's box.
+///
+/// The half is a continuous image of a triangle, and no point of it is farther than `bend` from the same point of the triangle.
+/// Seen along a ray that meets the triangle's plane at a cosine `c`, its border is that near to the triangle's, and a place
+/// farther than `bend / c` inside of the triangle is farther from it than that. So the border winds round the ray,
+/// and the half holds a point of the ray. It lies within `bend` of the plane, and both ends of the ray farther off. The
+/// places behind a triangle as seen from a light are convex, so the corners of the box speak for all of it.
+fn covers(half: &Half, shaft: &Shaft) -> bool {
+    let [origin, ..] = half.corners;
+    let (light, is_point) = match shaft.light {
+        LightShape::Point(place) => (place, true),
+        LightShape::Direction(direction) => (direction, false),
+    };
+    let height = |place: DVec3| half.normal.dot(place - origin);
+    // What lights at infinity gain with every step along their direction.
+    let light_height = if is_point {
+        height(light)
+    } else {
+        half.normal.dot(light)
+    };
+    let side = light_height.signum();
+    let beyond = 2.0 * half.bend;
+    if is_point && side * light_height <= beyond {
+        return false;
+    }
+    let (mut least_rise, mut longest) = (f64::INFINITY, 0.0_f64);
+    for &corner in shaft.corners() {
+        let corner_height = height(corner);
+        if side * corner_height >= -beyond {
+            return false;
+        }
+        let (rise, way) = if is_point {
+            (light_height - corner_height, light - corner)
+        } else {
+            (light_height, light)
+        };
+        least_rise = least_rise.min(side * rise);
+        longest = longest.max(way.length());
+    }
+    // A little more than what the bend may take, and for rounding.
+    let margin = 1.01 * half.bend * longest / least_rise;
+    shaft.corners().iter().all(|&corner| {
+        let corner_height = height(corner);
+        let (rise, way) = if is_point {
+            (light_height - corner_height, light - corner)
+        } else {
+            (light_height, light)
+        };
+        let place = corner - way * (corner_height / rise);
+        let mut edges = half.corners.iter().zip(&half.inwards);
+        edges.all(|(&corner, inward)| inward.dot(place - corner) > margin)
+    })
+}
+
 /// Boxes in boxes.
 #[derive(Clone, Debug, Default)]
-struct BoxTree {
+pub(crate) struct BoxTree {
     /// Each node before those in it.
     nodes: Vec<BoxNode>,
 }

@@ -264,6 +264,11 @@ impl Shaft {
         self.planes().iter().any(is_above)
     }
 
+    /// Returns the corners of the box, or of the polygon.
+    pub(crate) fn corners(&self) -> &[DVec3] {
+        &self.corners[..self.corner_count]
+    }
+
     /// Returns the segments from the corners of the box, or of the polygon, to the light.
     pub(crate) fn corner_segments(&self) -> impl Iterator<Item = Segment> + use<'_> {
         self.corners[..self.corner_count]

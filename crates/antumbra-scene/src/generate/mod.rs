@@ -12,6 +12,7 @@ mod bars;
 mod city;
 mod dgp;
 mod forest;
+mod glazed_city;
 mod graph;
 mod heightfield;
 mod implicit;
@@ -32,6 +33,7 @@ pub use bars::bars;
 pub use city::city;
 pub use dgp::dgp;
 pub use forest::forest;
+pub use glazed_city::glazed_city;
 pub use graph::graph;
 pub use heightfield::heightfield;
 pub use implicit::{gyroid, knot, metaballs};
@@ -77,6 +79,7 @@ pub fn by_name(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Sce
         ("bars", Some(size)) => only("bars", size, bars),
         ("rooms", Some(size)) => rooms(size, lights.unwrap_or(ROOM_LIGHTS)),
         ("city", Some(size)) => city(size),
+        ("glazed-city", Some(size)) => glazed_city(size),
         ("forest", Some(size)) => forest(size),
         ("heightfield", Some(size)) => heightfield(size),
         ("window", Some(size)) => window(size),
@@ -105,7 +108,8 @@ mod tests {
         assert_eq!(
             by_name("gears", None, None).unwrap_err().to_string(),
             "no generator is called `gears`; there are tetra, sphereflake, flakes, graph, quadric, \
-             dgp, bars, rooms, city, forest, heightfield, window, teapot, knot, metaballs, gyroid"
+             dgp, bars, rooms, city, glazed-city, forest, heightfield, window, teapot, knot, metaballs, \
+             gyroid"
         );
     }
 

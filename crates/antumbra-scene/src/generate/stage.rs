@@ -9,7 +9,7 @@ use crate::model::{Camera, Color, Facing, Light, LightKind, Object, Polygon, Sce
 /// The generators' names, each with its default size: SPD's own, then boxes, leaves, vertices along a
 /// side, panes across, and rooms along a side; a level of patches, rings, balls, and periods along a side. `flakes` is `sphereflake` as the paper has it. The other four of the paper
 /// have size 1 only.
-pub const NAMES: [(&str, u32); 16] = [
+pub const NAMES: [(&str, u32); 17] = [
     ("tetra", 6),
     ("sphereflake", 4),
     ("flakes", 2),
@@ -19,6 +19,7 @@ pub const NAMES: [(&str, u32); 16] = [
     ("bars", 1),
     ("rooms", 3),
     ("city", 10_000),
+    ("glazed-city", 10_000),
     ("forest", 400_000),
     ("heightfield", 256),
     ("window", 6),
