@@ -278,8 +278,7 @@ impl Shaft {
 
     /// Returns whether the shaft surely misses a box, which the caller has by rounding only.
     pub fn misses_box(&self, bounds: &Bounds) -> bool {
-        let corners = bounds.corners();
-        self.misses(|plane| corners.iter().all(|&corner| plane.is_above(corner)))
+        self.misses(|plane| plane.range(bounds).0 > plane.limit + UNDERFLOW)
     }
 
     /// Returns whether the shaft surely misses the segment between two points.

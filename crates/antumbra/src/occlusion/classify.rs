@@ -5,7 +5,9 @@
 //! surface with its own outline (curved, with holes) does. Where none of these is, one start speaks for
 //! all. Absent here: bits, bricks, queries.
 
-use antumbra_geometry::{Bounds, NO_COMPONENT, Patch, ReceiverPoint, Relation, Segment, SurfaceId};
+use antumbra_geometry::{
+    Bounds, NO_COMPONENT, Patch, ReceiverPoint, Relation, Segment, Shaft, SurfaceId,
+};
 
 use super::candidates::{Candidates, Casters};
 use super::forms::Verdict;
@@ -305,8 +307,8 @@ impl<'a> Casters<'a> {
         &self,
         receivers: Option<&Receivers<'_>>,
         candidates: &Candidates,
-        most: usize,
-        curved_cost: usize,
+        bounds: &Bounds,
+        (most, curved_cost): (usize, usize),
     ) -> Option<Vec<u32>> {
         const MOST_TRIED: usize = 4;
         const MOST_PATCHES: usize = 16;
@@ -333,6 +335,7 @@ impl<'a> Casters<'a> {
                 .collect(),
         };
         let mut cost = list.len();
+        let mut cell = None;
         for &number in candidates.crossing.iter().chain(&candidates.covering) {
             if cost > most {
                 return None;
@@ -345,8 +348,15 @@ impl<'a> Casters<'a> {
             });
             if !is_missed {
                 for surface in self.occluders.surfaces_of(caster.element) {
-                    list.push(surface.0);
-                    cost += curved_cost;
+                    // Of the parts of a patch few are in the way.
+                    let is_beside = self.occluders.is_freeform(surface) && {
+                        let cell = cell.get_or_insert_with(|| Shaft::new(*bounds, self.light));
+                        cell.misses_box(&self.occluders.surface_bounds(surface))
+                    };
+                    if !is_beside {
+                        list.push(surface.0);
+                        cost += curved_cost;
+                    }
                 }
             }
         }
@@ -521,13 +531,13 @@ mod tests {
                     let receivers = casters.receivers(class, &candidates, &bounds);
                     let (answer, list, surfaces) = if class == ReceiverClass::Free {
                         let answer = casters.decide_free(&candidates, &bounds);
-                        let list = casters.blockers(None, &candidates, 8, 1);
+                        let list = casters.blockers(None, &candidates, &bounds, (8, 1));
                         (answer, list, vec![None])
                     } else if receivers.is_empty() {
                         continue;
                     } else {
                         let answer = casters.decide_surfaces(&receivers, &candidates, &bounds);
-                        let list = casters.blockers(Some(&receivers), &candidates, 8, 1);
+                        let list = casters.blockers(Some(&receivers), &candidates, &bounds, (8, 1));
                         let flat = receivers.patches.iter().map(Patch::surface);
                         let all = flat.chain(receivers.curved.iter().copied());
                         (answer, list, all.map(Some).collect())

@@ -136,7 +136,8 @@ impl Refiner<'_> {
                 depth.space
             };
             return self.list(cell.level, finest, depth.space_list, |most, curved_cost| {
-                self.casters.blockers(None, candidates, most, curved_cost)
+                self.casters
+                    .blockers(None, candidates, bounds, (most, curved_cost))
             });
         }
         let receivers = self.casters.receivers(self.class, candidates, bounds);
@@ -163,7 +164,7 @@ impl Refiner<'_> {
             short_list,
             |most, curved_cost| {
                 self.casters
-                    .blockers(Some(&receivers), candidates, most, curved_cost)
+                    .blockers(Some(&receivers), candidates, bounds, (most, curved_cost))
             },
         )
     }
