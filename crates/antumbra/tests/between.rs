@@ -72,7 +72,11 @@ fn what_is_known_between_two_points_is_the_references_answer_all_along() {
                         let point = lifted(height * share);
                         let reference = index.shadow_by_reference(&space(point), light);
                         let label = scene.label();
-                        assert_eq!(reference, Ok(told), "{label} {method:?} {point:?} {light:?}");
+                        assert_eq!(
+                            reference,
+                            Ok(told),
+                            "{label} {method:?} {point:?} {light:?}"
+                        );
                     }
                 }
             }

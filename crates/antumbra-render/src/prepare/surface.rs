@@ -81,6 +81,29 @@ impl Prepared {
         is_there: impl Fn(&Mesh) -> bool,
         value_of: impl Fn(&Mesh, &Corner) -> Option<[f64; N]>,
     ) -> Option<[f64; N]> {
+        let [a, b, c] = self.of_corners(hit, is_there, value_of)?;
+        let [second, third] = hit.barycentric;
+        Some(std::array::from_fn(|i| {
+            a[i] + (b[i] - a[i]) * second + (c[i] - a[i]) * third
+        }))
+    }
+
+    /// Returns the places in its texture of the corners of a hit's triangle, or `None` where the file gives none.
+    pub(super) fn corner_uvs(&self, hit: &Hit) -> Option<[[f64; 2]; 3]> {
+        self.of_corners(
+            hit,
+            |mesh| !mesh.uvs.is_empty(),
+            |mesh, corner| mesh.uvs.get(corner.uv as usize).copied(),
+        )
+    }
+
+    /// Returns what the corners of a hit's triangle have, as [`Prepared::between_corners`] takes it.
+    fn of_corners<const N: usize>(
+        &self,
+        hit: &Hit,
+        is_there: impl Fn(&Mesh) -> bool,
+        value_of: impl Fn(&Mesh, &Corner) -> Option<[f64; N]>,
+    ) -> Option<[[f64; N]; 3]> {
         let place = self.gathered.place_of(hit.surface);
         let mesh = self.scene.objects[place.object as usize].shape.mesh()?;
         if !is_there(mesh) {
@@ -93,11 +116,7 @@ impl Prepared {
             return None;
         }
         let [a, b, c] = corners.map(|corner| face.get(corner as usize).and_then(value_of));
-        let [a, b, c] = [a?, b?, c?];
-        let [second, third] = hit.barycentric;
-        Some(std::array::from_fn(|i| {
-            a[i] + (b[i] - a[i]) * second + (c[i] - a[i]) * third
-        }))
+        Some([a?, b?, c?])
     }
 
     /// Returns whether the geometry asks a coverage about this surface.

@@ -156,8 +156,8 @@ pub(crate) fn known_between(
     }
     let is_clear = |surface| {
         let element = occluders.element_of(surface);
+        let is_small = occluders.surfaces_of(element).nth(MOST_SURFACES).is_none();
         let mut parts = occluders.surfaces_of(element);
-        let is_small = parts.clone().nth(MOST_SURFACES).is_none();
         is_small && parts.all(|part| between.is_clear_of(occluders, part))
     };
     let mut known = None;
@@ -166,7 +166,9 @@ pub(crate) fn known_between(
         let (value, surfaces) = (values.get(voxel), grid.surfaces(voxel));
         let is_dark = match value.of_any_point(!surfaces.is_empty()) {
             Some(is_dark) => is_dark,
-            None if value == Occlusion::Null && surfaces.iter().all(|&part| is_clear(part)) => false,
+            None if value == Occlusion::Null && surfaces.iter().all(|&part| is_clear(part)) => {
+                false
+            }
             None => return None,
         };
         if known.is_some_and(|known| known != is_dark) {

@@ -46,9 +46,7 @@ impl Between {
     /// second, with the light before it; or it is a triangle, and they lie on the light's side of its plane.
     pub(crate) fn is_clear_of(&self, occluders: &Occluders, surface: SurfaceId) -> bool {
         match occluders.triangle_positions(surface) {
-            Some(corners) => {
-                self.is_before(corners) || self.is_over(occluders, surface, corners)
-            }
+            Some(corners) => self.is_before(corners) || self.is_over(occluders, surface, corners),
             None => match occluders.sphere(surface) {
                 Some(ball) => self.is_before([ball.center + ball.radius * self.ahead]),
                 None => {
@@ -79,7 +77,11 @@ impl Between {
             }
         };
         // Not for what is no number.
-        is_light_before && self.ends.iter().all(|end| end.dot(self.ahead) > highest + room)
+        is_light_before
+            && self
+                .ends
+                .iter()
+                .all(|end| end.dot(self.ahead) > highest + room)
     }
 
     /// Returns whether all points lie on the light's side of a triangle's plane, or the plane holds the light.
@@ -99,8 +101,8 @@ impl Between {
         let is_good = size > products * 2_f64.powi(-20) && size > 1e-250;
         let is_over = |end: &DVec3| {
             let from_corner = *end - a;
-            let room = OF_HEIGHTS * from_corner.abs().max_element()
-                + ROUNDING * end.abs().max_element();
+            let room =
+                OF_HEIGHTS * from_corner.abs().max_element() + ROUNDING * end.abs().max_element();
             side * (normal / size).dot(from_corner) > room
         };
         is_good && self.ends.iter().all(is_over)
