@@ -18,6 +18,7 @@ mod air;
 mod area;
 mod area_query;
 mod at_once;
+mod bump_tally;
 mod bumps;
 mod glass;
 mod seen_air;
@@ -36,7 +37,7 @@ use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
 
 pub use area_query::{AreaQuery, AreaTally, Region};
-pub use bumps::BumpTally;
+pub use bump_tally::BumpTally;
 pub use seen_air::{Air, AirTally};
 pub use surface_point::SurfacePoint;
 pub use tally::Tally;

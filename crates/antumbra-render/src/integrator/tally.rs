@@ -3,7 +3,7 @@
 use antumbra::Counters;
 
 use super::area_query::AreaTally;
-use super::bumps::BumpTally;
+use super::bump_tally::BumpTally;
 use super::seen_air::AirTally;
 
 /// Counts of rays and queries.

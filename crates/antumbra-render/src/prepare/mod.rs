@@ -4,7 +4,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | `surface` | what a hit looks like: normals, texture, coverage |
+//! | `surface` | what a hit looks like: normals, texture, coverage, relief |
 //! | `relief` | how high and how steep a relief is that is no geometry |
 //! | `stand_in` | another method in the place of the index, for comparisons |
 

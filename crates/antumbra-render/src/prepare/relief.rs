@@ -1,12 +1,12 @@
 //! The relief of a surface at a hit: how high it may be, how high it is, and how it leans.
 //!
-//! In: a hit. Out: its [`Relief`]; the share of the height; a normal. Invariant: all is `f64`, each operation rounded once, as
-//! EXACTNESS.md ("Bumps") has it, so the same on every platform. Absent here: who asks about shadows. Paper 7.2.
+//! In: a material's [`Bump`], a point, how its picture lies there. Out: a [`Relief`]; the share of the height; a normal.
+//! Invariant: all is `f64`, each operation rounded once, as EXACTNESS.md ("Bumps") has it, so the same on every platform.
+//! Absent here: who asks about shadows. Paper 7.2.
 
-use antumbra_geometry::{DVec3, Hit};
+use antumbra_geometry::DVec3;
 use antumbra_scene::model::{Bump, Texture};
 
-use super::Prepared;
 use crate::vector::unit;
 
 /// Reliefs have so many sixty-fourths of their picture's length.
@@ -47,71 +47,40 @@ enum Kind<'a> {
 
 /// A picture, and how it lies on a triangle.
 #[derive(Clone, Copy, Debug)]
-struct Picture<'a> {
+pub(super) struct Picture<'a> {
     texture: &'a Texture,
     place: [f64; 2],
     /// How the position changes along both axes of the picture.
     along: [DVec3; 2],
+    /// World units that the picture takes, in the mean of both axes.
+    length: f64,
 }
 
-impl Prepared {
-    /// Returns whether a material has a relief.
-    pub fn has_reliefs(&self) -> bool {
-        self.scene()
-            .materials
-            .iter()
-            .any(|material| material.bump.is_some())
-    }
-
-    /// Returns the relief at a hit, if the surface has one there.
-    pub(crate) fn relief(&self, hit: &Hit) -> Option<Relief<'_>> {
-        let bump = self.material(hit.surface).bump?;
-        let in_picture =
-            |texture: usize| self.on_triangle(hit, self.scene().textures.get(texture)?);
-        let (height, kind) = match bump {
-            Bump::Heights {
-                texture,
-                multiplier,
-            } => {
-                let (picture, length) = in_picture(texture)?;
-                let is_turned = multiplier < 0.0;
-                let height = multiplier.abs() * length / IN_A_PICTURE;
-                (height, Kind::Heights { picture, is_turned })
-            }
-            Bump::Normals { texture, scale } => {
-                let (picture, length) = in_picture(texture)?;
-                let height = scale.abs() * length / IN_A_PICTURE;
-                (height, Kind::Normals { picture, scale })
-            }
-            Bump::Noise { height, .. } | Bump::Ripples { height, .. } => {
-                (height, Kind::InSpace(bump))
-            }
-        };
-        let reach = hit.point.abs().max_element();
+impl<'a> Relief<'a> {
+    /// Returns the relief of a height at a point, if it is told from rounding and in range.
+    fn of(height: f64, kind: Kind<'a>, point: DVec3) -> Option<Self> {
+        let reach = point.abs().max_element();
         // Not for what is no number.
         let is_told = height > LOWEST * reach && height + reach < LARGEST;
-        is_told.then_some(Relief { height, kind })
+        is_told.then_some(Self { height, kind })
     }
 
-    /// Returns how a picture lies on the triangle of a hit, and its length there.
-    fn on_triangle<'a>(&self, hit: &Hit, texture: &'a Texture) -> Option<(Picture<'a>, f64)> {
-        let [a, b, c] = self
-            .gathered()
-            .occluders()
-            .triangle_positions(hit.surface)?;
-        let [uv_a, uv_b, uv_c] = self.corner_uvs(hit)?;
-        let (f, g) = (b - a, c - a);
-        let [[u1, v1], [u2, v2]] = [uv_b, uv_c].map(|uv| [0, 1].map(|i: usize| uv[i] - uv_a[i]));
-        let turn = u1 * v2 - u2 * v1;
-        let length = (f.cross(g).length() / turn.abs()).sqrt();
-        let along = [(f * v2 - g * v1) / turn, (g * u1 - f * u2) / turn];
-        let picture = Picture {
-            texture,
-            place: self.uv(hit)?,
-            along,
+    /// Returns the relief of a material in space at a point.
+    pub(super) fn in_space(bump: Bump, point: DVec3) -> Option<Self> {
+        Self::of(bump.height_in_space()?, Kind::InSpace(bump), point)
+    }
+
+    /// Returns the relief of a picture of a material at a point.
+    pub(super) fn in_picture(bump: Bump, picture: Picture<'a>, point: DVec3) -> Option<Self> {
+        let (factor, kind) = match bump {
+            Bump::Heights { multiplier, .. } => {
+                let is_turned = multiplier < 0.0;
+                (multiplier, Kind::Heights { picture, is_turned })
+            }
+            Bump::Normals { scale, .. } => (scale, Kind::Normals { picture, scale }),
+            Bump::Noise { .. } | Bump::Ripples { .. } => return None,
         };
-        let is_fine = length.is_finite() && along.iter().all(|along| along.is_finite());
-        is_fine.then_some((picture, length))
+        Self::of(factor.abs() * picture.length / IN_A_PICTURE, kind, point)
     }
 }
 
@@ -178,7 +147,28 @@ impl Relief<'_> {
     }
 }
 
-impl Picture<'_> {
+impl<'a> Picture<'a> {
+    /// Returns a picture at a place in it, as it lies on a triangle by the places of its corners; `None` where it has no size.
+    pub(super) fn on_triangle(
+        texture: &'a Texture,
+        place: [f64; 2],
+        [a, b, c]: [DVec3; 3],
+        [uv_a, uv_b, uv_c]: [[f64; 2]; 3],
+    ) -> Option<Self> {
+        let (f, g) = (b - a, c - a);
+        let [[u1, v1], [u2, v2]] = [uv_b, uv_c].map(|uv| [0, 1].map(|i: usize| uv[i] - uv_a[i]));
+        let turn = u1 * v2 - u2 * v1;
+        let picture = Self {
+            texture,
+            place,
+            along: [(f * v2 - g * v1) / turn, (g * u1 - f * u2) / turn],
+            length: (f.cross(g).length() / turn.abs()).sqrt(),
+        };
+        let is_fine =
+            picture.length.is_finite() && picture.along.iter().all(|along| along.is_finite());
+        is_fine.then_some(picture)
+    }
+
     fn height(&self, place: [f64; 2], is_turned: bool) -> f64 {
         let [red, ..] = self.texture.sample_stored(place);
         if is_turned { 1.0 - red } else { red }

@@ -1,4 +1,4 @@
-//! What a hit looks like: normals, texture, coverage.
+//! What a hit looks like: normals, texture, coverage, relief.
 //!
 //! In: a hit. Out: what shading needs of the scene there. Invariant: what is interpolated over a
 //! triangle uses the hit's barycentric weights and the outline's corners; a triangle with a corner
@@ -10,6 +10,7 @@ use antumbra_scene::model::{Alpha, Color, Corner, Material, Mesh, Shape};
 
 use super::Prepared;
 use super::look::Look;
+use super::relief::{Picture, Relief};
 use crate::vector::unit;
 
 impl Prepared {
@@ -52,6 +53,25 @@ impl Prepared {
         }
     }
 
+    /// Returns whether a material has a relief.
+    pub fn has_reliefs(&self) -> bool {
+        let mut materials = self.scene.materials.iter();
+        materials.any(|material| material.bump.is_some())
+    }
+
+    /// Returns the relief at a hit, if the surface has one there.
+    pub(crate) fn relief(&self, hit: &Hit) -> Option<Relief<'_>> {
+        let bump = self.material(hit.surface).bump?;
+        let Some(texture) = bump.texture() else {
+            return Relief::in_space(bump, hit.point);
+        };
+        let texture = self.scene.textures.get(texture)?;
+        let corners = self.gathered.occluders().triangle_positions(hit.surface)?;
+        let places = self.corner_uvs(hit)?;
+        let picture = Picture::on_triangle(texture, self.uv(hit)?, corners, places)?;
+        Relief::in_picture(bump, picture, hit.point)
+    }
+
     /// Returns the place of a hit in its texture, or `None` where the file gives none.
     pub fn uv(&self, hit: &Hit) -> Option<[f64; 2]> {
         self.between_corners(
@@ -89,7 +109,7 @@ impl Prepared {
     }
 
     /// Returns the places in its texture of the corners of a hit's triangle, or `None` where the file gives none.
-    pub(super) fn corner_uvs(&self, hit: &Hit) -> Option<[[f64; 2]; 3]> {
+    fn corner_uvs(&self, hit: &Hit) -> Option<[[f64; 2]; 3]> {
         self.of_corners(
             hit,
             |mesh| !mesh.uvs.is_empty(),

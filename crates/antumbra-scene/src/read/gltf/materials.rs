@@ -82,7 +82,12 @@ fn bump(
             "",
         ));
     }
-    let texture = images.texture(texture, warnings)?;
+    // Looks alone are not worth a refusal.
+    let texture = images.texture(texture, warnings).unwrap_or_else(|over| {
+        let message = format!("normals are not read: {}", over.kind);
+        warnings.add(Place::Whole, message);
+        None
+    });
     Ok(texture.map(|texture| Bump::Normals { texture, scale }))
 }
 

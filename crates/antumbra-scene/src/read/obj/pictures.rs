@@ -15,7 +15,7 @@
 use std::{collections::HashMap, io};
 
 use crate::{
-    error::{Place, quoted},
+    error::{Place, ReadErrorKind, quoted},
     model::{Alpha, Bump, Material, Texture, Wrap},
     room::{OverLimit, Room},
     texture::{PictureError, decode},
@@ -63,7 +63,7 @@ impl Pictures {
         open: &mut Open<'_>,
         warnings: &mut WarningLog,
     ) -> Result<(), OverLimit> {
-        material.bump = self.relief(maps, textures, open, warnings)?;
+        material.bump = self.relief(maps, textures, open, warnings);
         let key = format!("{} {:?} {:?}", maps.folder, maps.color, maps.alpha);
         let texture = match self.known.get(&key) {
             Some(&known) => known,
@@ -93,27 +93,32 @@ impl Pictures {
         textures: &mut Vec<Texture>,
         open: &mut Open<'_>,
         warnings: &mut WarningLog,
-    ) -> Result<Option<Bump>, OverLimit> {
-        let Some(Relief { map, is_normals }) = &maps.relief else {
-            return Ok(None);
-        };
+    ) -> Option<Bump> {
+        let Relief { map, is_normals } = maps.relief.as_ref()?;
         if map.place != maps.place() {
             let message = "a relief that lies elsewhere than the other pictures is not read";
             warnings.add(Place::Whole, message);
-            return Ok(None);
+            return None;
         }
         let multiplier = map.multiplier;
         if multiplier.abs() > LARGEST_MULTIPLIER {
             let message = format!("`-bm` is beyond {LARGEST_MULTIPLIER}: the relief is not read");
             warnings.add(Place::Whole, message);
-            return Ok(None);
+            return None;
         }
         let key = format!("{} {} {}", maps.folder, map.is_clamped, map.name);
         let known = match self.reliefs.get(&key) {
             Some(&known) => known,
             None => {
                 let what = "of a relief, the surface is smooth";
-                let read = self.read_or_warn(maps, Some(map), what, open, warnings)?;
+                let read = self.read_or_warn(maps, Some(map), what, open, warnings);
+                // Looks alone are not worth a refusal.
+                let read = read.unwrap_or_else(|over| {
+                    let kind = ReadErrorKind::from(over);
+                    let message = format!("a picture {what}: {kind}");
+                    warnings.add(Place::Whole, message);
+                    None
+                });
                 let read = read.map(|(mut texture, map)| {
                     if map.is_clamped {
                         texture.wrap = [Wrap::ClampToEdge; 2];
@@ -126,18 +131,16 @@ impl Pictures {
                 read
             }
         };
-        Ok(
-            known.map(|(texture, looks_so)| match *is_normals || looks_so {
-                true => Bump::Normals {
-                    texture,
-                    scale: multiplier,
-                },
-                false => Bump::Heights {
-                    texture,
-                    multiplier,
-                },
-            }),
-        )
+        known.map(|(texture, looks_so)| match *is_normals || looks_so {
+            true => Bump::Normals {
+                texture,
+                scale: multiplier,
+            },
+            false => Bump::Heights {
+                texture,
+                multiplier,
+            },
+        })
     }
 
     fn texture(
