@@ -1,6 +1,7 @@
 //! Drives the real `antumbra` program.
 
 mod attack;
+mod bumps;
 mod files;
 mod fog;
 mod foreign;

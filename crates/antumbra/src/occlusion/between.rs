@@ -42,6 +42,17 @@ impl Between {
         }
     }
 
+    fn middle(&self) -> DVec3 {
+        0.5 * (self.ends[0] + self.ends[1])
+    }
+
+    /// Returns how far the points are from the middle at most, in any coordinate.
+    fn reach(&self) -> f64 {
+        let middle = self.middle();
+        let far = self.ends.map(|end| (end - middle).abs().max_element());
+        far[0].max(far[1])
+    }
+
     /// Returns whether a surface surely blocks none of the points: it is wholly behind the first, seen along the way to the
     /// second, with the light before it; or it is a triangle, and they lie on the light's side of its plane.
     pub(crate) fn is_clear_of(&self, occluders: &Occluders, surface: SurfaceId) -> bool {
@@ -220,11 +231,21 @@ impl<S: Simd> Lookup<'_, S> {
         ends: [[f32; 3]; 2],
         between: &Between,
     ) -> Verdict {
-        if let Some(forms) = self.tables.umbra_forms(surface.0 as usize) {
-            let is_inside = |end| forms.wide_verdict(self.simd, end) == Verdict::Inside;
-            if self.occluders.is_opaque_everywhere(surface) && ends.into_iter().all(is_inside) {
-                return Verdict::Inside;
+        let told = match self.tables.umbra_forms(surface.0 as usize) {
+            Some(forms) => match forms.verdict_between(ends) {
+                Verdict::Inside if !self.occluders.is_opaque_everywhere(surface) => Verdict::Doubt,
+                told => told,
+            },
+            None => {
+                let start = ReceiverPoint {
+                    point: between.middle(),
+                    surface: None,
+                };
+                self.curved_verdict_within(surface, &start, start.point, between.reach())
             }
+        };
+        if told != Verdict::Doubt {
+            return told;
         }
         match between.is_clear_of(self.occluders, surface) {
             true => Verdict::Outside,
