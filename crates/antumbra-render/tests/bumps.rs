@@ -102,7 +102,7 @@ fn scenes() -> Vec<(&'static str, Scene, Camera)> {
     };
     let normals = Bump::Normals {
         texture: 0,
-        scale: 2.0,
+        scale: 8.0,
     };
     let picture = || vec![texture(64, 64, rough)];
     let window = generate::window(6).expect("a window");

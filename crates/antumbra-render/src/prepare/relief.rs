@@ -9,8 +9,11 @@ use antumbra_scene::model::{Bump, Texture};
 
 use crate::vector::unit;
 
-/// Reliefs have so many sixty-fourths of their picture's length.
-const IN_A_PICTURE: f64 = 64.0;
+/// Reliefs of pictures of heights have this share of their picture's length.
+const OF_HEIGHTS: f64 = 1.0 / 64.0;
+
+/// The same of pictures of normals, whose reliefs are flatter, as a rule.
+const OF_NORMALS: f64 = 1.0 / 256.0;
 
 /// The least share of its height: it keeps starts off the surface, which they may be rounded behind.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
@@ -61,8 +64,8 @@ impl<'a> Relief<'a> {
     fn of(height: f64, kind: Kind<'a>, point: DVec3) -> Option<Self> {
         let reach = point.abs().max_element();
         // Not for what is no number.
-        let is_told = height > LOWEST * reach && height + reach < LARGEST;
-        is_told.then_some(Self { height, kind })
+        let is_tangible = height > LOWEST * reach && height + reach < LARGEST;
+        is_tangible.then_some(Self { height, kind })
     }
 
     /// Returns the relief of a material in space at a point.
@@ -75,12 +78,15 @@ impl<'a> Relief<'a> {
         let (factor, kind) = match bump {
             Bump::Heights { multiplier, .. } => {
                 let is_turned = multiplier < 0.0;
-                (multiplier, Kind::Heights { picture, is_turned })
+                (
+                    multiplier * OF_HEIGHTS,
+                    Kind::Heights { picture, is_turned },
+                )
             }
-            Bump::Normals { scale, .. } => (scale, Kind::Normals { picture, scale }),
+            Bump::Normals { scale, .. } => (scale * OF_NORMALS, Kind::Normals { picture, scale }),
             Bump::Noise { .. } | Bump::Ripples { .. } => return None,
         };
-        Self::of(factor.abs() * picture.length / IN_A_PICTURE, kind, point)
+        Self::of(factor.abs() * picture.length, kind, point)
     }
 }
 
