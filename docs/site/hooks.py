@@ -23,13 +23,14 @@ PAGES = {
     "docs/formats.md": "formats.md",
     "docs/glass.md": "glass.md",
     "docs/curved.md": "curved.md",
+    "docs/bumps.md": "bumps.md",
     "docs/glossary.md": "glossary.md",
     "docs/lights.md": "lights.md",
     "docs/performance.md": "performance.md",
     "docs/statistics.md": "formats.md",
 }
 
-PICTURES = ["sphereflake.png", "sphereflake-occlusion.png", "soft.png", "soft-occlusion.png", "window.png", "offsets.svg"]
+PICTURES = ["sphereflake.png", "sphereflake-occlusion.png", "soft.png", "soft-occlusion.png", "window.png", "bumps.png", "no-bumps.png", "offsets.svg"]
 
 INCLUDE = re.compile(r'^--8<-- "([^"#]+)(?:#([^"]+))?"$', re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)#:]+)(#[^)]*)?\)")

@@ -31,6 +31,8 @@ class PictureSettings(TypedDict):
     light_samples: int
     exact_fractions: bool
     colored_shadows: bool
+    bumps: bool
+    bump: tuple[str, float, float] | None
     area_lights: list[AreaTuple]
     shows_occlusion: bool
     background: Sequence[float] | None
@@ -152,6 +154,16 @@ def _fog_of(fog: float | Sequence[float]) -> tuple[float, float, float]:
     return density, albedo, g
 
 
+def _bump_of(bumps: bool | tuple[str, float, float]) -> tuple[str, float, float] | None:
+    if isinstance(bumps, bool):
+        return None
+    try:
+        kind, height, size = bumps
+        return str(kind), float(height), float(size)
+    except (TypeError, ValueError):
+        raise ValueError(f"bumps is {bumps!r}: expected True, False, or kind, height and size") from None
+
+
 def render(
     scene: SceneLike,
     *,
@@ -166,6 +178,7 @@ def render(
     background: Any = None,
     fog: float | Sequence[float] | None = None,
     colored_shadows: bool = True,
+    bumps: bool | tuple[str, float, float] = True,
     method: Literal["auto", "voxel", "bvh", "grid", "voxel-1990", "naive"] = "auto",
     refine: Literal["lazy", "eager", "queried"] = "lazy",
     resolution: int = 2048,
@@ -194,6 +207,9 @@ def render(
             unit of length; or density and albedo (0 to 1, else 1); or these and the mean cosine of scattering (above -1,
             below 1, else 0). Stretches that lights reach are exact.
         colored_shadows: Whether see-through surfaces color the light that reaches others through them, straight on.
+        bumps: Whether surfaces have the reliefs of their bump and normal maps: in their shading, and where shadows of others
+            end on them. Or a relief for all surfaces: `("noise", height, size)` or `("ripples", height, size)`, in the
+            scene's unit.
         method: As of `ShadowIndex`, like all that follow. The picture does not depend on them.
         refine: When values are made.
         resolution: Finest voxels.
@@ -233,6 +249,8 @@ def render(
         "light_samples": 64 if light_samples == "exact" else whole("light_samples", light_samples, 1, 65536),
         "exact_fractions": light_samples == "exact",
         "colored_shadows": bool(colored_shadows),
+        "bumps": bumps is not False,
+        "bump": _bump_of(bumps),
         "area_lights": areas,
         "shows_occlusion": show == "occlusion",
         "background": None if background is None else vector("background", background),

@@ -30,7 +30,7 @@ chores:
   words    only the check of words that have a better one
   package  the packages of all published crates, built from nothing else, as a dry run of publishing them
   inlined  whether the release build calls SIMD operations that it should inline (objdump)
-  gallery  remakes the pictures of the README, docs/glass.md and docs/curved.md into docs/images
+  gallery  remakes the pictures of the README and of the pages about glass, bumps and curved surfaces into docs/images
 ";
 
 fn main() -> ExitCode {
@@ -156,7 +156,30 @@ fn gallery() -> Result<()> {
         render(arguments, &format!("docs/images/{name}"))?;
     }
     pictures_of("docs/glass.md")?;
-    pictures_of("docs/curved.md")
+    pictures_of("docs/curved.md")?;
+    bumps()
+}
+
+/// Makes the pictures of docs/bumps.md by its commands that render a scene of the repository.
+fn bumps() -> Result<()> {
+    let page = std::fs::read_to_string(run::root().join("docs/bumps.md"))?;
+    let commands: Vec<_> = page
+        .lines()
+        .filter_map(|line| {
+            line.strip_prefix("$ antumbra render scenes/")?
+                .split_once(" -o ")
+        })
+        .collect();
+    if commands.len() < 2 {
+        bail!("docs/bumps.md has no two commands that render");
+    }
+    for (arguments, name) in commands {
+        render(
+            &format!("scenes/{arguments}"),
+            &format!("docs/images/{name}"),
+        )?;
+    }
+    Ok(())
 }
 
 /// Makes the pictures of a page: of each scene that it makes by a command, the one that the command after it renders.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use antumbra::{QuickCheck, Volume};
 use antumbra_render::film::Show;
 use antumbra_render::fog::Fog;
+use antumbra_scene::model::Bump;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -105,6 +106,17 @@ pub struct Render {
     /// Whether see-through surfaces color the light that reaches others through them, straight on; `off` lets it pass unchanged
     #[arg(long, help_heading = "Scene and lights", value_name = "WHETHER", value_enum, default_value_t = Whether::On)]
     pub shadows_through_glass: Whether,
+
+    /// Whether surfaces have the reliefs of their bump and normal maps: in their shading, and where shadows of others end on
+    /// them; docs/bumps.md describes it
+    #[arg(long, help_heading = "Scene and lights", value_name = "WHETHER", value_enum, default_value_t = Whether::On)]
+    pub bumps: Whether,
+
+    /// Relief for all surfaces, in place of their maps: noise or ripples, HEIGHT from the lowest to the highest place and SIZE
+    /// from bump to bump, in the scene's unit
+    #[arg(long, help_heading = "Scene and lights", value_name = "KIND:HEIGHT,SIZE", value_parser = values::bump, conflicts_with = "bumps")]
+    pub bump: Option<Bump>,
+
     /// Layers to write, separated by commas: beside a PNG as NAME.shadow.LIGHT.png, NAME.decided-by.png, NAME.fog.png
     /// and NAME.transmittance.png, in OpenEXR as parts [default: all in OpenEXR, none beside PNG]
     #[arg(

@@ -4,7 +4,7 @@
 
 use antumbra::GridResolution;
 use antumbra_render::fog::Fog;
-use antumbra_scene::model::Color;
+use antumbra_scene::model::{Bump, Color};
 
 use antumbra_geometry::{DVec3, Short};
 
@@ -85,6 +85,16 @@ pub fn fog(text: &str) -> Result<Fog, String> {
         }
     };
     Fog::new(density, albedo, g).map_err(|error| error.to_string())
+}
+
+/// Reads `KIND:HEIGHT,SIZE`.
+pub fn bump(text: &str) -> Result<Bump, String> {
+    const PATTERN: &str = "noise:HEIGHT,SIZE or ripples:HEIGHT,SIZE";
+    let (kind, numbers_of_it) = text
+        .split_once(':')
+        .ok_or_else(|| format!("expected {PATTERN}, found `{text}`"))?;
+    let [height, size] = numbers::<2>(numbers_of_it, PATTERN)?;
+    Bump::in_space(kind.trim(), height, size).map_err(|error| error.to_string())
 }
 
 /// Reads `WIDTHxHEIGHT`.

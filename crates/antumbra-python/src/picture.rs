@@ -15,7 +15,7 @@ use antumbra_render::fog::Fog;
 use antumbra_render::prepare::Prepared;
 use antumbra_render::{exr_file, image_file};
 use antumbra_scene::defaults;
-use antumbra_scene::model::Camera;
+use antumbra_scene::model::{Bump, Camera};
 use numpy::{
     PyArray1, PyArray3, PyArrayMethods as _, PyReadonlyArray3, PyUntypedArrayMethods as _,
 };
@@ -44,6 +44,9 @@ pub(crate) struct PictureSettings {
     light_samples: u32,
     exact_fractions: bool,
     colored_shadows: bool,
+    bumps: bool,
+    /// Kind, height and size of a relief for all surfaces.
+    bump: Option<(String, f64, f64)>,
     area_lights: Vec<AreaTuple>,
     shows_occlusion: bool,
     background: Option<[f64; 3]>,
@@ -111,6 +114,7 @@ pub(crate) fn render<'py>(
         light_samples: picture.light_samples,
         exact_fractions: picture.exact_fractions,
         colored_shadows: picture.colored_shadows,
+        bumps: picture.bumps,
         fog,
         seed: picture.seed,
         show: if picture.shows_occlusion {
@@ -124,6 +128,11 @@ pub(crate) fn render<'py>(
             fog: fog.is_some(),
         },
     };
+    let bump = picture.bump.map(|(kind, height, size)| {
+        let bump = Bump::in_space(&kind, height, size);
+        bump.map_err(|error| PyValueError::new_err(format!("bumps: {error}")))
+    });
+    let bump = bump.transpose()?;
     let progress = Progress::new(progress);
     let prepared = watched(py, settings.threads, &progress, |_| {
         let mut model = model.clone();
@@ -133,6 +142,11 @@ pub(crate) fn render<'py>(
             model.is_photometric = false;
         } else if model.lights.is_empty() {
             model.lights.push(defaults::default_sun(model.up));
+        }
+        if bump.is_some() {
+            for material in &mut model.materials {
+                material.bump = bump;
+            }
         }
         if let Some(background) = picture.background {
             model.background = DVec3::from_array(background);
@@ -194,7 +208,8 @@ pub(crate) fn render<'py>(
 
 /// Counts of the figures' schema.
 fn counts<'py>(py: Python<'py>, rendered: &Rendered) -> PyResult<Bound<'py, PyDict>> {
-    use antumbra_render::statistics::{Rays, ShadowQueries};
+    use antumbra_render::statistics::{BumpCounts, Rays, ShadowQueries};
+    let bumps = BumpCounts::from(&rendered.tally);
     let rays = Rays::from(&rendered.tally);
     let shadow = ShadowQueries::from(&rendered.tally);
     let counts = PyDict::new(py);
@@ -208,6 +223,8 @@ fn counts<'py>(py: Python<'py>, rendered: &Rendered) -> PyResult<Bound<'py, PyDi
     counts.set_item("blocker_list", shadow.blocker_list)?;
     counts.set_item("rays", shadow.rays)?;
     counts.set_item("shadowed", shadow.shadowed)?;
+    counts.set_item("on_bumps", bumps.queries)?;
+    counts.set_item("perturbed", bumps.perturbed)?;
     Ok(counts)
 }
 

@@ -64,6 +64,8 @@ pub struct RenderSettings {
     pub exact_fractions: bool,
     /// Whether see-through surfaces color the light that reaches others through them; it passes unchanged otherwise.
     pub colored_shadows: bool,
+    /// Whether surfaces have the reliefs of their materials: in their shading, and where shadows end on them.
+    pub bumps: bool,
     /// The medium between surfaces, if there is one.
     pub fog: Option<Fog>,
     /// Changes the jitter, and the samples of lights with size.
@@ -82,6 +84,7 @@ impl Default for RenderSettings {
             light_samples: DEFAULT_LIGHT_SAMPLES,
             exact_fractions: false,
             colored_shadows: true,
+            bumps: true,
             fog: None,
             seed: 0,
             show: Show::Scene,
@@ -257,6 +260,7 @@ impl<'a> Tile<'a> {
             .with_light_samples(settings.light_samples, settings.seed)
             .with_exact_fractions(settings.exact_fractions)
             .with_colored_shadows(settings.colored_shadows)
+            .with_bumps(settings.bumps)
             .with_fog(settings.fog);
         Self {
             work: integrator.work(),

@@ -37,6 +37,8 @@ pub struct Statistics {
     pub shadow: ShadowQueries,
     /// Samples of lights with size.
     pub light_samples: LightSampleCounts,
+    /// Shadow queries where the surface has a relief, `null` where none has any.
+    pub bumps: Option<BumpCounts>,
     /// Segments of rays in fog, `null` without.
     pub fog: Option<FogCounts>,
     /// Work in the grid and the tree, all rays.
@@ -73,6 +75,8 @@ pub struct Settings {
     pub exact_fractions: bool,
     /// Whether see-through surfaces colored light.
     pub colored_shadows: bool,
+    /// Whether surfaces had the reliefs of their materials.
+    pub bumps: bool,
     /// Density, albedo and g of the fog, `null` without.
     pub fog: Option<[f64; 3]>,
     /// Whether rays went through pixel corners instead.
@@ -152,6 +156,19 @@ pub struct LightSampleCounts {
     pub blocked: u64,
     /// Points that the exact visible fraction answered, without samples.
     pub exact: u64,
+}
+
+/// Counts of shadow queries where the surface has a relief; all count under [`ShadowQueries`], too.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BumpCounts {
+    /// One for each of them about a light in front of the surface.
+    pub queries: u64,
+    /// Of `queries`, those that took no perturbed test: all that it may have asked is known to be lit.
+    pub known_lit: u64,
+    /// Of `queries`, those that took no perturbed test: all that it may have asked is known to be in shadow.
+    pub known_shadowed: u64,
+    /// Of `queries`, those that took the perturbed test.
+    pub perturbed: u64,
 }
 
 /// Counts of segments of rays in fog.
@@ -276,6 +293,18 @@ impl From<&Tally> for LightSampleCounts {
     }
 }
 
+impl From<&Tally> for BumpCounts {
+    fn from(tally: &Tally) -> Self {
+        let bumps = &tally.bumps;
+        Self {
+            queries: bumps.queries,
+            known_lit: bumps.known_lit,
+            known_shadowed: bumps.known_shadowed,
+            perturbed: bumps.perturbed,
+        }
+    }
+}
+
 impl From<&Tally> for FogCounts {
     fn from(tally: &Tally) -> Self {
         let air = &tally.air;
@@ -320,6 +349,7 @@ mod tests {
                 light_samples: 16,
                 exact_fractions: false,
                 colored_shadows: true,
+                bumps: true,
                 fog: Some([0.5, 1.0, 0.0]),
                 corner_rays: false,
                 max_depth: 5,
@@ -340,6 +370,7 @@ mod tests {
                 .into(),
             shadow: (&Tally::default()).into(),
             light_samples: (&Tally::default()).into(),
+            bumps: Some((&Tally::default()).into()),
             fog: Some((&Tally::default()).into()),
             traversal: (&Tally::default()).into(),
             time: Times::default(),
@@ -371,6 +402,11 @@ mod tests {
             "/light_samples/asked",
             "/light_samples/blocked",
             "/light_samples/exact",
+            "/bumps/queries",
+            "/bumps/known_lit",
+            "/bumps/known_shadowed",
+            "/bumps/perturbed",
+            "/settings/bumps",
             "/fog/segments",
             "/fog/intervals",
             "/fog/by_parts",

@@ -7,6 +7,7 @@
 //! small multiple of the file. Absent here: grids, occlusion, pictures.
 
 mod bounds;
+mod bump;
 pub mod defaults;
 mod error;
 pub mod gather;

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::mesh::{Corner, Mesh};
 pub use crate::{
+    bump::{Bump, BumpError},
     instance::Instance,
     opacity::ShadowKind,
     texture::{Filter, Texture, Wrap},
@@ -171,6 +172,9 @@ pub struct Material {
     /// Light the surface sends out by itself. It lights other surfaces only where faces that emit are made lights of
     /// [`Scene::area_lights`].
     pub emission: Color,
+    /// Relief of the surface, which is no geometry.
+    #[serde(default)]
+    pub bump: Option<Bump>,
 }
 
 /// Meaning of a material's alpha value.
@@ -204,6 +208,7 @@ impl Default for Material {
             transmission: Color::ZERO,
             ior: 1.0,
             emission: Color::ZERO,
+            bump: None,
         }
     }
 }

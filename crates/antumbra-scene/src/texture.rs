@@ -106,11 +106,22 @@ impl Texture {
     /// assert_eq!(texture.sample([0.5, 0.5]), [0.5, 0.5, 0.5, 1.0]);
     /// ```
     pub fn sample(&self, uv: [f64; 2]) -> [f64; 4] {
+        self.filtered(uv, linear_of_texel)
+    }
+
+    /// Returns what [`sample`](Self::sample) does, of values as they are stored: for heights and normals, which are no
+    /// colors.
+    pub fn sample_stored(&self, uv: [f64; 2]) -> [f64; 4] {
+        self.filtered(uv, |texel| texel.map(|byte| f64::from(byte) / 255.0))
+    }
+
+    fn filtered(&self, uv: [f64; 2], decoded: impl Fn([u8; 4]) -> [f64; 4]) -> [f64; 4] {
+        let texel = |column, row| self.texel(column, row).map_or([1.0; 4], &decoded);
         let [x, y] = [(uv[0], self.width), (uv[1], self.height)]
             .map(|(coordinate, size)| finite(coordinate) * f64::from(size));
         let [wrap_x, wrap_y] = self.wrap;
         match self.filter {
-            Filter::Nearest => self.texel(
+            Filter::Nearest => texel(
                 wrapped(x.floor(), self.width, wrap_x),
                 wrapped(y.floor(), self.height, wrap_y),
             ),
@@ -121,7 +132,7 @@ impl Texture {
                 let columns = [left, left + 1.0].map(|x| wrapped(x, self.width, wrap_x));
                 let rows = [top, top + 1.0].map(|y| wrapped(y, self.height, wrap_y));
                 let [upper, lower] = rows.map(|row| {
-                    let [a, b] = columns.map(|column| self.texel(column, row));
+                    let [a, b] = columns.map(|column| texel(column, row));
                     mix(a, b, right_share)
                 });
                 mix(upper, lower, bottom_share)
@@ -221,20 +232,21 @@ impl Texture {
         })
     }
 
-    /// Returns a decoded texel; white where there is none.
-    fn texel(&self, column: usize, row: usize) -> [f64; 4] {
+    /// Returns a texel, if there is one.
+    fn texel(&self, column: usize, row: usize) -> Option<[u8; 4]> {
         let index = row * self.width as usize + column;
-        let Some(&[red, green, blue, alpha]) = self.texels.get(index) else {
-            return [1.0; 4];
-        };
-        let linear = |byte: u8| LINEAR_OF_SRGB[usize::from(byte)];
-        [
-            linear(red),
-            linear(green),
-            linear(blue),
-            f64::from(alpha) / 255.0,
-        ]
+        self.texels.get(index).copied()
     }
+}
+
+fn linear_of_texel([red, green, blue, alpha]: [u8; 4]) -> [f64; 4] {
+    let linear = |byte: u8| LINEAR_OF_SRGB[usize::from(byte)];
+    [
+        linear(red),
+        linear(green),
+        linear(blue),
+        f64::from(alpha) / 255.0,
+    ]
 }
 
 /// Why a picture is not there.

@@ -63,7 +63,7 @@ const ROOMS: &[(&str, &[&str])] = &[
         &[
             "error mesh shadow_kind",
             "instance room warning",
-            "texture",
+            "bump texture",
             "model",
             "bounds defaults gather opacity shared tessellate",
             "generate read",

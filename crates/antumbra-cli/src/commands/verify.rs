@@ -9,6 +9,7 @@
 
 mod area;
 mod attack;
+mod bumps;
 mod candidate;
 mod lights;
 mod random;
@@ -32,12 +33,19 @@ use crate::{load, memory};
 use attack::{Attack, Kind};
 pub use candidate::{BuildStandIn, Other};
 use candidate::{Candidate, VALID};
+use random::Random;
 use surfaces::Surfaces;
 use tally::{Difference, Tally};
 
 /// Queries that a thread asks at a time: one by one, then those of each light together. So many that those that
 /// are together lie close together.
 const RUN_QUERIES: u64 = 1 << 14;
+
+/// One query in so many is asked again as if its surface had bumps.
+const ON_BUMPS: u64 = 4;
+
+/// Tells random numbers for bumps from others.
+const BUMPS: u64 = 0xb0;
 
 /// Builds one index a method, asks, compares; with `others` beside the methods that were typed.
 pub fn run(typed: &Verify, others: Vec<Other>, screen: &Screen) -> Result<Outcome, Failure> {
@@ -149,6 +157,7 @@ fn work(
     }
     tally.report_inexact(&candidates, typed.queries, screen);
     tally.report_glass(screen);
+    tally.report_bumps(screen);
     let difference_count = tally.difference_count();
     screen.result(format!(
         "{} queries, {difference_count} differences",
@@ -289,6 +298,13 @@ impl Comparison<'_> {
             }
             if expected == Shadow::Lit && self.surfaces.index.has_glass() {
                 self.ask_glass(&start, LightId::from_index(light), tally);
+            }
+            if query % ON_BUMPS == 0 {
+                let mut random = Random::new(self.typed.seed ^ BUMPS, query);
+                let judge = |start: &ReceiverPoint| self.expected(start, light);
+                let id = LightId::from_index(light);
+                let (surfaces, all) = (self.surfaces, self.candidates);
+                tally.count_bumps(bumps::ask(&start, id, surfaces, all, &mut random, judge));
             }
             asked[light].queries.push((query, kind));
             asked[light].starts.push(start);

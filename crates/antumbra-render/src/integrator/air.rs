@@ -47,7 +47,7 @@ impl Integrator<'_> {
         &self,
         fog: &Fog,
         ray: &Ray,
-        found: Option<&SurfacePoint>,
+        found: Option<&SurfacePoint<'_>>,
         work: &mut Work<'_>,
     ) -> Air {
         let end = match found {

@@ -12,7 +12,7 @@ use crate::prepare::Look;
 
 impl<'a> Integrator<'a> {
     /// Returns which side of its surface a point is lit on; `None` seen along its edge.
-    pub(super) fn lit_side(&self, point: &SurfacePoint) -> Option<ReceiverSide> {
+    pub(super) fn lit_side(&self, point: &SurfacePoint<'_>) -> Option<ReceiverSide> {
         match self.prepared.scene().facing {
             Facing::Winding => Some(ReceiverSide::Front),
             Facing::Viewer => match point.viewer_side {
@@ -26,7 +26,7 @@ impl<'a> Integrator<'a> {
     /// Asks which samples of a light with size reach a point, or which share of it does.
     pub(super) fn ask_area(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         light: usize,
         work: &mut Work<'a>,
     ) -> AreaQuery {
@@ -86,7 +86,7 @@ impl<'a> Integrator<'a> {
     /// bring. Places of the light are the same for all points, so that there is no noise.
     pub(super) fn light_of_share(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         look: &Look<'_>,
         front_normal: antumbra_geometry::DVec3,
         light: &AreaLight,
@@ -122,7 +122,7 @@ impl<'a> Integrator<'a> {
     /// Returns what the samples that reach a point bring.
     pub(super) fn light_of_area(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         look: &Look<'_>,
         front_normal: antumbra_geometry::DVec3,
         light: &AreaLight,

@@ -31,9 +31,9 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// Asks about all lights without size of a point, if they are asked at once.
-    pub(super) fn ask_at_once(&self, point: &SurfacePoint, work: &mut Work<'a>) {
-        let Some(at_once) = &mut work.at_once else {
+    /// Asks about all lights without size of a point, if they are asked at once: not where there is a relief.
+    pub(super) fn ask_at_once(&self, point: &SurfacePoint<'_>, work: &mut Work<'a>) {
+        let Some(at_once) = work.at_once.as_mut().filter(|_| point.relief.is_none()) else {
             return;
         };
         let tally = &mut work.tally;
@@ -71,11 +71,11 @@ impl<'a> Integrator<'a> {
     /// Returns what became of the query of a point about a light. Where lights are asked at once, they have been.
     pub(super) fn query(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         light: usize,
         work: &mut Work<'a>,
     ) -> LightQuery {
-        let Some(at_once) = &work.at_once else {
+        let Some(at_once) = work.at_once.as_ref().filter(|_| point.relief.is_none()) else {
             return self.ask(point, light, &mut work.tally);
         };
         let is = |words: &[u64]| words[light / 64] >> (light % 64) & 1 != 0;

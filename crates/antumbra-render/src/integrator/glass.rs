@@ -13,7 +13,7 @@ impl Integrator<'_> {
     /// Returns what glass leaves of a light without size.
     pub(super) fn through_glass(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         light: usize,
         work: &mut Work<'_>,
     ) -> Color {
@@ -31,7 +31,7 @@ impl Integrator<'_> {
     /// Returns what glass leaves of a sample of a light with size.
     pub(super) fn through_glass_towards(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         target: &LightShape,
         tally: &mut Tally,
     ) -> Color {
@@ -50,7 +50,7 @@ impl Integrator<'_> {
     }
 }
 
-fn start_of(point: &SurfacePoint) -> ReceiverPoint {
+fn start_of(point: &SurfacePoint<'_>) -> ReceiverPoint {
     ReceiverPoint {
         point: point.hit.point,
         surface: Some(point.hit.surface),

@@ -11,13 +11,15 @@
 //!
 //! Invariants: each shaded hit asks one shadow query per light, unless the light is behind the
 //! surface (by the exact sign of `ShadowIndex::light_side`) or does not shine into that
-//! direction; a hit that covers nothing is not shaded. What is queried depends on geometry and
-//! coverage alone: not on shading normals, colors or earlier answers.
+//! direction; a hit that covers nothing is not shaded. What is queried depends on geometry,
+//! coverage and reliefs alone: not on shading normals, colors or earlier answers (`bumps`).
 
 mod air;
 mod area;
 mod area_query;
 mod at_once;
+mod bump_tally;
+mod bumps;
 mod glass;
 mod seen_air;
 mod surface_point;
@@ -35,6 +37,7 @@ use crate::vector::unit;
 use terms::{cone_share, local_term, power_at, reflected, refracted};
 
 pub use area_query::{AreaQuery, AreaTally, Region};
+pub use bump_tally::BumpTally;
 pub use seen_air::{Air, AirTally};
 pub use surface_point::SurfacePoint;
 pub use tally::Tally;
@@ -103,6 +106,7 @@ pub struct Integrator<'a> {
     light_samples: u32,
     is_exact: bool,
     has_colored_shadows: bool,
+    has_bumps: bool,
     fog: Option<Fog>,
     seed: u64,
     sample_number: u64,
@@ -122,6 +126,7 @@ impl<'a> Integrator<'a> {
             light_samples: DEFAULT_LIGHT_SAMPLES,
             is_exact: false,
             has_colored_shadows: true,
+            has_bumps: true,
             fog: None,
             seed: 0,
             sample_number: 0,
@@ -148,6 +153,11 @@ impl<'a> Integrator<'a> {
             has_colored_shadows,
             ..self
         }
+    }
+
+    /// Gives surfaces the reliefs that their materials have, or leaves them smooth.
+    pub fn with_bumps(self, has_bumps: bool) -> Self {
+        Self { has_bumps, ..self }
     }
 
     /// Fills the space between surfaces with a medium, or leaves it clear.
@@ -200,7 +210,7 @@ impl<'a> Integrator<'a> {
 
     /// Returns the first point along an eye ray whose surface covers anything, or `None` where
     /// nothing is seen.
-    pub fn first_seen(&self, eye_ray: &Ray, tally: &mut Tally) -> Option<SurfacePoint> {
+    pub fn first_seen(&self, eye_ray: &Ray, tally: &mut Tally) -> Option<SurfacePoint<'a>> {
         tally.primary += 1;
         let mut ray = *eye_ray;
         let mut passed = 0;
@@ -271,21 +281,32 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    fn nearest(&self, ray: &Ray, tally: &mut Tally) -> Option<SurfacePoint> {
+    fn nearest(&self, ray: &Ray, tally: &mut Tally) -> Option<SurfacePoint<'a>> {
         let hit = self.index().nearest(ray, &mut tally.counters)?;
         let geometric_normal = self.prepared.geometric_normal(&hit);
         let towards_viewer = unit(-ray.direction).unwrap_or(geometric_normal);
+        let viewer_side = sign(geometric_normal.dot(-ray.direction));
+        let mut shading_normal = self.prepared.shading_normal(&hit, geometric_normal);
+        let relief = match self.has_bumps {
+            true => self.prepared.relief(&hit),
+            false => None,
+        };
+        if let Some(relief) = &relief {
+            let is_back = self.is_back(viewer_side);
+            shading_normal = relief.normal(hit.point, geometric_normal, shading_normal, is_back);
+        }
         Some(SurfacePoint {
             hit,
             geometric_normal,
-            shading_normal: self.prepared.shading_normal(&hit, geometric_normal),
+            shading_normal,
             towards_viewer,
-            viewer_side: sign(geometric_normal.dot(-ray.direction)),
+            viewer_side,
+            relief,
         })
     }
 
     /// Asks whether a light of the scene reaches a point, if it can at all.
-    pub fn ask(&self, point: &SurfacePoint, light: usize, tally: &mut Tally) -> LightQuery {
+    pub fn ask(&self, point: &SurfacePoint<'_>, light: usize, tally: &mut Tally) -> LightQuery {
         tally.queries += 1;
         let start = ReceiverPoint {
             point: point.hit.point,
@@ -313,17 +334,25 @@ impl<'a> Integrator<'a> {
             return LightQuery::OutOfCone;
         }
 
-        let answer = self
-            .prepared
-            .shadow(&start, light, &mut tally.counters, &mut tally.candidates)
-            .expect(FINE);
+        let answer = match &point.relief {
+            Some(relief) => self.ask_bumped(point, relief, side, light, tally),
+            None => self
+                .prepared
+                .shadow(&start, light, &mut tally.counters, &mut tally.candidates)
+                .expect(FINE),
+        };
         LightQuery::Asked { answer, cone_share }
+    }
+
+    /// Returns whether the back of a surface is what may be lit, seen from a side.
+    fn is_back(&self, viewer_side: i8) -> bool {
+        self.scene().facing == Facing::Viewer && viewer_side < 0
     }
 
     /// Returns the light that leaves a point against `ray`, and notes its questions in `seen`.
     fn shade(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         look: &Look<'_>,
         ray: &Ray,
         chain: Chain,
@@ -337,8 +366,7 @@ impl<'a> Integrator<'a> {
         }
 
         // The side that may be lit: as wound, or as looked at.
-        let is_turned = scene.facing == Facing::Viewer && point.viewer_side < 0;
-        let front_normal = if is_turned {
+        let front_normal = if self.is_back(point.viewer_side) {
             -point.shading_normal
         } else {
             point.shading_normal
@@ -385,7 +413,7 @@ impl<'a> Integrator<'a> {
     /// Follows the mirrored and the refracted ray.
     fn secondary(
         &self,
-        point: &SurfacePoint,
+        point: &SurfacePoint<'_>,
         look: &Look<'_>,
         direction: DVec3,
         chain: Chain,
@@ -433,7 +461,7 @@ impl<'a> Integrator<'a> {
 
     fn follow(
         &self,
-        from: &SurfacePoint,
+        from: &SurfacePoint<'_>,
         direction: DVec3,
         chain: Chain,
         work: &mut Work<'a>,

@@ -3,6 +3,7 @@
 use antumbra::Counters;
 
 use super::area_query::AreaTally;
+use super::bump_tally::BumpTally;
 use super::seen_air::AirTally;
 
 /// Counts of rays and queries.
@@ -26,6 +27,8 @@ pub struct Tally {
     pub out_of_cone: u64,
     /// Samples of lights with size, which do not count under `queries`.
     pub area: AreaTally,
+    /// Queries where the surface has a relief, which count under `queries`, too.
+    pub bumps: BumpTally,
     /// Segments of rays in fog.
     pub air: AirTally,
     /// Counts of the shadow index, or of its stand-in.
@@ -46,6 +49,7 @@ impl Tally {
         self.facing_away += other.facing_away;
         self.out_of_cone += other.out_of_cone;
         self.area.add(&other.area);
+        self.bumps.add(&other.bumps);
         self.air.add(&other.air);
         self.counters.add(&other.counters);
         self.candidates += other.candidates;

@@ -44,7 +44,7 @@ pub(super) fn power_at(light: &Light, shape: &LightShape, point_in_world: DVec3)
 /// Returns the Lambertian and the Phong term for a light that reaches the point.
 pub(super) fn local_term(
     look: &Look<'_>,
-    point: &SurfacePoint,
+    point: &SurfacePoint<'_>,
     front_normal: DVec3,
     shape: &LightShape,
 ) -> Color {
@@ -55,6 +55,10 @@ pub(super) fn local_term(
     if cosine <= 0.0 {
         return Color::ZERO;
     }
+    let left = match point.relief {
+        Some(_) => beside_terminator(point.geometric_normal, front_normal, towards_light),
+        None => 1.0,
+    };
     let material = look.material;
     let mut color = look.diffuse * cosine;
     if material.specular != Color::ZERO {
@@ -64,7 +68,21 @@ pub(super) fn local_term(
             color += material.specular * libm::pow(mirror_cosine, material.shininess);
         }
     }
-    color
+    left * color
+}
+
+/// Returns which share of a light's term is left where a normal leans to it farther than its surface: none where the surface
+/// turns away, so that light does not end in a hard line there (Chiang, Li and Burley, "Taming the Shadow Terminator",
+/// SIGGRAPH 2019 Talks). All are unit vectors; `geometric` may be to either side.
+fn beside_terminator(geometric: DVec3, leaning: DVec3, towards_light: DVec3) -> f64 {
+    let of_surface = geometric.dot(towards_light).abs();
+    let of_leaning = leaning.dot(towards_light) * geometric.dot(leaning).abs();
+    // One where normals are the same, or the surface faces the light more than the relief does.
+    if of_surface >= of_leaning {
+        return 1.0;
+    }
+    let share = of_surface / of_leaning;
+    share + share * share - share * share * share
 }
 
 pub(super) fn reflected(direction: DVec3, normal: DVec3) -> DVec3 {
@@ -107,6 +125,27 @@ mod tests {
     fn beyond_the_critical_angle_nothing_goes_through() {
         let grazing = unit(DVec3::new(1.0, 0.0, -0.5)).unwrap();
         assert_eq!(refracted(grazing, DVec3::Z, 1.5), None);
+    }
+
+    #[test]
+    fn light_fades_where_its_surface_turns_away_whatever_the_relief() {
+        let leaning = unit(DVec3::new(1.0, 0.0, 1.0)).unwrap();
+        let at = |angle: f64| DVec3::new(libm::cos(angle), 0.0, libm::sin(angle));
+        let left = |angle: f64| beside_terminator(DVec3::Z, leaning, at(angle));
+        // From grazing to upright: from nothing to all, without a step.
+        let all: Vec<f64> = (0..=900)
+            .map(|step| left(f64::from(step) / 900.0 * 1.57))
+            .collect();
+        assert!(all[0] < 1e-15 && all[900] == 1.0, "{} {}", all[0], all[900]);
+        assert!(
+            all.windows(2)
+                .all(|pair| (0.0..0.02).contains(&(pair[1] - pair[0])))
+        );
+        assert!((0.3..0.9).contains(&left(0.4)), "{}", left(0.4));
+        // A relief that leans away, or not at all, loses nothing.
+        let away = DVec3::new(-leaning.x, 0.0, leaning.z);
+        assert_eq!(beside_terminator(DVec3::Z, away, at(1.2)), 1.0);
+        assert_eq!(beside_terminator(-DVec3::Z, DVec3::Z, at(0.1)), 1.0);
     }
 
     #[test]

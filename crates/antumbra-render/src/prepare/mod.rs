@@ -4,21 +4,26 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | `surface` | what a hit looks like: normals, texture, coverage |
+//! | `surface` | what a hit looks like: normals, texture, coverage, relief |
+//! | `relief` | how high and how steep a relief is that is no geometry |
 //! | `stand_in` | another method in the place of the index, for comparisons |
 
 mod look;
+mod relief;
 mod stand_in;
 mod surface;
 
 use std::path::Path;
 
-use antumbra::{Answer, BuildError, Counters, IndexOptions, LightId, QueryError, ShadowIndex};
-use antumbra_geometry::ReceiverPoint;
+use antumbra::{
+    Answer, BuildError, Counters, IndexOptions, LightId, QueryError, Shadow, ShadowIndex,
+};
+use antumbra_geometry::{DVec3, ReceiverPoint};
 use antumbra_scene::gather::{GatherError, Gathered, light_shapes};
 use antumbra_scene::model::Scene;
 
 pub use look::Look;
+pub use relief::Relief;
 pub use stand_in::StandIn;
 
 /// Why a scene cannot be prepared.
@@ -142,6 +147,24 @@ impl Prepared {
             None => self
                 .index
                 .shadow(start, LightId::from_index(light), counters),
+        }
+    }
+
+    /// Returns what the index knows of all points between two, before any is asked ([`ShadowIndex::known_between`]); nothing
+    /// where a stand-in answers.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::known_between`].
+    pub fn known_between(
+        &self,
+        [from, to]: [DVec3; 2],
+        light: usize,
+    ) -> Result<Option<Shadow>, QueryError> {
+        match &self.stand_in {
+            Some(_) => Ok(None),
+            None => self
+                .index
+                .known_between(from, to, LightId::from_index(light)),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a hit looks like: normals, texture, coverage.
+//! What a hit looks like: normals, texture, coverage, relief.
 //!
 //! In: a hit. Out: what shading needs of the scene there. Invariant: what is interpolated over a
 //! triangle uses the hit's barycentric weights and the outline's corners; a triangle with a corner
@@ -10,6 +10,7 @@ use antumbra_scene::model::{Alpha, Color, Corner, Material, Mesh, Shape};
 
 use super::Prepared;
 use super::look::Look;
+use super::relief::{Picture, Relief};
 use crate::vector::unit;
 
 impl Prepared {
@@ -52,6 +53,25 @@ impl Prepared {
         }
     }
 
+    /// Returns whether a material has a relief.
+    pub fn has_reliefs(&self) -> bool {
+        let mut materials = self.scene.materials.iter();
+        materials.any(|material| material.bump.is_some())
+    }
+
+    /// Returns the relief at a hit, if the surface has one there.
+    pub(crate) fn relief(&self, hit: &Hit) -> Option<Relief<'_>> {
+        let bump = self.material(hit.surface).bump?;
+        let Some(texture) = bump.texture() else {
+            return Relief::in_space(bump, hit.point);
+        };
+        let texture = self.scene.textures.get(texture)?;
+        let corners = self.gathered.occluders().triangle_positions(hit.surface)?;
+        let places = self.corner_uvs(hit)?;
+        let picture = Picture::on_triangle(texture, self.uv(hit)?, corners, places)?;
+        Relief::in_picture(bump, picture, hit.point)
+    }
+
     /// Returns the place of a hit in its texture, or `None` where the file gives none.
     pub fn uv(&self, hit: &Hit) -> Option<[f64; 2]> {
         self.between_corners(
@@ -81,6 +101,29 @@ impl Prepared {
         is_there: impl Fn(&Mesh) -> bool,
         value_of: impl Fn(&Mesh, &Corner) -> Option<[f64; N]>,
     ) -> Option<[f64; N]> {
+        let [a, b, c] = self.of_corners(hit, is_there, value_of)?;
+        let [second, third] = hit.barycentric;
+        Some(std::array::from_fn(|i| {
+            a[i] + (b[i] - a[i]) * second + (c[i] - a[i]) * third
+        }))
+    }
+
+    /// Returns the places in its texture of the corners of a hit's triangle, or `None` where the file gives none.
+    fn corner_uvs(&self, hit: &Hit) -> Option<[[f64; 2]; 3]> {
+        self.of_corners(
+            hit,
+            |mesh| !mesh.uvs.is_empty(),
+            |mesh, corner| mesh.uvs.get(corner.uv as usize).copied(),
+        )
+    }
+
+    /// Returns what the corners of a hit's triangle have, as [`Prepared::between_corners`] takes it.
+    fn of_corners<const N: usize>(
+        &self,
+        hit: &Hit,
+        is_there: impl Fn(&Mesh) -> bool,
+        value_of: impl Fn(&Mesh, &Corner) -> Option<[f64; N]>,
+    ) -> Option<[[f64; N]; 3]> {
         let place = self.gathered.place_of(hit.surface);
         let mesh = self.scene.objects[place.object as usize].shape.mesh()?;
         if !is_there(mesh) {
@@ -93,11 +136,7 @@ impl Prepared {
             return None;
         }
         let [a, b, c] = corners.map(|corner| face.get(corner as usize).and_then(value_of));
-        let [a, b, c] = [a?, b?, c?];
-        let [second, third] = hit.barycentric;
-        Some(std::array::from_fn(|i| {
-            a[i] + (b[i] - a[i]) * second + (c[i] - a[i]) * third
-        }))
+        Some([a?, b?, c?])
     }
 
     /// Returns whether the geometry asks a coverage about this surface.

@@ -232,7 +232,11 @@ impl Gathering<'_> {
         let look = self.scene.materials.get(material);
         let look = look.ok_or(Bad::Index("its material"))?;
         let texture_count = self.scene.textures.len();
-        if look.diffuse_texture.is_some_and(|n| n >= texture_count) {
+        let textures = [
+            look.diffuse_texture,
+            look.bump.and_then(|bump| bump.texture()),
+        ];
+        if textures.into_iter().flatten().any(|n| n >= texture_count) {
             return Err(Bad::Index("its texture"));
         }
         // No texture makes more of it than full alpha.

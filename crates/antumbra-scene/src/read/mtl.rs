@@ -31,7 +31,7 @@ use crate::{
     warning::{Warning, WarningLog},
 };
 
-use map::{Map, Maps, parse_map};
+use map::{Maps, Relief, parse_map};
 
 use super::{
     statements::{Statement, Statements},
@@ -74,7 +74,13 @@ impl Entry {
 
     /// Returns whether places in a picture matter.
     pub(super) fn has_picture(&self) -> bool {
-        self.pictures.color.is_some() || self.pictures.alpha.is_some()
+        let Maps {
+            color,
+            alpha,
+            relief,
+            ..
+        } = &self.pictures;
+        color.is_some() || alpha.is_some() || relief.is_some()
     }
 }
 
@@ -168,13 +174,11 @@ impl Reader<'_> {
             return Ok(());
         }
         let lower = keyword.to_ascii_lowercase();
-        if matches!(&*lower, "map_kd" | "map_d") {
+        if matches!(&*lower, "map_kd" | "map_d" | "bump" | "map_bump" | "norm") {
             self.read_map(statement, &lower);
             return Ok(());
         }
-        if lower.starts_with("map_")
-            || matches!(&*lower, "bump" | "disp" | "decal" | "refl" | "norm")
-        {
+        if lower.starts_with("map_") || matches!(&*lower, "disp" | "decal" | "refl") {
             if self.textures.is_empty() {
                 self.first_texture = statement.line;
             }
@@ -301,7 +305,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `map_Kd` or `map_d`: options, then the name of a picture.
+    /// `map_Kd`, `map_d`, `bump` or `norm`: options, then the name of a picture.
     fn read_map(&mut self, statement: &Statement<'_>, keyword: &str) {
         let place = Place::Line(statement.line);
         let Some(draft) = &mut self.draft else {
@@ -314,11 +318,15 @@ impl Reader<'_> {
             self.warnings.add(place, message);
             return;
         };
-        let slot: &mut Option<Map> = match keyword {
-            "map_d" => &mut draft.maps.alpha,
-            _ => &mut draft.maps.color,
-        };
-        *slot = Some(map);
+        let maps = &mut draft.maps;
+        match keyword {
+            "map_d" => maps.alpha = Some(map),
+            "map_kd" => maps.color = Some(map),
+            _ => {
+                let is_normals = keyword == "norm";
+                maps.relief = Some(Relief { map, is_normals });
+            }
+        }
     }
 
     /// Reads a number that only looks depend on, or mostly: `None`, with a warning, if it is not finite, or no number
@@ -474,9 +482,11 @@ impl Reader<'_> {
         } = self;
         if !textures.is_empty() {
             let message = match textures.len() {
-                1 => "1 texture is not read: it belongs to neither `map_Kd` nor `map_d`".to_owned(),
+                1 => {
+                    "1 texture is not read: it is no `map_Kd`, `map_d`, `bump` or `norm`".to_owned()
+                }
                 count => format!(
-                    "{count} textures are not read: they belong to neither `map_Kd` nor `map_d`"
+                    "{count} textures are not read: they are no `map_Kd`, `map_d`, `bump` or `norm`"
                 ),
             };
             warnings.add(Place::Line(first_texture), message);

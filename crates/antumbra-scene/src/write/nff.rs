@@ -210,6 +210,9 @@ impl<W: Write> Writer<'_, W> {
         if material.diffuse_texture.is_some() || material.alpha != Alpha::Opaque {
             return unsupported("a material with a texture, with cut-outs, or that blends");
         }
+        if material.bump.is_some() {
+            return unsupported("a material with a relief");
+        }
         if material.emission != Color::ZERO {
             return unsupported("a material that sends out light");
         }

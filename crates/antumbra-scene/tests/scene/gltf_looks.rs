@@ -5,7 +5,7 @@ use std::io::Cursor;
 use antumbra_geometry::DVec3;
 use antumbra_scene::{
     Loaded, ReadOptions, Warning,
-    model::{Alpha, Color, Filter, LightKind, Material, ShadowKind, Shape, Wrap},
+    model::{Alpha, Bump, Color, Filter, LightKind, Material, ShadowKind, Shape, Wrap},
     read::read_gltf,
 };
 use image::{ImageFormat, RgbaImage};
@@ -424,6 +424,58 @@ fn a_picture_that_does_not_fit_is_refused_by_its_header() {
             .starts_with("images[0] is not read")
     );
     assert_eq!(read("", limit).unwrap().warnings, []);
+    let smooth = read(r#""normalTexture": {"index": 0}"#, limit).unwrap();
+    let message = &smooth.warnings[0].message;
+    assert!(
+        message.starts_with("normals are not read: images[0], a picture of 16384"),
+        "{message}"
+    );
+    assert_eq!(smooth.scene.materials[0].bump, None);
+}
+
+#[test]
+fn normals_are_a_relief_where_the_base_color_lies() {
+    let base = |rest: &str| {
+        format!(r#""pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0 {rest}}}}}, "#)
+    };
+    let moved = r#", "extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}"#;
+    let normals = |rest: &str| format!(r#""normalTexture": {{"index": 0 {rest}}}"#);
+    let relief = |scale| Some(Bump::Normals { texture: 0, scale });
+    for (material, expected) in [
+        (normals(""), relief(1.0)),
+        (normals(r#", "scale": -0.5"#), relief(-0.5)),
+        (normals(moved), relief(1.0)),
+        (base("") + &normals(r#", "scale": 2"#), relief(2.0)),
+        (base(moved) + &normals(moved), relief(1.0)),
+    ] {
+        let loaded = read(&material, NODE, GREY);
+        assert_eq!(loaded.warnings, [], "{material}");
+        assert_eq!(loaded.scene.materials[0].bump, expected, "{material}");
+        let Shape::Mesh(mesh) = &loaded.scene.objects[0].shape else {
+            panic!("a mesh");
+        };
+        let shift = if material.contains("offset") {
+            0.5
+        } else {
+            0.0
+        };
+        assert_eq!(mesh.uvs[0][0], shift, "{material}");
+    }
+    let elsewhere = read(&(base("") + &normals(moved)), NODE, GREY);
+    assert_eq!(elsewhere.scene.materials[0].bump, None);
+    let message = &elsewhere.warnings[0].message;
+    assert_eq!(
+        message,
+        "normals that lie elsewhere than the base color are not read"
+    );
+    // It is not there.
+    let missing = read(r#""normalTexture": {"index": 1}"#, NODE, GREY);
+    assert_eq!(missing.scene.materials[0].bump, None);
+    assert!(
+        missing.warnings[0]
+            .message
+            .starts_with("images[1] cannot be read")
+    );
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use antumbra_scene::{
     Loaded, ReadOptions,
-    model::{Alpha, Color, Mesh, ShadowKind, Shape, Wrap},
+    model::{Alpha, Bump, Color, Mesh, ShadowKind, Shape, Wrap},
     read::read_obj,
     read_file,
 };
@@ -195,4 +195,56 @@ fn a_scan_that_is_see_through_by_the_letter_is_said() {
     let mended = read("newmtl m\nKd 1 1 1\nd 1\nillum 1\n", &[]);
     assert_eq!(mended.warnings, []);
     assert!(mended.scene.materials[0].is_opaque());
+}
+
+#[test]
+fn a_relief_is_one_of_heights_unless_it_looks_like_normals() {
+    let grey = |x: u32, _: u32| [64 * x as u8, 64 * x as u8, 64 * x as u8, 255];
+    let blue = |x: u32, _: u32| [120 + 5 * x as u8, 130, 250, 255];
+    let color = ("c.png", png(2, |_, _| [255; 4]));
+    let files = [color, ("h.png", png(4, grey)), ("n.png", png(4, blue))];
+    let heights = |texture, multiplier| Bump::Heights {
+        texture,
+        multiplier,
+    };
+    let normals = |texture, scale| Bump::Normals { texture, scale };
+    for (library, expected) in [
+        ("bump h.png", heights(0, 1.0)),
+        ("map_Bump -bm 0.5 h.png", heights(0, 0.5)),
+        ("map_Kd c.png\nmap_bump -bm -2 h.png", heights(0, -2.0)),
+        ("map_Kd c.png\nmap_bump -bm 2 n.png", normals(0, 2.0)),
+        ("norm h.png", normals(0, 1.0)),
+    ] {
+        let loaded = read(&format!("newmtl m\n{library}\n"), &files);
+        assert_eq!(loaded.warnings, [], "{library}");
+        let material = &loaded.scene.materials[0];
+        assert_eq!(material.bump, Some(expected), "{library}");
+        assert!(material.is_opaque());
+        assert_eq!(material.diffuse_texture.is_some(), library.contains("Kd"));
+        assert_eq!(mesh(&loaded).uvs.len(), 4, "{library}");
+    }
+}
+
+#[test]
+fn a_relief_that_cannot_be_read_leaves_the_surface_smooth() {
+    let white = || png(2, |_, _| [255; 4]);
+    for (library, reason) in [
+        (
+            "bump none.png",
+            "cannot read the picture `none.png` of a relief, the surface is smooth: ",
+        ),
+        (
+            "map_Kd a.png\nbump -s 2 2 a.png",
+            "a relief that lies elsewhere than the other",
+        ),
+        (
+            "bump -bm 1e9 a.png",
+            "`-bm` is beyond 1000000: the relief is not read",
+        ),
+    ] {
+        let loaded = read(&format!("newmtl m\n{library}\n"), &[("a.png", white())]);
+        assert_eq!(loaded.scene.materials[0].bump, None, "{library}");
+        let texts = warnings(&loaded);
+        assert!(texts.len() == 1 && texts[0].contains(reason), "{texts:?}");
+    }
 }

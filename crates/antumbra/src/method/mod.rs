@@ -15,7 +15,7 @@ pub(crate) use bvh::{by_bvh, many_by_bvh};
 pub(crate) use grid::by_grid;
 pub(crate) use naive::by_reference;
 pub(crate) use voxel::{ByVoxel, Rays};
-pub(crate) use voxel_1990::{by_voxel_1990, first_pass, known_along};
+pub(crate) use voxel_1990::{by_voxel_1990, first_pass, known_along, known_between};
 
 use crate::{Answer, Decided, Shadow};
 

@@ -1,9 +1,9 @@
 //! `VoxelOcclusionShadow` of Paper 6: first pass, intermediate test, walk.
 
-use antumbra_geometry::{KnownStretch, Occluders, Segment};
+use antumbra_geometry::{Bounds, KnownStretch, Occluders, Segment};
 
-use crate::accel::grid::{Grid, Mailbox, Walk};
-use crate::occlusion::DenseValues;
+use crate::accel::grid::{Block, Grid, Mailbox, Walk};
+use crate::occlusion::{Between, DenseValues, Occlusion};
 use crate::{Answer, Counters, Decided};
 
 /// Answers by occlusion values where they know, by a walk where they do not.
@@ -125,4 +125,56 @@ pub(crate) fn known_along(
     }
     stretches.retain(|stretch| stretch.shares[0] < stretch.shares[1]);
     (stretches, voxels)
+}
+
+/// Returns whether all points between two are in shadow, or none is, if values know that: all voxels around them must say the
+/// same. In a voxel of a surface that is null one (Paper 6.2), that surface alone may shade points beside it.
+pub(crate) fn known_between(
+    occluders: &Occluders,
+    grid: &Grid,
+    values: &DenseValues,
+    between: &Between,
+) -> Option<bool> {
+    const MOST_VOXELS: u64 = 64;
+    /// Surfaces of the one element of such a voxel.
+    const MOST_SURFACES: usize = 8;
+    let [first, second] = between.ends;
+    let around = Bounds {
+        min: first.min(second),
+        max: first.max(second),
+    };
+    let layout = &grid.layout;
+    if !layout.bounds.contains(around.min) || !layout.bounds.contains(around.max) {
+        return None;
+    }
+    let block = Block {
+        from: layout.voxel_at(around.min),
+        to: layout.voxel_at(around.max).map(|last| last + 1),
+    };
+    if block.voxel_count() > MOST_VOXELS {
+        return None;
+    }
+    let is_clear = |surface| {
+        let element = occluders.element_of(surface);
+        let is_small = occluders.surfaces_of(element).nth(MOST_SURFACES).is_none();
+        let mut parts = occluders.surfaces_of(element);
+        is_small && parts.all(|part| between.is_clear_of(occluders, part))
+    };
+    let mut known = None;
+    for voxel in block.voxels() {
+        let voxel = layout.index(voxel);
+        let (value, surfaces) = (values.get(voxel), grid.surfaces(voxel));
+        let is_dark = match value.of_any_point(!surfaces.is_empty()) {
+            Some(is_dark) => is_dark,
+            None if value == Occlusion::Null && surfaces.iter().all(|&part| is_clear(part)) => {
+                false
+            }
+            None => return None,
+        };
+        if known.is_some_and(|known| known != is_dark) {
+            return None;
+        }
+        known = Some(is_dark);
+    }
+    known
 }

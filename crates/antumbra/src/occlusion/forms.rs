@@ -174,6 +174,22 @@ impl Forms {
         }
     }
 
+    /// Returns what the forms say of all starts between two points.
+    #[inline]
+    pub(crate) fn verdict_between(&self, ends: [[f32; 3]; 2]) -> Verdict {
+        let [first, second] = ends.map(|end| self.at(end));
+        let highest = |i: usize| first[i].max(second[i]);
+        let lowest = |i: usize| first[i].min(second[i]);
+        // Half spaces are convex.
+        if (0..4).any(|i| highest(i) < -BOUND) {
+            Verdict::Outside
+        } else if (0..4).all(|i| lowest(i) > BOUND) {
+            Verdict::Inside
+        } else {
+            Verdict::Doubt
+        }
+    }
+
     /// Returns by how much the forms differ within a box from their values in its middle.
     #[inline]
     fn reach(&self, half: [f32; 3]) -> [f32; 4] {

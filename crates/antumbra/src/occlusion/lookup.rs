@@ -433,12 +433,24 @@ impl<S: Simd> Lookup<'_, S> {
         start: &ReceiverPoint,
         point: DVec3,
     ) -> Verdict {
+        self.curved_verdict_within(surface, start, point, 0.0)
+    }
+
+    /// Tells the same of all starts that differ from one by at most so much in each coordinate.
+    #[inline(always)]
+    pub(super) fn curved_verdict_within(
+        &self,
+        surface: SurfaceId,
+        start: &ReceiverPoint,
+        point: DVec3,
+        reach: f64,
+    ) -> Verdict {
         let number = surface.0 as usize - self.tables.triangle_count();
         let ball = &self.tables.scene.balls[number];
         if start.surface == Some(surface) {
             return Verdict::Outside;
         }
-        match ball.verdict(point, self.light(), self.room()) {
+        match ball.verdict(point, self.light(), self.room() + reach) {
             // Another one in the same place is its own, too.
             Verdict::Inside
                 if start

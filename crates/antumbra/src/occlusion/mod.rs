@@ -8,6 +8,7 @@
 mod adaptive;
 mod arena;
 mod balls;
+mod between;
 mod bricks;
 mod budget;
 mod by_map;
@@ -49,6 +50,7 @@ mod whole;
 pub(crate) use adaptive::{
     AdaptiveValues, KeptValues, Knowledge, Known, Lists, Making, PackedLight, Scene,
 };
+pub(crate) use between::Between;
 pub(crate) use bricks::Store;
 pub(crate) use budget::Account;
 pub(crate) use lookup::{BLOCK, Found};

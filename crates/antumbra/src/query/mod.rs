@@ -8,6 +8,7 @@ mod along;
 mod ask;
 mod batch;
 mod beam;
+mod between;
 #[cfg(all(test, unix))]
 mod clock_tests;
 mod fraction;

@@ -5,8 +5,8 @@ use std::time::Duration;
 use antumbra_render::integrator::Tally;
 use antumbra_render::prepare::Prepared;
 use antumbra_render::statistics::{
-    FogCounts, LightSampleCounts, MemoryUse, Rays, SCHEMA, Settings, ShadowQueries, Statistics,
-    Times, Traversal, Verdict,
+    BumpCounts, FogCounts, LightSampleCounts, MemoryUse, Rays, SCHEMA, Settings, ShadowQueries,
+    Statistics, Times, Traversal, Verdict,
 };
 
 use super::files::Format;
@@ -49,6 +49,8 @@ impl Run {
             rays: Rays::from(&self.tally),
             shadow: ShadowQueries::from(&self.tally),
             light_samples: LightSampleCounts::from(&self.tally),
+            bumps: (typed.bumps == Whether::On && prepared.has_reliefs())
+                .then(|| BumpCounts::from(&self.tally)),
             fog: typed.fog.map(|_| FogCounts::from(&self.tally)),
             traversal: Traversal::from(&self.tally),
             time: Times {
@@ -86,6 +88,7 @@ impl Run {
             light_samples: typed.more_lights.soft.samples(),
             exact_fractions: typed.more_lights.soft.is_exact(),
             colored_shadows: typed.shadows_through_glass == Whether::On,
+            bumps: typed.bumps == Whether::On,
             fog: typed
                 .fog
                 .map(|fog| [fog.extinction(), fog.albedo(), fog.g()]),
@@ -127,6 +130,7 @@ fn table(statistics: &Statistics) -> String {
         rays,
         shadow,
         light_samples,
+        bumps,
         fog,
         traversal,
         time,
@@ -145,6 +149,18 @@ fn table(statistics: &Statistics) -> String {
     let count = |count: u64| format!("{count:>14}");
     let seconds = |seconds: f64| format!("{seconds:>14.3} s");
     let peak = memory.peak_bytes.map_or("unknown".into(), format_bytes);
+    let of_bumps = bumps.map(|bumps| {
+        let share = |part: u64| {
+            let percent = 100.0 * part as f64 / bumps.queries.max(1) as f64;
+            format!("{part:>14}  {percent:5.1} % of those on bumps")
+        };
+        [
+            ("queries on bumps", count(bumps.queries)),
+            ("  known to be lit", share(bumps.known_lit)),
+            ("  known to be in shadow", share(bumps.known_shadowed)),
+            ("  by perturbed test", share(bumps.perturbed)),
+        ]
+    });
     let of_fog = fog.map(|fog| {
         [
             ("segments in fog, lights", count(fog.segments)),
@@ -209,7 +225,8 @@ fn table(statistics: &Statistics) -> String {
         ),
         ("memory at most", format!("{peak:>14}")),
     ];
-    let rows = rows.into_iter().chain(of_fog.into_iter().flatten());
+    let rows = rows.into_iter().chain(of_bumps.into_iter().flatten());
+    let rows = rows.chain(of_fog.into_iter().flatten());
     let rows: Vec<_> = rows
         .map(|(name, value)| format!("{name:<26}{value}"))
         .collect();

@@ -87,6 +87,7 @@ impl Meant {
                 light_samples: typed.more_lights.soft.samples(),
                 exact_fractions: typed.more_lights.soft.is_exact(),
                 colored_shadows: typed.shadows_through_glass == Whether::On,
+                bumps: typed.bumps == Whether::On,
                 fog: typed.fog,
                 seed: typed.seed,
                 show: typed.show.show(),

@@ -40,7 +40,7 @@ pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Out
     }
     outputs.add_if("--stats-json", typed.stats_json.as_ref(), Content::Json)?;
     typed.saved.add_to(&mut outputs)?;
-    let lit = load::any_lit_scene(
+    let mut lit = load::any_lit_scene(
         &typed.file,
         Some(&typed.more_lights),
         Lighting::Needed,
@@ -48,6 +48,11 @@ pub fn run(typed: &Render, screen: &Screen, interrupt: &Interrupt) -> Result<Out
         &outputs,
         screen,
     )?;
+    if typed.bump.is_some() {
+        for material in &mut lit.scene.materials {
+            material.bump = typed.bump;
+        }
+    }
     let meant = Meant::of(typed, format, &lit, screen)?;
     // What depends on the scene: frames and layers.
     for (option, path) in meant.more_files(typed, &lit.scene) {

@@ -7,6 +7,7 @@ use antumbra_geometry::{LightShape, ReceiverPoint};
 
 use super::Candidate;
 use super::attack::Kind;
+use super::bumps;
 use crate::screen::Screen;
 
 /// Differences reported one by one.
@@ -34,6 +35,7 @@ pub(super) struct Tally {
     /// For each how often it was wrong that may be.
     wrong: Vec<u64>,
     glass: GlassCounts,
+    bumps: bumps::Found,
     /// Those of the lowest numbers.
     first: Vec<Difference>,
 }
@@ -97,6 +99,21 @@ impl Tally {
         }
     }
 
+    pub(super) fn count_bumps(&mut self, found: bumps::Found) {
+        self.bumps.known += found.known;
+        self.bumps.differences += found.differences;
+    }
+
+    /// Reports what methods knew of points above surfaces, if any knew something.
+    pub(super) fn report_bumps(&self, screen: &Screen) {
+        let bumps::Found { known, differences } = self.bumps;
+        if known > 0 {
+            screen.result(format!(
+                "bump: {known} answers in full and null regions equal those of the perturbed reference: {differences} differences"
+            ));
+        }
+    }
+
     /// Reports how often methods that are not exact were wrong.
     pub(super) fn report_inexact(
         &self,
@@ -130,6 +147,7 @@ impl Tally {
         self.glass.asked += other.glass.asked;
         self.glass.filtered += other.glass.filtered;
         self.glass.differences += other.glass.differences;
+        self.count_bumps(other.bumps);
         self.first.extend(other.first);
         self.forget();
         self
@@ -150,7 +168,7 @@ impl Tally {
 
     pub(super) fn difference_count(&self) -> u64 {
         let of_methods = self.methods.iter().map(|method| method.1);
-        of_methods.sum::<u64>() + self.glass.differences
+        of_methods.sum::<u64>() + self.glass.differences + self.bumps.differences
     }
 
     /// Reports the first differences.

@@ -341,7 +341,7 @@ pub(super) struct MaterialEntry {
     pub(super) pbr_metallic_roughness: Option<Box<MetallicRoughness>>,
     pub(super) emissive_factor: Option<[f64; 3]>,
     pub(super) emissive_texture: Option<Box<TextureUse>>,
-    pub(super) normal_texture: Option<IgnoredAny>,
+    pub(super) normal_texture: Option<Box<NormalTextureUse>>,
     pub(super) occlusion_texture: Option<IgnoredAny>,
     pub(super) alpha_mode: Option<String>,
     pub(super) alpha_cutoff: Option<f64>,
@@ -370,13 +370,22 @@ pub(super) struct TextureUse {
     pub(super) extensions: TextureUseExtensions,
 }
 
-#[derive(Debug, Default, Deserialize)]
+/// A [`TextureUse`] with a scale.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct NormalTextureUse {
+    #[serde(flatten)]
+    pub(super) texture: TextureUse,
+    pub(super) scale: Option<f64>,
+}
+
+#[derive(Debug, Default, PartialEq, Deserialize)]
 pub(super) struct TextureUseExtensions {
     #[serde(rename = "KHR_texture_transform")]
     pub(super) transform: Option<TextureTransform>,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct TextureTransform {
     pub(super) offset: Option<[f64; 2]>,

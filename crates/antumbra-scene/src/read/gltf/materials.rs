@@ -17,14 +17,13 @@
 //! KHR_materials_pbrSpecularGlossiness says the diffuse color and `F` themselves, and `1 - r`: its
 //! diffuse color counts times `1 - max F`, as that extension has it.
 //!
-//! Of the textures, only the base color's is kept; metal, roughness, transmission and emission
-//! are multiplied by the mean of theirs.
-
-use serde::de::IgnoredAny;
+//! Of the textures, those of the base color and of normals are kept; metal, roughness, transmission and emission
+//! are multiplied by the mean of theirs. Normals must lie where the base color does: a mesh has one place in textures for each
+//! corner.
 
 use crate::{
     error::{Place, quoted},
-    model::{Alpha, Color, Material},
+    model::{Alpha, Bump, Color, Material},
     opacity::Cause,
     warning::WarningLog,
 };
@@ -33,11 +32,15 @@ use super::{
     Fault,
     document::{MaterialEntry, SpecularGlossiness, TextureUse},
     images::{Images, Means},
+    placing::lie_alike,
     short_name,
 };
 
 /// Phong exponents beyond this look like a point.
 const LARGEST_SHININESS: f64 = 10_000.0;
+
+/// Normals that lean more by their scale lie flat.
+const LARGEST_SCALE: f64 = 1e6;
 
 /// Returns the texture of a material's base color.
 pub(super) fn base_texture(material: &MaterialEntry) -> Option<&TextureUse> {
@@ -46,6 +49,46 @@ pub(super) fn base_texture(material: &MaterialEntry) -> Option<&TextureUse> {
     }
     let metallic = material.pbr_metallic_roughness.as_ref()?;
     metallic.base_color_texture.as_ref()
+}
+
+/// Returns the texture that says where on surfaces a material's textures lie.
+pub(super) fn placing_texture(material: &MaterialEntry) -> Option<&TextureUse> {
+    base_texture(material).or_else(|| Some(&material.normal_texture.as_ref()?.texture))
+}
+
+/// Returns the relief of a material, if its picture can be read.
+fn bump(
+    entry: &MaterialEntry,
+    path: &str,
+    images: &mut Images<'_, '_>,
+    warnings: &mut WarningLog,
+) -> Result<Option<Bump>, Fault> {
+    let Some(normals) = entry.normal_texture.as_deref() else {
+        return Ok(None);
+    };
+    let texture = &normals.texture;
+    if base_texture(entry).is_some_and(|base| !lie_alike(base, texture)) {
+        let message = "normals that lie elsewhere than the base color are not read";
+        warnings.add(Place::Whole, message);
+        return Ok(None);
+    }
+    let scale = normals.scale.unwrap_or(1.0);
+    if scale.is_nan() || scale.abs() > LARGEST_SCALE {
+        let problem =
+            format!("expected a number from -{LARGEST_SCALE} to {LARGEST_SCALE}, found {scale}");
+        return Err(Fault::at(
+            format!("{path}.normalTexture.scale"),
+            problem,
+            "",
+        ));
+    }
+    // Looks alone are not worth a refusal.
+    let texture = images.texture(texture, warnings).unwrap_or_else(|over| {
+        let message = format!("normals are not read: {}", over.kind);
+        warnings.add(Place::Whole, message);
+        None
+    });
+    Ok(texture.map(|texture| Bump::Normals { texture, scale }))
 }
 
 /// Returns what KHR_materials_pbrSpecularGlossiness says in place of metal and roughness.
@@ -69,6 +112,7 @@ pub(super) fn convert(
         Some(texture) => images.texture(texture, warnings)?,
         None => None,
     };
+    let bump = bump(entry, path, images, warnings)?;
     let mut mean = |texture: Option<&TextureUse>, decides| match texture {
         Some(texture) => Ok(images
             .means(texture, decides, warnings)?
@@ -163,6 +207,7 @@ pub(super) fn convert(
         // An index of 0 means a mirror in KHR_materials_ior.
         ior: if is_thin || ior == 0.0 { 1.0 } else { ior },
         emission,
+        bump,
     };
     if extensions.is_some_and(|e| e.unlit.is_some()) {
         unlit(&mut material, base_color, warnings);
@@ -174,6 +219,7 @@ pub(super) fn convert(
 fn unlit(material: &mut Material, base_color: Color, warnings: &mut WarningLog) {
     material.specular = Color::ZERO;
     material.reflection = Color::ZERO;
+    material.bump = None;
     if material.diffuse_texture.is_some() {
         let message = "an unlit material has a texture: it is lit like others";
         warnings.add(Place::Whole, message);
@@ -223,10 +269,8 @@ pub(super) fn cause(material: &Material) -> Cause {
 
 /// Says once what of a material is not used.
 fn note_unread(entry: &MaterialEntry, warnings: &mut WarningLog) {
-    let has = |texture: &Option<IgnoredAny>| texture.is_some();
-    if has(&entry.normal_texture) || has(&entry.occlusion_texture) {
-        let message = "normal and occlusion textures are not read";
-        warnings.add(Place::Whole, message);
+    if entry.occlusion_texture.is_some() {
+        warnings.add(Place::Whole, "occlusion textures are not read");
     }
     let extensions = entry.extensions.as_ref();
     let volume = extensions.and_then(|e| e.volume.as_ref());

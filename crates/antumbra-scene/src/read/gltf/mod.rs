@@ -16,10 +16,10 @@
 //! | node tree, chosen scene | `nodes` |
 //! | triangles in a mesh's space | `primitives` |
 //! | copies in world space; skins and morph targets at rest | `instances` |
-//! | looks | `materials`, `images` |
+//! | looks | `materials`, `images`, `placing` |
 //! | lights, camera | `views` |
 //!
-//! Animations are not played. Tangents, normal and occlusion textures are not read. Extensions that are required and not in [`EXTENSIONS`] refuse the file.
+//! Animations are not played. Tangents and occlusion textures are not read. Extensions that are required and not in [`EXTENSIONS`] refuse the file.
 
 mod accessor;
 mod budget;
@@ -34,6 +34,7 @@ mod instances;
 mod materials;
 mod meshopt;
 mod nodes;
+mod placing;
 mod primitives;
 mod uri;
 mod views;

@@ -19,9 +19,10 @@ use super::{
     accessor::{Accessor, Accessors},
     budget::Budget,
     component::Component,
-    document::{Primitive, TextureUse},
+    document::Primitive,
     draco::Decoded,
-    materials::base_texture,
+    materials::placing_texture,
+    placing::{texture_set, texture_transform},
 };
 
 /// The triangles of one primitive.
@@ -311,7 +312,7 @@ impl<'a> PartReader<'a, '_, '_> {
                     let count = materials.len();
                     return Err(Fault::missing(path, "materials", index, count));
                 }
-                Some(material) => base_texture(material),
+                Some(material) => placing_texture(material),
             },
         };
         let Some(texture) = texture else {
@@ -424,36 +425,4 @@ fn compact(
         (0..triangle_count).map(numbered).collect()
     };
     (triangles, vertices)
-}
-
-/// Returns which set of coordinates a texture uses.
-fn texture_set(texture: &TextureUse) -> u32 {
-    let transform = texture.extensions.transform.as_ref();
-    transform
-        .and_then(|transform| transform.tex_coord)
-        .unwrap_or(texture.tex_coord)
-}
-
-/// Returns what KHR_texture_transform does to coordinates: scale, turn counter-clockwise as seen
-/// in the picture (v points down), move.
-fn texture_transform(texture: &TextureUse) -> impl Fn([f64; 2]) -> [f64; 2] + use<> {
-    let transform = texture.extensions.transform.as_ref();
-    let parts = transform.map(|transform| {
-        let angle = transform.rotation.unwrap_or(0.0);
-        (
-            transform.offset.unwrap_or([0.0; 2]),
-            (libm::sin(angle), libm::cos(angle)),
-            transform.scale.unwrap_or([1.0; 2]),
-        )
-    });
-    move |[u, v]| match parts {
-        None => [u, v],
-        Some((offset, (sine, cosine), scale)) => {
-            let [u, v] = [scale[0] * u, scale[1] * v];
-            [
-                cosine * u + sine * v + offset[0],
-                cosine * v - sine * u + offset[1],
-            ]
-        }
-    }
 }

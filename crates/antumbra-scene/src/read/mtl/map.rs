@@ -1,4 +1,4 @@
-//! The pictures that MTL names: `map_Kd` and `map_d`, with their options.
+//! The pictures that MTL names: `map_Kd`, `map_d`, `bump` and `norm`, with their options.
 //!
 //! In: what follows the keyword. Out: the name, and what the options do. Invariant: a name may hold
 //! blanks and backslashes; options that are not used are stepped over with their arguments.
@@ -14,6 +14,16 @@ pub(in crate::read) struct Maps {
     pub(in crate::read) color: Option<Map>,
     /// `map_d`.
     pub(in crate::read) alpha: Option<Map>,
+    /// `bump`, `map_Bump`, or `norm`.
+    pub(in crate::read) relief: Option<Relief>,
+}
+
+/// A picture of a relief.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::read) struct Relief {
+    pub(in crate::read) map: Map,
+    /// Whether the library says that it is one of normals.
+    pub(in crate::read) is_normals: bool,
 }
 
 /// One picture.
@@ -29,6 +39,8 @@ pub(in crate::read) struct Map {
     pub(in crate::read) channel: Option<u8>,
     /// `-mm`: what is added to values, after they are multiplied.
     pub(in crate::read) base_and_gain: [f64; 2],
+    /// `-bm`.
+    pub(in crate::read) multiplier: f64,
 }
 
 /// How texture coordinates are moved.
@@ -64,9 +76,10 @@ impl MapPlace {
 }
 
 impl Maps {
-    /// Returns how coordinates are moved: as the colors say, or else the holes.
+    /// Returns how coordinates are moved: as the colors say, or else the holes, or else the relief.
     pub(in crate::read) fn place(&self) -> MapPlace {
-        let map = self.color.as_ref().or(self.alpha.as_ref());
+        let relief = || self.relief.as_ref().map(|relief| &relief.map);
+        let map = self.color.as_ref().or(self.alpha.as_ref()).or_else(relief);
         map.map_or_else(MapPlace::default, |map| map.place)
     }
 }
@@ -79,7 +92,9 @@ pub(in crate::read) fn parse_map(text: &str) -> Option<Map> {
         is_clamped: false,
         channel: None,
         base_and_gain: [0.0, 1.0],
+        multiplier: 1.0,
     };
+    let mut multiplier = [1.0; 2];
     let mut rest = text.trim_ascii();
     while rest.starts_with('-') {
         let (option, after) = split_word(rest);
@@ -88,7 +103,8 @@ pub(in crate::read) fn parse_map(text: &str) -> Option<Map> {
             "-s" => numbers(after, &mut map.place.scale, 3),
             "-t" => numbers(after, &mut [0.0; 2], 3),
             "-mm" => numbers(after, &mut map.base_and_gain, 2),
-            "-bm" | "-boost" | "-texres" => numbers(after, &mut [0.0; 2], 1),
+            "-bm" => numbers(after, &mut multiplier, 1),
+            "-boost" | "-texres" => numbers(after, &mut [0.0; 2], 1),
             "-clamp" => {
                 let (word, after) = split_word(after);
                 map.is_clamped = word.eq_ignore_ascii_case("on");
@@ -107,6 +123,7 @@ pub(in crate::read) fn parse_map(text: &str) -> Option<Map> {
     let unquoted = rest
         .strip_prefix('"')
         .and_then(|rest| rest.strip_suffix('"'));
+    map.multiplier = multiplier[0];
     map.name = unquoted.unwrap_or(rest).to_owned();
     (!map.name.is_empty()).then_some(map)
 }

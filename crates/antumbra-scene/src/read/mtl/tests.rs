@@ -117,7 +117,7 @@ fn looks_that_are_not_finite_are_ignored() {
 #[test]
 fn what_is_not_used_is_said_once() {
     let library = read(
-        "Kd 1 1 1\nnewmtl a\nmap_Kd a.png\nmap_Ks a.png\nbump -bm 1 b.png\nPr 0.5\nPr 0.5\n\
+        "Kd 1 1 1\nnewmtl a\nmap_Kd a.png\nmap_Ks a.png\ndisp -mm 0 1 b.png\nPr 0.5\nPr 0.5\n\
          Kd -1 0 0\nNs -5\nd 7\nKs xyz 1 1 1\nnewmtl a",
     );
     let texts: Vec<_> = library.warnings.iter().map(Warning::to_string).collect();
@@ -131,7 +131,7 @@ fn what_is_not_used_is_said_once() {
             "a.mtl:11: `Ks` as a spectral curve or as xyz is not read",
             "a.mtl:2: `d` or `Tr` is not between 0 and 1: the nearer one is used",
             "a.mtl:12: a material is defined twice: the last one counts",
-            "a.mtl:4: 2 textures are not read: they belong to neither `map_Kd` nor `map_d`",
+            "a.mtl:4: 2 textures are not read: they are no `map_Kd`, `map_d`, `bump` or `norm`",
         ]
     );
 }
@@ -167,4 +167,25 @@ fn garbled_looks_are_told_and_ignored() {
             "a.mtl:5: `Ns` is not a number: ignored (2 times; this is the first)",
         ]
     );
+}
+
+#[test]
+fn reliefs_keep_their_kind_and_their_multiplier() {
+    let library = read(
+        "newmtl a\nmap_Bump -bm 0.25 a.png\nnewmtl b\nbump b.png\nnewmtl c\nnorm -s 2 c.png\n\
+         newmtl d\nmap_bump -bm -2 d e.png\nnewmtl e\nbump\nnewmtl f\nKd 1 1 1",
+    );
+    let relief = |name: &str| {
+        let relief = library.materials[name].pictures.relief.as_ref()?;
+        Some((&*relief.map.name, relief.map.multiplier, relief.is_normals))
+    };
+    assert_eq!(relief("a"), Some(("a.png", 0.25, false)));
+    assert_eq!(relief("b"), Some(("b.png", 1.0, false)));
+    assert_eq!(relief("c"), Some(("c.png", 1.0, true)));
+    assert_eq!(relief("d"), Some(("d e.png", -2.0, false)));
+    assert_eq!(relief("e"), None);
+    assert_eq!(relief("f"), None);
+    assert!(library.materials["a"].has_picture() && !library.materials["f"].has_picture());
+    let warnings: Vec<_> = library.warnings.iter().map(Warning::to_string).collect();
+    assert_eq!(warnings, ["a.mtl:10: `bump` names no picture: ignored"]);
 }

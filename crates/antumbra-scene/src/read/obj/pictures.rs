@@ -8,18 +8,21 @@
 //! Alpha is that of `map_d`: its alpha channel if it has one, else its luminance, unless `-imfchan` says
 //! which. Without `map_d` it is that of `map_Kd`. Where alpha is below 1/2 there is a hole, as with
 //! glTF's MASK.
+//!
+//! A relief is a picture of heights (`bump`, `map_Bump`) or of normals (`norm`). Exporters write pictures of normals as
+//! `map_Bump`, too: one whose mean color is that of normals is taken for that.
 
 use std::{collections::HashMap, io};
 
 use crate::{
-    error::{Place, quoted},
-    model::{Alpha, Material, Texture, Wrap},
+    error::{Place, ReadErrorKind, quoted},
+    model::{Alpha, Bump, Material, Texture, Wrap},
     room::{OverLimit, Room},
     texture::{PictureError, decode},
     warning::WarningLog,
 };
 
-use super::super::mtl::map::{Map, Maps};
+use super::super::mtl::map::{Map, Maps, Relief};
 
 /// Opens files that an OBJ names.
 pub(super) type Open<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
@@ -27,11 +30,16 @@ pub(super) type Open<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 /// The least alpha that is there.
 const CUTOFF: f64 = 0.5;
 
+/// Reliefs that are higher by their multiplier are none.
+const LARGEST_MULTIPLIER: f64 = 1e6;
+
 /// Reads pictures as they are needed.
 pub(super) struct Pictures {
     room: Room,
     /// The texture of each pair of pictures that was asked for.
     known: HashMap<String, Option<usize>>,
+    /// That of each picture of a relief, and whether it is one of normals.
+    reliefs: HashMap<String, Option<(usize, bool)>>,
 }
 
 impl Pictures {
@@ -39,6 +47,7 @@ impl Pictures {
         Self {
             room,
             known: HashMap::new(),
+            reliefs: HashMap::new(),
         }
     }
 
@@ -54,7 +63,8 @@ impl Pictures {
         open: &mut Open<'_>,
         warnings: &mut WarningLog,
     ) -> Result<(), OverLimit> {
-        let key = format!("{maps:?}");
+        material.bump = self.relief(maps, textures, open, warnings);
+        let key = format!("{} {:?} {:?}", maps.folder, maps.color, maps.alpha);
         let texture = match self.known.get(&key) {
             Some(&known) => known,
             None => {
@@ -74,6 +84,63 @@ impl Pictures {
             material.alpha = Alpha::Mask { cutoff: CUTOFF };
         }
         Ok(())
+    }
+
+    /// Returns the relief that a material has, if its picture can be read.
+    fn relief(
+        &mut self,
+        maps: &Maps,
+        textures: &mut Vec<Texture>,
+        open: &mut Open<'_>,
+        warnings: &mut WarningLog,
+    ) -> Option<Bump> {
+        let Relief { map, is_normals } = maps.relief.as_ref()?;
+        if map.place != maps.place() {
+            let message = "a relief that lies elsewhere than the other pictures is not read";
+            warnings.add(Place::Whole, message);
+            return None;
+        }
+        let multiplier = map.multiplier;
+        if multiplier.abs() > LARGEST_MULTIPLIER {
+            let message = format!("`-bm` is beyond {LARGEST_MULTIPLIER}: the relief is not read");
+            warnings.add(Place::Whole, message);
+            return None;
+        }
+        let key = format!("{} {} {}", maps.folder, map.is_clamped, map.name);
+        let known = match self.reliefs.get(&key) {
+            Some(&known) => known,
+            None => {
+                let what = "of a relief, the surface is smooth";
+                let read = self.read_or_warn(maps, Some(map), what, open, warnings);
+                // Looks alone are not worth a refusal.
+                let read = read.unwrap_or_else(|over| {
+                    let kind = ReadErrorKind::from(over);
+                    let message = format!("a picture {what}: {kind}");
+                    warnings.add(Place::Whole, message);
+                    None
+                });
+                let read = read.map(|(mut texture, map)| {
+                    if map.is_clamped {
+                        texture.wrap = [Wrap::ClampToEdge; 2];
+                    }
+                    let is_normals = has_color_of_normals(&texture);
+                    textures.push(texture);
+                    (textures.len() - 1, is_normals)
+                });
+                self.reliefs.insert(key, read);
+                read
+            }
+        };
+        known.map(|(texture, looks_so)| match *is_normals || looks_so {
+            true => Bump::Normals {
+                texture,
+                scale: multiplier,
+            },
+            false => Bump::Heights {
+                texture,
+                multiplier,
+            },
+        })
     }
 
     fn texture(
@@ -149,6 +216,19 @@ impl Pictures {
             ..texture
         })
     }
+}
+
+/// Returns whether the mean color of a picture is that of normals which stand up from a surface.
+fn has_color_of_normals(texture: &Texture) -> bool {
+    let mut sums = [0_u64; 3];
+    for texel in &texture.texels {
+        for (sum, &byte) in sums.iter_mut().zip(texel) {
+            *sum += u64::from(byte);
+        }
+    }
+    let [red, green, blue] = sums.map(|sum| sum as f64 / (255.0 * texture.texels.len() as f64));
+    let is_half = |mean: f64| (mean - 0.5).abs() < 0.1;
+    is_half(red) && is_half(green) && blue > 0.75
 }
 
 /// Puts the alpha of one picture on the colors of another, or on white. The result has the

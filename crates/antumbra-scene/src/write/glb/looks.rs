@@ -7,7 +7,7 @@
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde_json::{Value, json};
 
-use crate::model::{Alpha, Color, Filter, Material, Scene, Wrap};
+use crate::model::{Alpha, Bump, Color, Filter, Material, Scene, Wrap};
 
 use super::buffer::Buffer;
 
@@ -45,6 +45,10 @@ pub(super) fn materials(scene: &Scene, notes: &mut Vec<String>) -> Vec<Value> {
     if materials.iter().any(has_gloss) {
         notes
             .push("highlights and mirrors are written only roughly, as roughness and metal".into());
+    }
+    let is_lost = |m: &Material| m.bump.is_some_and(|b| !matches!(b, Bump::Normals { .. }));
+    if materials.iter().any(is_lost) {
+        notes.push("reliefs by heights are not written: glTF has normals only".into());
     }
     let mut clamped = 0;
     let entries = materials
@@ -97,6 +101,9 @@ fn material(material: &Material, clamped: &mut usize) -> Value {
         "pbrMetallicRoughness": pbr,
         "doubleSided": material.is_double_sided,
     });
+    if let Some(Bump::Normals { texture, scale }) = material.bump {
+        entry["normalTexture"] = json!({"index": texture, "scale": scale});
+    }
     match material.alpha {
         Alpha::Opaque => {}
         Alpha::Blend => entry["alphaMode"] = "BLEND".into(),
