@@ -22,8 +22,8 @@ fn curved_scenes_are_written_read_and_agree_under_attack() {
             "--queries",
             "3000",
             "--attack",
-            "--threads",
-            "2",
+            "--resolution",
+            "128",
         ]);
         assert_code(&verified, 0);
         let said = stdout(&verified);

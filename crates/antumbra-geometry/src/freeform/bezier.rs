@@ -53,7 +53,14 @@ impl BezierPatch {
         let cells = f64::from(self.cells());
         let along = weights(f64::from(i) / cells);
         let across = weights(f64::from(j) / cells);
-        curve(self.control.map(|row| curve(row, along)), across)
+        let [a, b, c, d] = &self.control;
+        let rows = [
+            curve(*a, along),
+            curve(*b, along),
+            curve(*c, along),
+            curve(*d, along),
+        ];
+        curve(rows, across)
     }
 
     /// Returns the unit normal of the smooth patch at a vertex of the grid; zero where it has none.
@@ -87,7 +94,7 @@ impl BezierPatch {
             .flat_map(move |cell| [false, true].map(|half| coarse.triangle(cell, half)))
     }
 
-    /// Returns how many surfaces the patch becomes: parts that are nearly flat, 1 to 256.
+    /// Returns how many surfaces the patch becomes: parts that are nearly flat, 1 to 64.
     pub fn part_count(&self) -> usize {
         super::parts_of(self).len()
     }
@@ -109,6 +116,7 @@ fn weights(t: f64) -> Weights {
     ]
 }
 
+#[inline(always)]
 fn curve([a, b, c, d]: [DVec3; 4], weights: Weights) -> DVec3 {
     (a * weights[0] + d * weights[3]) + (b * weights[1] + c * weights[2])
 }
@@ -120,25 +128,27 @@ pub(super) struct Net(pub(super) [[DVec3; 4]; 4]);
 impl Net {
     /// Returns the four quarters: the low half of both parameters, then along the first, along the second, along both.
     pub(super) fn quarters(&self) -> [Self; 4] {
-        let halves = self.halves_along();
-        let [low, high] = halves.map(|half| half.halves_across());
-        [low[0], high[0], low[1], high[1]]
-    }
-
-    fn halves_along(&self) -> [Self; 2] {
-        let rows = self.0.map(halves);
-        [Self(rows.map(|row| row[0])), Self(rows.map(|row| row[1]))]
-    }
-
-    fn halves_across(&self) -> [Self; 2] {
-        let turned = self.turned().halves_along();
-        turned.map(|half| half.turned())
-    }
-
-    fn turned(&self) -> Self {
-        Self(std::array::from_fn(|i| {
-            std::array::from_fn(|j| self.0[j][i])
-        }))
+        let mut quarters = [*self; 4];
+        let (mut low, mut high) = (self.0, self.0);
+        for row in 0..4 {
+            [low[row], high[row]] = halves(self.0[row]);
+        }
+        for (number, half) in [low, high].iter().enumerate() {
+            for column in 0..4 {
+                let across = [
+                    half[0][column],
+                    half[1][column],
+                    half[2][column],
+                    half[3][column],
+                ];
+                let [near, far] = halves(across);
+                for row in 0..4 {
+                    quarters[number].0[row][column] = near[row];
+                    quarters[number + 2].0[row][column] = far[row];
+                }
+            }
+        }
+        quarters
     }
 
     /// Returns the point at two parameters from 0 to 1, and its derivatives.
@@ -185,6 +195,7 @@ impl Net {
 }
 
 /// De Casteljau's halves of a curve.
+#[inline(always)]
 fn halves([a, b, c, d]: [DVec3; 4]) -> [[DVec3; 4]; 2] {
     let (ab, bc, cd) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + d));
     let (abc, bcd) = (0.5 * (ab + bc), 0.5 * (bc + cd));

@@ -21,6 +21,8 @@ pub(crate) struct PatchPart {
     depth: u32,
     net: Net,
     bounds: Bounds,
+    /// Largest magnitude of a coordinate of the patch.
+    largest: f64,
     /// More than all roundings of coordinates here.
     room: f64,
 }
@@ -78,13 +80,13 @@ impl Half {
 }
 
 /// A share of the coordinates that is more than what vertices and nets are rounded by, and their projections.
-const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
+const ROUNDING: f64 = 1.0 / (1_u64 << 46) as f64;
 
 /// Pieces bend by no more than this share of their size, or are as small as they may be.
-const FLAT: f64 = 1.0 / 24.0;
+const FLAT: f64 = 1.0 / 16.0;
 
 /// A patch has at most 4 to the power of this many pieces.
-const MOST_HALVINGS: u32 = 4;
+const MOST_HALVINGS: u32 = 3;
 
 /// Cuts a patch into pieces that are nearly flat; at the same depth all over.
 pub(crate) fn parts_of(patch: &BezierPatch) -> Vec<PatchPart> {
@@ -119,6 +121,7 @@ pub(crate) fn parts_of(patch: &BezierPatch) -> Vec<PatchPart> {
         depth,
         net,
         bounds: Bounds::of_points(net.points()).inflated(DVec3::splat(room)),
+        largest,
         room,
     };
     nets.into_iter().map(part).collect()
@@ -209,7 +212,7 @@ impl PatchPart {
     /// Returns whether a triangle of the piece blocks the segment. Of all of them the start's own is the only one that may hold the start: it
     /// blocks nothing, as no triangle does in whose plane the start is.
     pub(crate) fn is_crossed(&self, segment: &Segment) -> bool {
-        let Some(view) = View::along(segment, self.room) else {
+        let Some(view) = View::along(segment, self) else {
             return false;
         };
         let look = |net: &Net| match view.look(net, f64::INFINITY) {
@@ -225,14 +228,14 @@ impl PatchPart {
 
     /// Returns how far the first crossing is in lengths of the segment's direction, and where. `None` where there is none.
     pub(crate) fn crossing(&self, segment: &Segment) -> Option<(f64, DVec3)> {
-        let view = View::along(segment, self.room)?;
+        let view = View::along(segment, self)?;
         let nearest = std::cell::Cell::new(None::<(f64, DVec3)>);
         let farthest = || {
             nearest
                 .get()
                 .map_or(f64::INFINITY, |(distance, _)| distance)
         };
-        let look = |net: &Net| view.look(net, farthest() * view.length);
+        let look = |net: &Net| view.look(net, farthest());
         let cell = |place: Place| {
             let corners = self.corners(place);
             if triangle_blocks(corners, segment) {
@@ -376,61 +379,93 @@ const MOST_STEPS: u32 = 8;
 const LONGEST_ARM: f64 = 256.0;
 const ENOUGH: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// Space as a segment sees it: two axes across it, and how far along it.
+/// Space as a segment sees it: two coordinates in which all of its line is zero, and a third that grows along it.
+///
+/// With `k` the axis of the direction's largest component the first two are `P_i - P_k D_i / D_k - m_i`, where `m_i` is the value that
+/// makes them zero. It is a difference of products that is rounded but once or twice, so starts and lights may be far from everything.
 struct View {
-    origin: DVec3,
-    axes: [DVec3; 3],
-    /// Of the direction; infinite ones go on beyond it.
-    length: f64,
-    is_finite: bool,
+    axes: [usize; 3],
+    slopes: [f64; 2],
+    offsets: [f64; 2],
+    /// The third coordinate is that along the axis, times this.
+    sign: f64,
+    /// Its values at both ends.
+    ends: [f64; 2],
+    /// How much it grows in a length of the direction.
+    growth: f64,
     /// More than the roundings of what is projected.
     room: f64,
 }
 
 impl View {
     /// `None` where the segment has no length.
-    fn along(segment: &Segment, room: f64) -> Option<Self> {
+    fn along(segment: &Segment, part: &PatchPart) -> Option<Self> {
         let (origin, direction) = (segment.origin(), segment.direction());
-        let largest = direction.abs().max_element();
-        if largest == 0.0 {
+        let size = direction.abs();
+        let k = (0..3).fold(
+            0,
+            |most, axis| if size[axis] > size[most] { axis } else { most },
+        );
+        let growth = size[k];
+        if growth == 0.0 {
             return None;
         }
-        let scaled = direction / largest;
-        let along = scaled.normalize();
-        let (across, beside) = along.any_orthonormal_pair();
-        let length = largest * scaled.length();
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let is_finite = segment.is_finite();
-        let reach = if is_finite { length } else { 0.0 };
-        let far = origin.abs().max_element() + reach;
+        let (light, _) = segment.light;
+        // The direction itself, or the light in its place: what is left out cancels.
+        let other = if is_finite { light } else { direction };
+        let offset = |i: usize| {
+            difference_of_products(origin[i], other[k], origin[k], other[i]) / direction[k]
+        };
+        let offsets = [offset(i), offset(j)];
+        let sign = direction[k].signum();
+        let end = if is_finite {
+            sign * light[k]
+        } else {
+            f64::INFINITY
+        };
+        let near = part.largest + offsets[0].abs().max(offsets[1].abs());
+        // An error of the start turns the line about the light.
+        let lever = if is_finite {
+            (part.largest + light[k].abs()) / growth
+        } else {
+            0.0
+        };
         Some(Self {
-            origin,
-            axes: [across, beside, along],
-            length,
-            is_finite,
-            room: 4.0 * (room + ROUNDING * far) + 4.0 * segment.origin_error(),
+            axes: [i, j, k],
+            slopes: [direction[i] / direction[k], direction[j] / direction[k]],
+            offsets,
+            sign,
+            ends: [sign * origin[k], end],
+            growth,
+            room: ROUNDING * near
+                + 8.0 * segment.origin_error() * (1.0 + lever)
+                + f64::MIN_POSITIVE / growth,
         })
     }
 
     fn project(&self, net: &Net) -> Net {
-        let [x, y, z] = self.axes;
-        let projected = |point: DVec3| {
-            let seen = point - self.origin;
-            DVec3::new(seen.dot(x), seen.dot(y), seen.dot(z))
-        };
-        Net(net.0.map(|row| row.map(projected)))
+        let [i, j, k] = self.axes;
+        let mut projected = *net;
+        for point in projected.0.as_flattened_mut() {
+            let along = point[k];
+            *point = DVec3::new(
+                point[i] - along * self.slopes[0] - self.offsets[0],
+                point[j] - along * self.slopes[1] - self.offsets[1],
+                self.sign * along,
+            );
+        }
+        projected
     }
 
-    /// Tells whether the segment may meet a projected piece nearer than a distance.
+    /// Tells whether the segment may meet a projected piece nearer than a distance, in lengths of the direction.
     fn look(&self, net: &Net, nearest: f64) -> Look {
         let bounds = Bounds::of_points(net.points());
         let (low, high) = (bounds.min - self.room, bounds.max + self.room);
-        let farthest = if self.is_finite {
-            self.length
-        } else {
-            f64::INFINITY
-        };
+        let farthest = self.ends[1].min(self.ends[0] + nearest * self.growth + self.room);
         let is_beside = low.x > 0.0 || low.y > 0.0 || high.x < 0.0 || high.y < 0.0;
-        if is_beside || high.z < 0.0 || low.z > farthest || low.z > nearest {
+        if is_beside || high.z < self.ends[0] || low.z > farthest {
             Look::Skip
         } else {
             Look::Enter
@@ -445,12 +480,7 @@ impl View {
     /// image holds a point of it. It is strictly between the ends, as all of the piece is.
     fn is_surely_crossed(&self, net: &Net) -> bool {
         let depths = Bounds::of_points(net.points());
-        let farthest = if self.is_finite {
-            self.length
-        } else {
-            f64::INFINITY
-        };
-        if depths.min.z <= self.room || depths.max.z >= farthest - self.room {
+        if depths.min.z <= self.ends[0] + self.room || depths.max.z >= self.ends[1] - self.room {
             return false;
         }
         let bend = net.bend();
@@ -473,4 +503,11 @@ impl View {
                 turns.iter().all(|&turn| turn > reach) || turns.iter().all(|&turn| turn < -reach)
             })
     }
+}
+
+/// Returns `a b - c d`, rounded once or twice (Kahan).
+fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
+    let product = c * d;
+    let lost = (-c).mul_add(d, product);
+    a.mul_add(b, -product) + lost
 }

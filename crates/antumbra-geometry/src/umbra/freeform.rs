@@ -1,5 +1,6 @@
 //! The umbra of a surface without a closed form: what surely blocks and what surely does not (Paper 9.1).
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -75,6 +76,37 @@ impl FreeformUmbra {
         } else {
             Relation::Crosses
         }
+    }
+}
+
+impl FreeformUmbra {
+    /// Visits the numbers of the surfaces of the element, counted from its first, that may block some start of a shaft's box, until a
+    /// visit breaks it off.
+    pub(crate) fn try_for_each_in_the_way(
+        &self,
+        shaft: &Shaft,
+        mut visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Self::Patch(part) = self else {
+            return visit(0);
+        };
+        let pieces = part.pieces();
+        let (mut number, mut part) = (0, 0);
+        while let Some(piece) = pieces.get(number) {
+            let count = piece.next as usize - number;
+            if shaft.misses_box(&piece.bounds) {
+                // Of a tree of quarters, three in four are leaves: the parts, in their order.
+                part += (3 * count as u32).div_ceil(4);
+                number = piece.next as usize;
+            } else {
+                if count == 1 {
+                    visit(part)?;
+                    part += 1;
+                }
+                number += 1;
+            }
+        }
+        ControlFlow::Continue(())
     }
 }
 

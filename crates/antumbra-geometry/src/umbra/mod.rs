@@ -14,6 +14,8 @@ mod relation;
 mod shaft;
 mod sphere;
 
+use std::ops::ControlFlow;
+
 use crate::Bounds;
 
 pub use shaft::Shaft;
@@ -67,6 +69,20 @@ impl Umbra {
         } else {
             relation
         }
+    }
+
+    /// Visits the surfaces of a patch, counted from its first, that may block some start of a shaft's box, until a visit
+    /// breaks it off; `false` for other elements, of which nothing is visited.
+    pub fn try_for_each_part(
+        &self,
+        shaft: &Shaft,
+        visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> bool {
+        let UmbraShape::Freeform(freeform @ FreeformUmbra::Patch(_)) = &self.shape else {
+            return false;
+        };
+        let _ = freeform.try_for_each_in_the_way(shaft, visit);
+        true
     }
 
     /// Returns whether the element can block none of its own points whose side faces the light

@@ -5,6 +5,8 @@
 //! surface with its own outline (curved, with holes) does. Where none of these is, one start speaks for
 //! all. Absent here: bits, bricks, queries.
 
+use std::ops::ControlFlow;
+
 use antumbra_geometry::{
     Bounds, NO_COMPONENT, Patch, ReceiverPoint, Relation, Segment, Shaft, SurfaceId,
 };
@@ -347,17 +349,24 @@ impl<'a> Casters<'a> {
                     .all(|patch| caster.umbra.relation(&patch.shaft()) == Relation::Misses)
             });
             if !is_missed {
-                for surface in self.occluders.surfaces_of(caster.element) {
-                    // Of the parts of a patch few are in the way.
-                    let is_beside = self.occluders.is_freeform(surface) && {
-                        let cell = cell.get_or_insert_with(|| Shaft::new(*bounds, self.light));
-                        cell.misses_box(&self.occluders.surface_bounds(surface))
-                    };
-                    if !is_beside {
-                        list.push(surface.0);
-                        cost += curved_cost;
-                    }
+                let mut surfaces = self.occluders.surfaces_of(caster.element);
+                let first = list.len();
+                // Of the parts of a patch few are in the way.
+                let cell = cell.get_or_insert_with(|| Shaft::new(*bounds, self.light));
+                let has_parts = surfaces.next().is_some_and(|SurfaceId(whole)| {
+                    caster.umbra.try_for_each_part(cell, |part| {
+                        list.push(whole + part);
+                        match cost + curved_cost * (list.len() - first) > most {
+                            true => ControlFlow::Break(()),
+                            false => ControlFlow::Continue(()),
+                        }
+                    })
+                });
+                if !has_parts {
+                    let surfaces = self.occluders.surfaces_of(caster.element);
+                    list.extend(surfaces.map(|surface| surface.0));
                 }
+                cost += curved_cost * (list.len() - first);
             }
         }
         (cost <= most).then_some(list)
