@@ -88,10 +88,13 @@ fn tables_figures_and_a_page_that_opens() {
 
     let report = folder.path().join("report");
     let page = std::fs::read_to_string(report.join("index.html")).unwrap();
-    assert_eq!(page.matches("data:image/jpeg;base64,").count(), 18);
+    assert_eq!(page.matches("data:image/jpeg;base64,").count(), 18 + 3);
     assert!(!page.contains("http://") && !page.contains("https://"));
     let summary = std::fs::read_to_string(report.join("README.md")).unwrap();
     assert!(summary.contains("## Table 1") && summary.contains("index.html"));
+    for section in ["6.3", "7.2", "9.1"] {
+        assert!(summary.contains(&format!("* **{section}, ")), "{summary}");
+    }
     open(&report.join("index.html"));
 }
 

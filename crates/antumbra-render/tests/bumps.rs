@@ -149,9 +149,6 @@ fn answers_in_full_and_null_regions_are_those_of_the_perturbed_reference() {
             let planes = layers.flat_map(|(a, b)| a.channels.iter().zip(&b.channels));
             let pixels = planes.flat_map(|((_, a), (_, b))| a.iter().zip(b));
             let differences = pixels.filter(|(a, b)| a != b).count();
-            println!(
-                "bump: {name}, {method:?}: answers in full and null regions equal those of the perturbed reference: {differences} differences"
-            );
             assert_eq!(differences, 0, "{name} {method:?}");
             assert_eq!(rendered.picture, reference.picture, "{name} {method:?}");
             let found = rendered.tally.bumps;

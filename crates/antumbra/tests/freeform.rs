@@ -154,7 +154,7 @@ fn tested(implicit: &Implicit) -> TestImplicit {
 
 fn scene(seed: u64) -> Scene {
     let random = &mut Random(seed);
-    let is_lattice = seed % 2 == 0;
+    let is_lattice = seed.is_multiple_of(2);
     let mut builder = Occluders::builder();
     let mut surfaces = Vec::new();
     for _ in 0..4 {
@@ -410,7 +410,7 @@ fn every_method_answers_as_every_triangle_and_every_sample() {
     for seed in seeds(0..10) {
         let scene = scene(seed);
         let random = &mut Random(seed ^ 0xf3ee);
-        let is_lattice = seed % 2 == 0;
+        let is_lattice = seed.is_multiple_of(2);
         let mut asked = Vec::new();
         let mut lights = Vec::new();
         for _ in 0..4 {

@@ -140,6 +140,26 @@ impl Subject {
         Ok((first, Some(second)))
     }
 
+    /// Prepares and renders by settings.
+    pub(super) fn shoot_with(
+        &self,
+        method: Contender,
+        settings: &RenderSettings,
+        stopwatch: Stopwatch,
+    ) -> Result<Shot, Failure> {
+        let (prepared, prepare) = stopwatch.time(|| self.prepare(method, &self.options(method)));
+        let (prepared, paper_memory) = prepared?;
+        let (rendered, render) = stopwatch.time(|| self.render_with(&prepared, settings));
+        Ok(Shot {
+            prepare,
+            render,
+            tally: rendered.tally,
+            picture: rendered.picture,
+            bytes_per_light: prepared.bytes_per_light(),
+            paper_memory,
+        })
+    }
+
     /// Returns how the queries of what each pixel shows first are decided, in false colors: by values that are made
     /// meanwhile, or all before.
     pub(super) fn decided_by(&self, method: Contender, eagerly: bool) -> Result<Picture, Failure> {
@@ -167,12 +187,16 @@ impl Subject {
             show,
             ..RenderSettings::default()
         };
+        self.render_with(prepared, &settings)
+    }
+
+    fn render_with(&self, prepared: &Prepared, settings: &RenderSettings) -> film::Rendered {
         // A picture that is stopped with the task that it is taken for counts as none.
         let (task, whole) = (antumbra_task::Task::default(), antumbra_task::current());
         let watch = Watch {
             task: &task,
             progress: &|_| whole.check(),
         };
-        film::render(prepared, &self.view, &settings, watch)
+        film::render(prepared, &self.view, settings, watch)
     }
 }

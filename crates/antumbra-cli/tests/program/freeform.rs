@@ -14,7 +14,7 @@ fn curved_scenes_are_written_read_and_agree_under_attack() {
     ] {
         let folder = Folder::new();
         let scene = folder.path("scene.nff");
-        let made = antumbra(&["scene", name, size, "-o", text(&scene), "-q"]);
+        let made = antumbra(&["scene", name, "--size", size, "-o", text(&scene), "-q"]);
         assert_code(&made, 0);
         let verified = antumbra(&[
             "verify",

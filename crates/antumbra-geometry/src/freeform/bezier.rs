@@ -94,11 +94,6 @@ impl BezierPatch {
             .flat_map(move |cell| [false, true].map(|half| coarse.triangle(cell, half)))
     }
 
-    /// Returns how many surfaces the patch becomes: parts that are nearly flat, 1 to 64.
-    pub fn part_count(&self) -> usize {
-        super::parts_of(self).len()
-    }
-
     /// Returns all control points.
     pub fn points(&self) -> impl Iterator<Item = DVec3> {
         self.control.iter().flatten().copied()

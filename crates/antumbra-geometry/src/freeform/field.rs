@@ -211,7 +211,7 @@ fn power<V: Value>(x: V, exponent: u32) -> V {
     match exponent {
         0 => V::constant(1.0),
         1 => x,
-        _ if exponent % 2 == 0 => power(x, exponent / 2).squared(),
+        _ if exponent.is_multiple_of(2) => power(x, exponent / 2).squared(),
         _ => x * power(x, exponent - 1),
     }
 }

@@ -390,7 +390,8 @@ impl Level {
             let (one, other) = ((low - from) / along, (high - from) / along);
             shares = [shares[0].max(one.min(other)), shares[1].min(one.max(other))];
         }
-        if !(shares[0] <= shares[1]) || !shares[1].is_finite() {
+        let is_met = shares[0] <= shares[1] && shares[1].is_finite();
+        if !is_met {
             return None;
         }
         // The light's own end is open.

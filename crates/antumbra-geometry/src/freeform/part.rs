@@ -145,6 +145,13 @@ fn add_pieces(pieces: &mut Vec<Piece>, net: &Net, depth: u32, room: f64) {
     pieces[number].next = pieces.len() as u32;
 }
 
+impl BezierPatch {
+    /// Returns how many surfaces the patch becomes: parts that are nearly flat, 1 to 64.
+    pub fn part_count(&self) -> usize {
+        parts_of(self).len()
+    }
+}
+
 /// Returns the first cell of a quarter that has 2 to the power of `depth` cells a side.
 fn quarter_at([i, j]: [u32; 2], number: usize, depth: u32) -> [u32; 2] {
     let number = number as u32;

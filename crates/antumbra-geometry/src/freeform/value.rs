@@ -73,7 +73,8 @@ impl Range {
             high: 1.0,
         };
         // Far out a turn is lost in rounding.
-        if !(self.high - self.low < TAU) || self.low.abs().max(self.high.abs()) > FARTHEST {
+        let is_short = self.high - self.low < TAU;
+        if !is_short || self.low.abs().max(self.high.abs()) > FARTHEST {
             return whole;
         }
         // Whether the stretch holds `place + k TAU`, with room for rounding.

@@ -15,7 +15,7 @@ use crate::{
 
 use super::WriteError;
 
-/// What mesh formats have no word for: curved shapes, as messages call them.
+/// Curved shapes, as messages call them: mesh formats have no word for them.
 pub const CURVED: [&str; 5] = [
     "a sphere",
     "a cone or cylinder",

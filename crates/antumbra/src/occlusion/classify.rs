@@ -349,22 +349,19 @@ impl<'a> Casters<'a> {
                     .all(|patch| caster.umbra.relation(&patch.shaft()) == Relation::Misses)
             });
             if !is_missed {
-                let mut surfaces = self.occluders.surfaces_of(caster.element);
+                let surfaces = &self.occluders.elements()[caster.element.0 as usize].surfaces;
                 let first = list.len();
                 // Of the parts of a patch few are in the way.
                 let cell = cell.get_or_insert_with(|| Shaft::new(*bounds, self.light));
-                let has_parts = surfaces.next().is_some_and(|SurfaceId(whole)| {
-                    caster.umbra.try_for_each_part(cell, |part| {
-                        list.push(whole + part);
-                        match cost + curved_cost * (list.len() - first) > most {
-                            true => ControlFlow::Break(()),
-                            false => ControlFlow::Continue(()),
-                        }
-                    })
+                let has_parts = caster.umbra.try_for_each_part(cell, |part| {
+                    list.push(surfaces.start + part);
+                    match cost + curved_cost * (list.len() - first) > most {
+                        true => ControlFlow::Break(()),
+                        false => ControlFlow::Continue(()),
+                    }
                 });
                 if !has_parts {
-                    let surfaces = self.occluders.surfaces_of(caster.element);
-                    list.extend(surfaces.map(|surface| surface.0));
+                    list.extend(surfaces.clone());
                 }
                 cost += curved_cost * (list.len() - first);
             }

@@ -8,12 +8,14 @@
 //! | `pictures` | each scene, and how its queries were decided, as JPEG in the page |
 //! | `plot` | bars and lines as SVG |
 //! | `findings` | where voxel occlusion wins and loses, in words |
+//! | `proposals` | what the paper proposes beside its tables, a picture and a figure each |
 //! | `page` | the page |
 
 mod findings;
 mod page;
 mod pictures;
 mod plot;
+mod proposals;
 
 use std::path::Path;
 
@@ -24,6 +26,7 @@ use antumbra_cli::failure::Failure;
 use antumbra_cli::outputs::{self, Content, Outputs, SUMMARY_MARK};
 use findings::Findings;
 use pictures::ScenePictures;
+use proposals::Proposal;
 
 const PAGE: &str = "index.html";
 const SUMMARY: &str = "README.md";
@@ -47,14 +50,15 @@ pub(super) fn write(
     let pictures = scenes.iter().map(|scene| ScenePictures::take(scene, size));
     let pictures = pictures.collect::<Result<Vec<_>, _>>()?;
     let findings = Findings::of(figures);
-    let page = page::page(figures, &findings, &pictures).into_string();
+    let proposals = proposals::all(size)?;
+    let page = page::page(figures, &findings, &pictures, &proposals).into_string();
     outputs::write(&folder.join(PAGE), page.as_bytes())?;
-    let summary = summary(figures, &findings);
+    let summary = summary(figures, &findings, &proposals);
     outputs::write(&folder.join(SUMMARY), summary.as_bytes())
 }
 
 /// Returns the Markdown.
-fn summary(figures: &Figures, findings: &Findings) -> String {
+fn summary(figures: &Figures, findings: &Findings, proposals: &[Proposal]) -> String {
     let mut parts = vec![
         "# The paper's tables, measured again".to_owned(),
         format!(
@@ -70,5 +74,10 @@ fn summary(figures: &Figures, findings: &Findings) -> String {
         .into_iter()
         .chain(tables::sweeps(figures));
     parts.extend(tables.map(|table| table.markdown()));
+    parts.push("## What the paper proposes\n".to_owned());
+    let bullets = proposals
+        .iter()
+        .map(|it| format!("* **{}, {}.** {}", it.section, it.title, it.figure));
+    parts.push(bullets.collect::<Vec<_>>().join("\n") + "\n");
     parts.join("\n")
 }

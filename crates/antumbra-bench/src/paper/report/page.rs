@@ -11,12 +11,18 @@ use super::super::{GRID, METHODS, VOXEL, VOXEL_1990};
 use super::findings::Findings;
 use super::pictures::ScenePictures;
 use super::plot::{self, Bar, Group, Line};
+use super::proposals::Proposal;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// Returns the page.
-pub(super) fn page(figures: &Figures, findings: &Findings, pictures: &[ScenePictures]) -> Markup {
+pub(super) fn page(
+    figures: &Figures,
+    findings: &Findings,
+    pictures: &[ScenePictures],
+    proposals: &[Proposal],
+) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -68,6 +74,11 @@ pub(super) fn page(figures: &Figures, findings: &Findings, pictures: &[ScenePict
                         (time_legend())
                         (plot::bars(&time_groups(&figures.scenes), None, "Time of each method on each scene"))
                         @for table in tables::all(figures).iter().take(1) { (table.html()) }
+                    }
+                    section {
+                        h2 { "What the paper proposes" }
+                        p { "Sections that the paper leaves to others to try, each with a picture by voxel-1990." }
+                        div.cards { @for proposal in proposals { (proposal_card(proposal)) } }
                     }
                     section {
                         h2 { "Knowledge" }
@@ -129,6 +140,20 @@ fn time_legend() -> Markup {
 }
 
 /// One scene: its pictures under a slider, and what is in it.
+fn proposal_card(proposal: &Proposal) -> Markup {
+    let [width, height] = proposal.size;
+    let title = format!("{}, {}", proposal.section, proposal.title);
+    html! {
+        figure.card {
+            img src=(proposal.picture) width=(width) height=(height) alt=(title);
+            figcaption {
+                h3 { (title) }
+                p { (proposal.figure) }
+            }
+        }
+    }
+}
+
 fn card(pictures: &ScenePictures, figures: &Figures) -> Markup {
     let [width, height] = pictures.size;
     let name = pictures.name;

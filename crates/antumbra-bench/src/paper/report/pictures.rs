@@ -43,7 +43,7 @@ impl ScenePictures {
 }
 
 /// Returns a picture as a data URI.
-fn packed(picture: &Picture) -> Result<String, Failure> {
+pub(super) fn packed(picture: &Picture) -> Result<String, Failure> {
     let [width, height] = picture.size;
     let mut jpeg = Vec::new();
     JpegEncoder::new_with_quality(&mut jpeg, QUALITY)

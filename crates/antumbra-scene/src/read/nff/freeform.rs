@@ -11,20 +11,10 @@ use super::Reader;
 use crate::error::ReadError;
 use crate::model::Shape;
 
-/// The keywords.
-pub(super) const KEYWORDS: [&str; 6] = [
-    "bezier",
-    "bspline",
-    "torus",
-    "metaballs",
-    "gyroid",
-    "polynomial",
-];
-
 const POINTS: &str = "3 numbers for each control point";
 
 impl Reader<'_> {
-    /// Reads one of [`KEYWORDS`].
+    /// Reads what follows one of our own keywords.
     pub(super) fn read_freeform(
         &mut self,
         entity: &'static str,

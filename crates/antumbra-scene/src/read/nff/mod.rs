@@ -43,7 +43,16 @@ use lexer::{Lexer, Word};
 
 /// The keywords that begin an entity.
 const KEYWORDS: [&str; 8] = ["v", "b", "l", "f", "s", "c", "p", "pp"];
-/// The same for messages; antumbra's own are not what people mean.
+/// The same of antumbra's own.
+const OWN_KEYWORDS: [&str; 6] = [
+    "bezier",
+    "bspline",
+    "torus",
+    "metaballs",
+    "gyroid",
+    "polynomial",
+];
+/// Keywords for messages; antumbra's own are not what people mean.
 const KNOWN: &str = "v, b, l, f, s, c, p, pp";
 
 /// Reads NFF from bytes. `file` is only a name for messages.
@@ -104,7 +113,7 @@ impl<'a> Reader<'a> {
     fn read_entities(&mut self) -> Result<(), ReadError> {
         while let Some(keyword) = self.lexer.peek_keyword() {
             antumbra_task::check();
-            let mut known = KEYWORDS.into_iter().chain(freeform::KEYWORDS);
+            let mut known = KEYWORDS.into_iter().chain(OWN_KEYWORDS);
             let Some(entity) = known.find(|&k| k == keyword.text) else {
                 self.read_foreign(keyword)?;
                 continue;
@@ -509,5 +518,5 @@ impl<'a> Reader<'a> {
 }
 
 fn is_keyword(word: &str) -> bool {
-    KEYWORDS.contains(&word) || freeform::KEYWORDS.contains(&word)
+    KEYWORDS.contains(&word) || OWN_KEYWORDS.contains(&word)
 }
