@@ -211,7 +211,7 @@ pub(crate) struct Level {
     boxes: OnceLock<Boxes>,
 }
 
-/// What is known of a surface's box (Paper 9.1).
+/// Known regions of a surface's box (Paper 9.1).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Boxes {
     /// The surface is in these.

@@ -27,7 +27,7 @@ pub(crate) struct PatchPart {
     room: f64,
 }
 
-/// What the parts of a patch share.
+/// Shared data of the parts of a patch.
 #[derive(Debug)]
 struct Shared {
     patch: BezierPatch,
@@ -177,7 +177,7 @@ impl Place {
     }
 }
 
-/// What a search does with a piece.
+/// Next step of a search at a piece.
 enum Look {
     Skip,
     Enter,

@@ -105,7 +105,7 @@ pub enum OccludersError {
     Implicit {
         /// The element's number, in the order of adding.
         element: usize,
-        /// What is wrong with it.
+        /// Reason.
         source: ImplicitError,
     },
     /// More than `u32::MAX` vertices or surfaces.

@@ -12,7 +12,7 @@ use crate::vector::unit;
 /// Reliefs of pictures of heights have this share of their picture's length.
 const OF_HEIGHTS: f64 = 1.0 / 64.0;
 
-/// The same of pictures of normals, whose reliefs are flatter, as a rule.
+/// Largest lift by pictures of normals, whose reliefs are flatter, as a rule.
 const OF_NORMALS: f64 = 1.0 / 256.0;
 
 /// The least share of its height: it keeps starts off the surface, which they may be rounded behind.

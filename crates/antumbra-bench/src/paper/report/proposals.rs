@@ -1,4 +1,4 @@
-//! What the paper proposes beside its tables, each with a picture and a figure: sections 6.3, 7.2 and 9.1.
+//! Proposals of the paper beside its tables, each with a picture and a figure: sections 6.3, 7.2 and 9.1.
 //!
 //! In: scenes of the generators. Out: pictures and sentences. Every figure is that of the picture beside it.
 

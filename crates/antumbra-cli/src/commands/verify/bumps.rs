@@ -1,4 +1,4 @@
-//! What our methods know of points above surfaces before they are asked: where surfaces have bumps ("Bumps" in EXACTNESS.md).
+//! Knowledge of our methods about points above surfaces before they are asked: where surfaces have bumps ("Bumps" in EXACTNESS.md).
 //!
 //! In: a start on a surface, a light. Out: how many methods know all answers up to a height, and how many of them are wrong
 //! about a point between. Invariant: the point is a function of query and scene.
@@ -13,7 +13,7 @@ use super::surfaces::Surfaces;
 /// Bumps are up to this share of the scene's size high.
 const HIGHEST: f64 = 1.0 / 64.0;
 
-/// What methods said of one start.
+/// Answers of methods about one start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Found {
     /// Those that took it to be in a full or null region.
