@@ -303,17 +303,14 @@ impl Level {
         self.gradient(point)
     }
 
-    /// Returns the way from a point to the surface, to first order (EXACTNESS.md, "Distances").
-    pub(crate) fn way_from(&self, point: DVec3) -> DVec3 {
+    /// Returns the way from a point to the surface, to first order (EXACTNESS.md, "Implicit surfaces"); `None` where the field has
+    /// no slope, so that nothing is known of it.
+    pub(crate) fn way_from(&self, point: DVec3) -> Option<DVec3> {
         let inside = point.clamp(self.surface.low, self.surface.high);
         let gradient = self.gradient(inside);
         let square = gradient.length_squared();
         let way = gradient * (-self.value_at(inside) * self.frame.unit() / square);
-        if way.is_finite() {
-            way + (inside - point)
-        } else {
-            DVec3::splat(f64::MAX)
-        }
+        way.is_finite().then(|| way + (inside - point))
     }
 
     /// Returns on which side of the surface through the start the light is; positive is outside.

@@ -20,6 +20,12 @@ pub struct Gap {
 }
 
 impl Gap {
+    /// Of a point that nothing is known of: it is not on the surface.
+    const UNKNOWN: Self = Self {
+        distance: f64::INFINITY,
+        direction: DVec3::ZERO,
+    };
+
     fn along(way: DVec3) -> Self {
         Self {
             distance: length(way),
@@ -59,7 +65,11 @@ impl Occluders {
                 CurvedShape::Disk(disk, axis) => (*axis != NO_AXIS && disk.radius > 0.0)
                     .then(|| to_disk(disk, point_in_world - disk.center)),
                 CurvedShape::Part(part) => Some(Gap::along(part.way_from(point_in_world))),
-                CurvedShape::Level(level) => Some(Gap::along(level.way_from(point_in_world))),
+                CurvedShape::Level(level) => Some(
+                    level
+                        .way_from(point_in_world)
+                        .map_or(Gap::UNKNOWN, Gap::along),
+                ),
             },
         }
     }
@@ -89,14 +99,10 @@ impl Occluders {
                     cone.base + (profile.axis * z + profile.out * radius)
                 }
                 CurvedShape::Part(part) => point_in_world + part.way_from(point_in_world),
-                CurvedShape::Level(level) => {
-                    let way = level.way_from(point_in_world);
-                    if way.abs().max_element() < f64::MAX {
-                        point_in_world + way
-                    } else {
-                        point_in_world
-                    }
-                }
+                // Where nothing is known of the way, no point is taken to be on it.
+                CurvedShape::Level(level) => level
+                    .way_from(point_in_world)
+                    .map_or(point_in_world, |way| point_in_world + way),
                 CurvedShape::Tube(_) | CurvedShape::Cap(..) | CurvedShape::Disk(..) => {
                     point_in_world
                 }

@@ -18,6 +18,9 @@ use crate::{
     Bounds, Cone, DVec3, ElementId, Hit, LightShape, Opacity, Ray, ReceiverPoint, Sphere, Umbra,
 };
 
+/// Why there is a crossing: whoever asks where it is found it before, by the same triangles and samples.
+const CROSSED: &str = "a crossing that was found";
+
 /// A triangle with an area that a start lies on, still without its corners: whoever asks for many of them
 /// first, and for their corners then, waits once for memory.
 #[derive(Clone, Copy, Debug, Default)]
@@ -329,11 +332,9 @@ impl Occluders {
                         let distance = disk_distance(disk, segment);
                         (distance, along(distance))
                     }
-                    CurvedShape::Part(part) => part
-                        .crossing(segment)
-                        .unwrap_or_else(|| (0.0, segment.origin())),
+                    CurvedShape::Part(part) => part.crossing(segment).expect(CROSSED),
                     CurvedShape::Level(level) => {
-                        let distance = level.crossing(segment, is_own).unwrap_or(0.0);
+                        let distance = level.crossing(segment, is_own).expect(CROSSED);
                         (distance, along(distance))
                     }
                 };

@@ -65,7 +65,8 @@ impl FreeformUmbra {
             }
             Self::Patch(part) => {
                 let pieces = part.pieces();
-                let is_missed = are_missed(pieces, shaft);
+                let node = |number| pieces.get(number).map(|it: &Piece| (it.bounds, it.next));
+                let is_missed = are_missed(shaft, node);
                 (is_missed, !is_missed && is_covered(pieces, shaft))
             }
         };
@@ -110,12 +111,14 @@ impl FreeformUmbra {
     }
 }
 
-fn are_missed(pieces: &[Piece], shaft: &Shaft) -> bool {
+/// Returns whether a shaft misses everything of a tree of boxes, each before those in it; `node` gives the box of a number and the first
+/// number that is not in it, or `None` behind the last.
+fn are_missed(shaft: &Shaft, node: impl Fn(usize) -> Option<(Bounds, u32)>) -> bool {
     let mut number = 0;
-    while let Some(piece) = pieces.get(number) {
-        if shaft.misses_box(&piece.bounds) {
-            number = piece.next as usize;
-        } else if piece.next as usize == number + 1 {
+    while let Some((bounds, next)) = node(number) {
+        if shaft.misses_box(&bounds) {
+            number = next as usize;
+        } else if next as usize == number + 1 {
             return false;
         } else {
             number += 1;
@@ -245,17 +248,12 @@ impl BoxTree {
     }
 
     fn is_missed_by(&self, shaft: &Shaft) -> bool {
-        let mut number = 0;
-        while let Some(node) = self.nodes.get(number) {
-            if shaft.misses_box(&node.bounds) {
-                number = node.next as usize;
-            } else if node.next as usize == number + 1 {
-                return false;
-            } else {
-                number += 1;
-            }
-        }
-        true
+        let node = |number| {
+            self.nodes
+                .get(number)
+                .map(|it: &BoxNode| (it.bounds, it.next))
+        };
+        are_missed(shaft, node)
     }
 }
 
