@@ -545,3 +545,59 @@ fn values_of_the_first_method_know_what_is_behind_a_solid_field() {
     }
     assert!(known > 20, "{known}");
 }
+
+#[test]
+fn starts_very_far_away_are_answered_and_look_at_few_triangles() {
+    let control = std::array::from_fn(|j| {
+        std::array::from_fn(|i| DVec3::new(i as f64, j as f64, ((i * j) % 3) as f64 * 0.5))
+    });
+    let mut builder = Occluders::builder();
+    // Level 12 has 33 million triangles: a search that entered all of them would not end here.
+    for level in [4, 12] {
+        let patch = BezierPatch { control, level };
+        builder.add_patch(&patch, Opacity::Opaque).expect("a patch");
+    }
+    let occluders = builder.build();
+    let triangles = patch_triangles(&control.map(|row| row.map(|x: DVec3| x.to_array())), 4);
+    let oracle = Oracle::new(
+        triangles
+            .into_iter()
+            .map(OracleSurface::triangle)
+            .collect::<Vec<_>>(),
+    );
+    let half = occluders.surface_count() / 2;
+    let mut counts = [0; 2];
+    for number in 0..60 {
+        let target = DVec3::new(f64::from(number % 10), f64::from(number / 10), 0.5) * 0.5;
+        let direction = DVec3::new(0.25, -0.125, -1.0);
+        let far = 2.0_f64.powi([20, 50, 80][number as usize % 3]);
+        let point = target - direction * far;
+        let start = ReceiverPoint {
+            point,
+            surface: None,
+        };
+        for light in [
+            LightShape::Direction(direction),
+            LightShape::Point(target + direction * 8.0),
+        ] {
+            let oracle_light = match light {
+                LightShape::Point(place) => OracleLight::Point(place.to_array()),
+                LightShape::Direction(direction) => OracleLight::Direction(direction.to_array()),
+            };
+            let segment = occluders.segment(&start, &light);
+            let mut parts = occluders.surfaces();
+            let coarse = parts
+                .by_ref()
+                .take(half)
+                .any(|part| occluders.blocks(part, &segment));
+            let expected = oracle.is_blocked(point.to_array(), None, oracle_light);
+            assert_eq!(coarse, expected, "{number} {light:?}");
+            counts[usize::from(expected)] += 1;
+            // The fine patch is asked for an answer, whatever it is.
+            let _ = parts
+                .filter(|&part| occluders.blocks(part, &segment))
+                .count();
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 10), "{counts:?}");
+}
