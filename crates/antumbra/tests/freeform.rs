@@ -10,7 +10,7 @@ use antumbra_geometry::{
     Sphere, SurfaceId, Term,
 };
 use antumbra_testkit::freeform::{TestField, TestImplicit, patch_triangles};
-use antumbra_testkit::oracle::{Oracle, OracleLight, OracleSurface};
+use antumbra_testkit::oracle::{Oracle, OracleLight, OracleShape, OracleSurface};
 use common::{METHODS, Random, is_shadowed};
 
 /// A patch in the library and the numbers of its triangles in the oracle.
@@ -223,6 +223,13 @@ struct Start {
 }
 
 impl Scene {
+    fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
+        match self.oracle.surfaces()[triangle].shape {
+            OracleShape::Triangle(corners) => corners,
+            ref other => unreachable!("{other:?}"),
+        }
+    }
+
     fn free(point: DVec3) -> Start {
         Start {
             start: ReceiverPoint {
@@ -239,11 +246,7 @@ impl Scene {
     fn start(&self, random: &mut Random, is_lattice: bool) -> Option<Start> {
         let kind = random.below(5);
         let of_triangle = |random: &mut Random, number: usize| {
-            let antumbra_testkit::oracle::OracleShape::Triangle(corners) =
-                self.oracle.surfaces()[number].shape
-            else {
-                unreachable!("a triangle");
-            };
+            let corners = self.corners(number);
             let [a, b, c] = corners.map(DVec3::from_array);
             let (v, w) = (random.real(0.1, 0.4), random.real(0.1, 0.4));
             a + (b - a) * v + (c - a) * w
@@ -277,11 +280,7 @@ impl Scene {
                 // Points near several triangles are on either.
                 let near = |number: &usize| {
                     let lone = &mut Occluders::builder();
-                    let antumbra_testkit::oracle::OracleShape::Triangle(corners) =
-                        self.oracle.surfaces()[*number].shape
-                    else {
-                        unreachable!("a triangle");
-                    };
+                    let corners = self.corners(*number);
                     let corners = corners.map(DVec3::from_array);
                     lone.add_face(&corners, Opacity::Opaque).unwrap();
                     let lone = std::mem::take(lone).build();
@@ -361,11 +360,7 @@ impl Scene {
             0 => {
                 let patch = &self.patches[random.below(self.patches.len())];
                 let number = patch.triangles.start + random.below(patch.triangles.len());
-                let antumbra_testkit::oracle::OracleShape::Triangle(corners) =
-                    self.oracle.surfaces()[number].shape
-                else {
-                    unreachable!("a triangle");
-                };
+                let corners = self.corners(number);
                 let through = DVec3::from_array(corners[random.below(3)]);
                 start + (through - start) * random.pick(&[1.0, 2.0, 4.0])
             }
