@@ -15,6 +15,7 @@
 //! | lights with a size, by samples | [`soft`] |
 //! | all lights of a point at once, in rooms | [`lights`] |
 //! | view rays through the air, by intervals and by marches | [`fog`] |
+//! | sensors and the suns of a year | [`sun`] |
 //! | series of frames, one scene after the other | [`frames`], [`frames_report`] |
 //! | a second process with values from a file | [`kept`] |
 //! | rays aimed at vertices and edges | [`watertight`], [`aims`] |
@@ -41,6 +42,7 @@ mod report;
 mod shadows;
 mod soft;
 mod subject;
+mod sun;
 mod typed;
 mod verify;
 mod watertight;
@@ -67,6 +69,7 @@ fn run(typed: &typed::Bench, screen: &Screen, interrupt: &Interrupt) -> Result<O
         typed::What::Soft(typed) => soft::run(typed, screen),
         typed::What::Lights(typed) => lights::run(typed, screen),
         typed::What::Fog(typed) => fog::run(typed, screen),
+        typed::What::Sun(typed) => sun::run(typed, screen),
         typed::What::Frames(typed) => frames::run(typed, screen),
         typed::What::Paper(typed) => paper::run(typed, screen, interrupt),
         typed::What::Kept(typed) => kept::run(typed, screen),

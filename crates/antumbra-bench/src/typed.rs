@@ -45,6 +45,8 @@ pub(crate) enum What {
     Soft(Soft),
     /// Time what share of a view ray's way a light reaches, by intervals and by marching
     Fog(Fog),
+    /// Time which of many sensors on a mesh which suns of a year reach
+    Sun(SunStudy),
     /// Time the question which of many lights reach a point, in rooms
     Lights(Lights),
     /// Count rays that leak through the vertices and edges they are aimed at
@@ -260,6 +262,65 @@ pub(crate) struct Soft {
     /// Number of rounds, in each of which all methods take turns; figures are medians
     #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) rounds: u32,
+}
+
+/// Options of `sun`.
+#[derive(Args, Debug)]
+pub(crate) struct SunStudy {
+    #[command(flatten)]
+    pub(crate) subjects: Subjects,
+
+    /// Distance of sensors on a face, in the scene's unit [default: a thousandth of the scene's larger horizontal extent]
+    #[arg(help_heading = "Queries", long, value_name = "LENGTH", value_parser = values::distance)]
+    pub(crate) spacing: Option<f64>,
+
+    /// Number of sensors to ask about, in blocks of 64 neighbors
+    #[arg(help_heading = "Queries", long, value_name = "N", default_value_t = 1024, value_parser = positive_count)]
+    pub(crate) sensors: usize,
+
+    /// Directions to ask about
+    #[arg(
+        help_heading = "Queries",
+        long = "sky",
+        value_name = "SKY",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "hours"
+    )]
+    pub(crate) skies: Vec<Sky>,
+
+    /// Way to time; repeatable: ours, rays, "embree by sensor", "embree16 by sun" and the like [default: all]
+    #[arg(help_heading = "Method", long = "way", value_name = "WAY")]
+    pub(crate) ways: Vec<String>,
+
+    /// Number of rounds, in each of which all ways take turns; figures are medians
+    #[arg(help_heading = "Rounds", long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+}
+
+/// Directions of a sun study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sky {
+    /// Suns of a year at 48 degrees north, one an hour: 4376
+    Hours,
+    /// Suns of a year at 48 degrees north, one in ten minutes
+    Tenths,
+    /// Patches of a sky by Tregenza: 145
+    Tregenza,
+    /// Patches of a sky by Reinhart, each of Tregenza's in 4 by 4: 2305
+    Reinhart,
+}
+
+impl Sky {
+    /// Returns what is typed.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Hours => "hours",
+            Self::Tenths => "tenths",
+            Self::Tregenza => "tregenza",
+            Self::Reinhart => "reinhart",
+        }
+    }
 }
 
 #[derive(Args, Debug)]

@@ -101,6 +101,7 @@ fn what_is(name: &str) -> &'static str {
         "rooms" => "Flat of rooms with many lights",
         "city" => "Boxes of many sizes along streets",
         "glazed-city" => "The city with a window in every wall",
+        "town" => "Gabled houses around courtyards",
         "forest" => "Trees of loose leaves",
         "heightfield" => "Hills, as one large mesh",
         "window" => "Room with a window of colored panes; for .glb and .obj",

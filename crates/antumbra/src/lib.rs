@@ -178,10 +178,10 @@ pub use file::{Change, LoadError, Part, Refusal, SaveError, Saved, SavedLight};
 pub use index::{BuildError, Builder, IndexOptions, LightError, Prediction, ShadowIndex, Volume};
 pub use occlusion::{QuickCheckVerdict, Refine};
 pub use query::{
-    AnyHit, Batch, BatchError, BatchKind, Coordinates, FractionBy, Hits, LightSamples,
-    LightSampling, LightsInTurn, LitIntervals, LitIntervalsError, Nearness, OffSurface,
-    OffSurfaces, RayBatch, ReceiverSide, Sample, SurfaceNumber, Targets, Towards, VisibleFraction,
-    WithRays,
+    AnyHit, Batch, BatchError, BatchKind, Coordinates, DirectionSet, FractionBy, Hits,
+    LightSamples, LightSampling, LightsInTurn, LitIntervals, LitIntervalsError, Nearness,
+    OffSurface, OffSurfaces, RayBatch, ReceiverSide, Sample, SurfaceNumber, Targets, Towards,
+    VisibleFraction, WithRays,
 };
 pub use settings::{GridResolution, Method, QuickCheck, RayMethod, Refinement};
 pub use stats::{BatchCounters, Counters, ShadowCounters};

@@ -13,6 +13,7 @@ mod indexed;
 mod nearest;
 mod query;
 mod rounding;
+mod sides;
 
 pub use crate::ids::{ElementId, SurfaceId};
 pub use build::{OccludersBuilder, OccludersError};
@@ -26,6 +27,7 @@ pub use nearest::Gap;
 pub use query::ReceiverTriangle;
 pub(crate) use query::{OwnShape, RoundShape};
 pub use rounding::Precision;
+pub use sides::sides_of_normal;
 
 #[cfg(test)]
 mod tests {

@@ -25,6 +25,7 @@ mod sphereflake;
 mod stage;
 mod teapot;
 mod tetra;
+mod town;
 mod window;
 
 use crate::model::Scene;
@@ -44,6 +45,7 @@ pub use stage::{GenerateError, NAMES};
 use stage::{ROOM_LIGHTS, check_lights, check_size, polygon, stage};
 pub use teapot::teapot;
 pub use tetra::tetra;
+pub use town::town;
 pub use window::window;
 
 /// Makes the scene of a name in [`NAMES`]; without a size, of its default size. A number of lights is for
@@ -80,6 +82,7 @@ pub fn by_name(name: &str, size: Option<u32>, lights: Option<u32>) -> Result<Sce
         ("rooms", Some(size)) => rooms(size, lights.unwrap_or(ROOM_LIGHTS)),
         ("city", Some(size)) => city(size),
         ("glazed-city", Some(size)) => glazed_city(size),
+        ("town", Some(size)) => town(size),
         ("forest", Some(size)) => forest(size),
         ("heightfield", Some(size)) => heightfield(size),
         ("window", Some(size)) => window(size),
@@ -108,7 +111,7 @@ mod tests {
         assert_eq!(
             by_name("gears", None, None).unwrap_err().to_string(),
             "no generator is called `gears`; there are tetra, sphereflake, flakes, graph, quadric, \
-             dgp, bars, rooms, city, glazed-city, forest, heightfield, window, teapot, knot, metaballs, \
+             dgp, bars, rooms, city, glazed-city, town, forest, heightfield, window, teapot, knot, metaballs, \
              gyroid"
         );
     }
@@ -119,6 +122,7 @@ mod tests {
             ("tetra", 1, 11),
             ("sphereflake", 1, 7),
             ("city", 1, 1_000_000),
+            ("town", 1, 1_000_000),
             ("forest", 1, 4_000_000),
             ("heightfield", 2, 2048),
             ("window", 1, 256),

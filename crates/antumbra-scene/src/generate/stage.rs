@@ -6,10 +6,10 @@ use std::ops::RangeInclusive;
 use crate::defaults::nff_intensity;
 use crate::model::{Camera, Color, Facing, Light, LightKind, Object, Polygon, Scene, Shape};
 
-/// The generators' names, each with its default size: SPD's own, then boxes, leaves, vertices along a
+/// The generators' names, each with its default size: SPD's own, then boxes, houses, leaves, vertices along a
 /// side, panes across, and rooms along a side; a level of patches, rings, balls, and periods along a side. `flakes` is `sphereflake` as the paper has it. The other four of the paper
 /// have size 1 only.
-pub const NAMES: [(&str, u32); 17] = [
+pub const NAMES: [(&str, u32); 18] = [
     ("tetra", 6),
     ("sphereflake", 4),
     ("flakes", 2),
@@ -20,6 +20,7 @@ pub const NAMES: [(&str, u32); 17] = [
     ("rooms", 3),
     ("city", 10_000),
     ("glazed-city", 10_000),
+    ("town", 1568),
     ("forest", 400_000),
     ("heightfield", 256),
     ("window", 6),

@@ -11,6 +11,7 @@ mod beam;
 mod between;
 #[cfg(all(test, unix))]
 mod clock_tests;
+mod directions;
 mod fraction;
 mod glass;
 mod lists;
@@ -26,6 +27,7 @@ mod run;
 pub use all_lights::in_turn::LightsInTurn;
 pub use along::{LitIntervals, LitIntervalsError};
 pub use beam::Targets;
+pub use directions::DirectionSet;
 pub use fraction::exact::{FractionBy, VisibleFraction};
 pub use fraction::{LightSamples, LightSampling};
 pub use locate::Sample;

@@ -12,6 +12,7 @@
 mod listed;
 mod pyramid;
 mod shapes;
+pub(super) mod sheaf;
 mod single;
 mod targets;
 

@@ -179,22 +179,30 @@ impl Pyramid {
             enters: 0,
             targets,
         };
-        let up = if face.is_down { -1.0 } else { 1.0 };
-        let (near, far) = match face.is_down {
-            false => (face.axis, face.axis + 3),
-            true => (face.axis + 3, face.axis),
-        };
-        pyramid.set(0, true, Bound::new(near, up, segments.origin[face.axis]));
-        pyramid.set(1, false, Bound::new(far, up, segments.origin[face.axis]));
-        for (place, axis) in [u, v].into_iter().enumerate() {
-            let [low, high] = slopes[place];
-            let origin = segments.origin[axis];
-            // Behind the upper plane for the least slope, before the lower one for the greatest.
-            let first = 2 + 2 * place;
-            pyramid.set(first, low < 0.0, Bound::new(axis + 3, low, origin));
-            pyramid.set(first + 1, high > 0.0, Bound::new(axis, high, origin));
-        }
+        pyramid.start_at(segments.origin, segments.origin);
         pyramid
+    }
+
+    /// Moves the start, in the frame's units: to a place, or to every place of a box. Then all is bounded for all of them.
+    #[inline(always)]
+    pub(super) fn start_at(&mut self, least: [f32; 3], most: [f32; 3]) {
+        let Face { axis, is_down } = self.face;
+        let up = if is_down { -1.0 } else { 1.0 };
+        self.enters = 0;
+        // The start that is first at the near plane, and the one that is last at the far one.
+        let (near, far, first, last) = match is_down {
+            false => (axis, axis + 3, most[axis], least[axis]),
+            true => (axis + 3, axis, least[axis], most[axis]),
+        };
+        self.set(0, true, Bound::new(near, up, first));
+        self.set(1, false, Bound::new(far, up, last));
+        for (place, axis) in self.face.across().into_iter().enumerate() {
+            let [low, high] = self.slopes[place];
+            // Behind the upper plane for the least slope, before the lower one for the greatest.
+            let number = 2 + 2 * place;
+            self.set(number, low < 0.0, Bound::new(axis + 3, low, least[axis]));
+            self.set(number + 1, high > 0.0, Bound::new(axis, high, most[axis]));
+        }
     }
 
     #[inline(always)]

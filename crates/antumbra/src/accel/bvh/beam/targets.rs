@@ -84,6 +84,21 @@ impl Block {
         self.is_fine
     }
 
+    /// Returns the coordinates of its targets, axis by axis; those beyond the last mean nothing.
+    #[inline(always)]
+    pub(crate) fn coordinates(&self) -> &[[f64; TARGETS]; 3] {
+        &self.at
+    }
+
+    /// Returns the least of the largest components of the targets that are there, infinity if none are.
+    pub(super) fn least_length(&self) -> f64 {
+        let [x, y, z] = &self.at;
+        (0..TARGETS)
+            .filter(|i| self.asked >> i & 1 != 0)
+            .map(|i| x[i].abs().max(y[i].abs()).max(z[i].abs()))
+            .fold(f64::INFINITY, f64::min)
+    }
+
     /// Returns a bit for each target that is there; not for zero directions, which are nowhere.
     #[inline(always)]
     pub(crate) fn asked(&self) -> u64 {

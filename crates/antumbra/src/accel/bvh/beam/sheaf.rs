@@ -1,0 +1,347 @@
+//! Directions that many starts share: prepared once, and what a tile of starts may meet of the tree at all.
+//!
+//! In: a [`Block`] of directions, a [`Tile`] of starts near each other. Out: a [`Cut`], the nodes and leaves at which the walks
+//! of these starts begin in place of the root; and the bits of [`Bvh::any_hit`]. Invariant: a leaf that a segment of the
+//! tile may meet is under the cut, unless none of its triangles has a point on that side of the starts' own plane which is
+//! asked about; such triangles block nothing (README.md of `crate::query::beam`, "Tiles").
+
+use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId};
+use fearless_simd::{Simd, dispatch};
+
+use super::super::data::{Bvh, Child, ChildKind, WIDTH};
+use super::super::ray::{INSIDE, USUAL_ORIGIN_ERROR};
+use super::super::walk::{USUAL_DEPTH, Waiting, lanes};
+use super::pyramid::{Faces, Pyramid};
+use super::targets::{Block, Segments};
+use super::{Asked, Beam, FEW, MANY_LEFT, Memory, bits};
+use crate::Counters;
+
+/// Most nodes at which the walks of a start begin. Each costs a visit a start.
+const MOST_ENTRIES: usize = 24;
+
+/// Answers about leaves that a tile remembers.
+const REMEMBERED: usize = 256;
+
+/// Up to 64 directions, prepared for starts anywhere.
+#[derive(Clone, Debug)]
+pub(crate) struct Sheaf {
+    segments: Segments,
+    /// Which of them are neither too long nor too short.
+    fit: u64,
+    /// The largest factor that a length along a direction is multiplied with.
+    largest_scale: f64,
+    parts: Vec<Part>,
+}
+
+/// Those of a sheaf that go along one face.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    targets: u64,
+    /// Its start is where it was last.
+    pyramid: Pyramid,
+}
+
+/// Starts near each other.
+#[derive(Clone, Debug)]
+pub(crate) struct Tile {
+    least: [f32; 3],
+    most: [f32; 3],
+    /// Whether the tree can take all of them.
+    are_inside: bool,
+    /// The farthest that a start is moved onto its surface.
+    largest_offset: f64,
+    /// The triangle that all are on, and the side that is asked about, if there is only one of each.
+    plane: Option<(SurfaceId, i8)>,
+    /// Whether some leaves have nothing on that side.
+    leaves: Vec<(Child, bool)>,
+}
+
+/// Where the walks of a tile's starts begin, for each part of a sheaf.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cut {
+    parts: Vec<Vec<Waiting>>,
+    /// Nodes that are looked at in turn.
+    queue: Vec<u32>,
+}
+
+impl Cut {
+    /// Returns whether nothing blocks any segment that is fit, of any start of the tile.
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.parts.iter().all(Vec::is_empty)
+    }
+}
+
+impl Sheaf {
+    /// Prepares a block that has directions only.
+    pub(crate) fn new(bvh: &Bvh, block: &Block) -> Self {
+        dispatch!(bvh.level, simd => Self::with(simd, bvh, block))
+    }
+
+    #[inline(always)]
+    fn with<S: Simd>(simd: S, bvh: &Bvh, block: &Block) -> Self {
+        // Directions are the same from everywhere.
+        let segments = Segments::new(simd, bvh, bvh.frame.center, 0.0, block);
+        let fit = segments.fit & block.asked();
+        let faces = Faces::of(simd, &segments);
+        let mut parts = Vec::new();
+        let mut rest = fit;
+        while rest != 0 {
+            let (face, targets) = faces.shared_by_most(rest);
+            if targets == 0 {
+                break;
+            }
+            rest &= !targets;
+            let pyramid = Pyramid::new(simd, &segments, face, targets);
+            parts.push(Part { targets, pyramid });
+        }
+        Self {
+            segments,
+            fit: fit & !rest,
+            largest_scale: 2.0 / block.least_length(),
+            parts,
+        }
+    }
+
+    /// Returns which directions are answered by [`Bvh::any_hit_sheaf`] for a start inside the frame; single rays answer the others.
+    #[inline]
+    pub(crate) fn fit(&self) -> u64 {
+        self.fit
+    }
+}
+
+impl Tile {
+    /// Returns a tile without starts.
+    pub(crate) fn new() -> Self {
+        Self {
+            least: [f32::INFINITY; 3],
+            most: [f32::NEG_INFINITY; 3],
+            are_inside: true,
+            largest_offset: 0.0,
+            plane: None,
+            leaves: vec![(Child::NONE, false); REMEMBERED],
+        }
+    }
+
+    /// Becomes the tile of some starts, those of them that the tree can take. `plane` is the triangle that all are on, and
+    /// the side that is asked about: 1 in front, -1 behind.
+    pub(crate) fn hold(
+        &mut self,
+        bvh: &Bvh,
+        occluders: &Occluders,
+        starts: &[ReceiverPoint],
+        plane: Option<(SurfaceId, i8)>,
+    ) {
+        (self.least, self.most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        (self.are_inside, self.largest_offset) = (true, 0.0);
+        for start in starts {
+            self.largest_offset = self.largest_offset.max(occluders.start_offset(start));
+            let place = bvh.frame.point_in_frame(start.point);
+            let is_inside = place.abs().max_element() <= INSIDE;
+            self.are_inside &= is_inside;
+            if is_inside {
+                for axis in 0..3 {
+                    let x = place[axis] as f32;
+                    self.least[axis] = self.least[axis].min(x);
+                    self.most[axis] = self.most[axis].max(x);
+                }
+            }
+        }
+        self.are_inside &= self.largest_offset <= bvh.frame.margin_of_starts();
+        if plane != self.plane {
+            self.plane = plane;
+            self.leaves.fill((Child::NONE, false));
+        }
+    }
+
+    /// Returns whether a cut for a sheaf speaks of all starts.
+    #[inline]
+    pub(crate) fn is_fit_for(&self, sheaf: &Sheaf) -> bool {
+        self.are_inside && self.largest_offset * sheaf.largest_scale <= USUAL_ORIGIN_ERROR
+    }
+
+    /// Returns whether a leaf holds only triangles that block none of the segments that are asked about.
+    #[inline]
+    fn rules_out(&mut self, bvh: &Bvh, occluders: &Occluders, leaf: Child) -> bool {
+        let Some((plane, side)) = self.plane else {
+            return false;
+        };
+        if leaf.kind() != ChildKind::Triangles {
+            return false;
+        }
+        let entry = &mut self.leaves[leaf.index() % REMEMBERED];
+        if entry.0 != leaf {
+            let members = &bvh.triangles[leaf.index()].members;
+            let opaque = u32::from(members.opaque);
+            let is_out = lanes(opaque)
+                .all(|lane| occluders.has_nothing_beyond(plane, side, members.surfaces[lane]));
+            *entry = (leaf, is_out);
+        }
+        entry.1
+    }
+}
+
+impl Bvh {
+    /// Returns whether starts can share walks in this tree.
+    pub(crate) fn takes_sheaves(&self) -> bool {
+        !self.nodes.is_empty() && self.depth <= USUAL_DEPTH
+    }
+
+    /// Finds where the walks of a tile's starts begin.
+    pub(crate) fn cut(
+        &self,
+        occluders: &Occluders,
+        tile: &mut Tile,
+        sheaf: &Sheaf,
+        cut: &mut Cut,
+        counters: &mut Counters,
+    ) {
+        dispatch!(self.level, simd => self.cut_with(simd, occluders, tile, sheaf, cut, counters));
+    }
+
+    #[inline(always)]
+    fn cut_with<S: Simd>(
+        &self,
+        simd: S,
+        occluders: &Occluders,
+        tile: &mut Tile,
+        sheaf: &Sheaf,
+        cut: &mut Cut,
+        counters: &mut Counters,
+    ) {
+        cut.parts.resize_with(sheaf.parts.len(), Vec::new);
+        for (part, entries) in sheaf.parts.iter().zip(&mut cut.parts) {
+            entries.clear();
+            let mut pyramid = part.pyramid;
+            pyramid.start_at(tile.least, tile.most);
+            let queue = &mut cut.queue;
+            queue.clear();
+            queue.push(0);
+            let mut next = 0;
+            while next < queue.len() && entries.len() + queue.len() - next < MOST_ENTRIES {
+                let index = queue[next];
+                next += 1;
+                let node = &self.nodes[index as usize];
+                counters.steps += 1;
+                let mut leaves = 0;
+                for slot in lanes(pyramid.meets(simd, node)) {
+                    let child = node.children[slot % WIDTH];
+                    if child.is_node() {
+                        queue.push(child.index() as u32);
+                    } else if !tile.rules_out(self, occluders, child) {
+                        leaves |= 1 << slot;
+                    }
+                }
+                if leaves != 0 {
+                    entries.push(Waiting {
+                        node: index,
+                        mask: leaves,
+                    });
+                }
+            }
+            entries.extend(queue[next..].iter().map(|&node| Waiting {
+                node,
+                mask: (1 << WIDTH) - 1,
+            }));
+        }
+    }
+
+    /// Returns which of a sheaf's directions an opaque surface blocks from a start of a tile, among those that a mask asks
+    /// about. Own rules have been asked before: they block nothing here.
+    #[inline]
+    pub(crate) fn any_hit_sheaf(
+        &self,
+        asked: &Asked,
+        sheaf: &mut Sheaf,
+        cut: &Cut,
+        memory: &mut Memory,
+        counters: &mut Counters,
+    ) -> u64 {
+        dispatch!(self.level, simd => {
+            self.any_hit_sheaf_with(simd, asked, sheaf, cut, memory, counters)
+        })
+    }
+
+    #[inline(always)]
+    fn any_hit_sheaf_with<S: Simd>(
+        &self,
+        simd: S,
+        asked: &Asked,
+        sheaf: &mut Sheaf,
+        cut: &Cut,
+        memory: &mut Memory,
+        counters: &mut Counters,
+    ) -> u64 {
+        let Asked {
+            occluders,
+            start,
+            targets,
+            mask,
+            number,
+        } = *asked;
+        let offset = occluders.start_offset(start);
+        let place = self.frame.point_in_frame(start.point);
+        // Not for NaN.
+        let is_fit = offset <= self.frame.margin_of_starts()
+            && place.abs().max_element() <= INSIDE
+            && offset * sheaf.largest_scale <= USUAL_ORIGIN_ERROR;
+        let fit = if is_fit { sheaf.fit & mask } else { 0 };
+        let mut blocked = 0;
+        for lane in bits(mask & !fit) {
+            let is_blocked = self.any_hit(occluders, start, &targets[lane], counters);
+            blocked |= u64::from(is_blocked) << lane;
+        }
+        if fit == 0 {
+            return blocked;
+        }
+        let origin = [place.x as f32, place.y as f32, place.z as f32];
+        sheaf.segments.origin = origin;
+        memory.made = 0;
+        let mut beam = Beam {
+            bvh: self,
+            asked,
+            segments: &sheaf.segments,
+            own: start.surface.map_or(u32::MAX, |surface| surface.0),
+            last: memory.last[number],
+            memory,
+            steps: 0,
+            tests: 0,
+        };
+        for (part, entries) in sheaf.parts.iter_mut().zip(&cut.parts) {
+            let mut active = fit & part.targets;
+            if active == 0 || entries.is_empty() {
+                continue;
+            }
+            let asked = active;
+            let pyramid = if MANY_LEFT * active.count_ones() <= part.targets.count_ones() {
+                Pyramid::new(simd, &sheaf.segments, part.pyramid.face, active)
+            } else {
+                part.pyramid.start_at(origin, origin);
+                part.pyramid
+            };
+            if beam.last != Child::NONE {
+                active &= !beam.blocked_in(simd, beam.last, &pyramid, active);
+            }
+            for &entry in entries {
+                if active == 0 {
+                    break;
+                }
+                let mut stack = [Waiting::default(); USUAL_DEPTH];
+                stack[0] = entry;
+                active &= !if active.count_ones() <= FEW {
+                    beam.each(simd, active, &stack, 1)
+                } else {
+                    beam.walk(simd, pyramid, active, &mut stack, 1)
+                };
+            }
+            blocked |= asked & !active;
+        }
+        let Beam {
+            last, steps, tests, ..
+        } = beam;
+        memory.last[number] = last;
+        counters.steps += steps;
+        counters.intersections += tests;
+        blocked
+    }
+}

@@ -1,0 +1,400 @@
+//! Many directions of light from afar, which many points share: the suns of a year, the patches of a sky.
+//!
+//! In: a batch of points, [`DirectionSet`]. Out: a bit a pair, 1 where light arrives. Invariant: every bit is that of
+//! [`ShadowIndex::shadow`] for the point and a light in that direction, for any method, any number of threads, and
+//! however points and directions are grouped. Points are taken in tiles, directions in cells: what a tile and a cell may
+//! meet of the tree is found once (`accel/bvh/beam/sheaf.rs`), and often is nothing. Absent here: where suns stand, and
+//! what hours are made of bits.
+
+mod bits;
+mod cells;
+mod tiles;
+
+use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId, sides_of_normal};
+
+use super::beam::{AskedBlock, WORD, word_count};
+use super::run::{Run, check_length};
+use crate::accel::bvh::{Asked, Bvh, Cut, Memory, Sheaf, Tile};
+use crate::limits::is_fine;
+use crate::threads::{self, prelude::*};
+use crate::{
+    Batch, BatchCounters, BatchError, BatchKind, Coordinates, Counters, Method, ReceiverSide,
+    ShadowIndex,
+};
+use bits::transpose;
+use cells::Cell;
+
+/// Fewest and most starts that a thread takes at a time.
+const CHUNK: [usize; 2] = [256, 16_384];
+
+/// Chunks a thread, so that threads that are done early find more.
+const CHUNKS_A_THREAD: usize = 4;
+
+/// Directions towards light from afar, prepared for [`ShadowIndex::visible_directions`].
+///
+/// Any number, any lengths; the same direction may be there twice. Takes some 90 bytes a direction.
+#[derive(Clone, Debug)]
+pub struct DirectionSet {
+    count: usize,
+    cells: Vec<Cell>,
+}
+
+impl DirectionSet {
+    /// Prepares directions towards the light.
+    ///
+    /// # Errors
+    /// A direction is not finite or beyond 2^100: [`BatchError::BadTarget`] names the first.
+    pub fn new<P: Coordinates>(directions: &[P]) -> Result<Self, BatchError> {
+        let directions: Vec<_> = directions
+            .iter()
+            .map(|direction| direction.as_f64())
+            .collect();
+        if let Some(index) = directions.iter().position(|&direction| !is_fine(direction)) {
+            return Err(BatchError::BadTarget {
+                what: "direction",
+                index,
+                found: directions[index],
+            });
+        }
+        Ok(Self {
+            count: directions.len(),
+            cells: cells::cells(&directions),
+        })
+    }
+
+    /// Returns how many there are.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Returns the numbers of all directions in an order in which neighbors in the sky follow each other.
+    pub fn order(&self) -> impl Iterator<Item = u32> {
+        self.cells
+            .iter()
+            .flat_map(|cell| cell.numbers.iter().copied())
+    }
+
+    /// Returns the words that the bits of a point take: one for each 64 directions, the last one for the rest.
+    pub fn word_count(&self) -> usize {
+        word_count(self.count)
+    }
+}
+
+impl ShadowIndex {
+    /// Answers from which of many directions light arrives at every point of a batch: bit `i % 64`, counted from the
+    /// lowest, of word `i / 64` of a point is 1 where nothing opaque is between the point and a light far away in direction
+    /// `i`. Bits beyond the last direction are 0. The words of a point lie together, point after point,
+    /// [`DirectionSet::word_count`] each.
+    ///
+    /// `side` says which directions are asked about: those on that side of the point's surface, or of the normal, by the
+    /// exact sign. The bits of others are 0. Points with normals that face ([`BatchKind::Facing`]) are asked about what is
+    /// on the normal's side, whatever `side` says; points of space without a normal about all.
+    ///
+    /// Needs no values, whatever the method, and changes none. Points may come in any order; it is faster where the points
+    /// of some thousand in a row are near each other. Runs on all threads of the current rayon pool; answers and errors do
+    /// not depend on them. Under `counters.shadow`, `first_pass` counts the pairs that were answered for a group of points
+    /// at once, and `rays` the others.
+    ///
+    /// ```
+    /// # use std::sync::Arc;
+    /// use antumbra::{Batch, DirectionSet, Occluders, Opacity, ReceiverSide, ShadowIndex};
+    ///
+    /// // A wall in the west of a yard, and three suns: in the east, in the zenith, low in the west.
+    /// let mut surfaces = Occluders::builder();
+    /// let yard = [[0.0, -9.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0_f64]];
+    /// let yard = surfaces.add_mesh(&yard, &[[0, 1, 2]], Opacity::Opaque)?;
+    /// let wall = [[0.0, -9.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0_f64]];
+    /// surfaces.add_mesh(&wall, &[[0, 1, 2]], Opacity::Opaque)?;
+    /// let index = ShadowIndex::builder(Arc::new(surfaces.build()), Vec::new()).build()?;
+    ///
+    /// let suns = DirectionSet::new(&[[1.0, 0.0, 0.2], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.2]])?;
+    /// let points = [[1.0, 0.0, 0.0]];
+    /// let mut visible = [0];
+    /// let batch = Batch::on_surfaces(&points, &[yard.start]);
+    /// index.visible_directions(&batch, &suns, ReceiverSide::Front, &mut visible)?;
+    /// assert_eq!(visible, [0b011]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Lengths do not fit, or a point has no answer; of several the first is named. `visible` may be written in parts
+    /// then.
+    pub fn visible_directions<P: Coordinates>(
+        &self,
+        batch: &Batch<P>,
+        directions: &DirectionSet,
+        side: ReceiverSide,
+        visible: &mut [u64],
+    ) -> Result<BatchCounters, BatchError> {
+        let run = Run::new(self, batch, &[])?;
+        let count = batch.points.len();
+        let stride = directions.word_count();
+        let expected = count.saturating_mul(stride);
+        check_length("words of output", expected, visible.len())?;
+        let mut sum = BatchCounters::default();
+        if stride == 0 {
+            for index in 0..count {
+                run.start(index)?;
+            }
+            return Ok(sum);
+        }
+        let share = count / (CHUNKS_A_THREAD * threads::count());
+        let length = share.clamp(CHUNK[0], CHUNK[1]);
+        let task = antumbra_task::current();
+        let answer = |work: &mut Work, first: usize, visible: &mut [u64]| {
+            let mut starts = Vec::with_capacity(visible.len() / stride);
+            for index in first..first + visible.len() / stride {
+                antumbra_task::check();
+                starts.push(run.start(index)?);
+            }
+            let mut counted = BatchCounters::default();
+            tiles::tiles(&starts, |tile, surface| {
+                antumbra_task::check();
+                work.starts.clear();
+                work.sides.clear();
+                for &number in tile {
+                    work.starts.push(starts[number as usize]);
+                    work.sides.push(match batch.kind {
+                        BatchKind::Facing { normals } => {
+                            ReceiverSide::Normal(normals[first + number as usize].as_f64())
+                        }
+                        _ => side,
+                    });
+                }
+                let asked = work.answer(surface, &mut counted.counters);
+                if let BatchKind::Facing { .. } = batch.kind {
+                    let pairs = (tile.len() * directions.count) as u64;
+                    counted.facing_away += pairs - asked;
+                }
+                work.write(|place| tile[place] as usize, visible);
+            });
+            Ok(counted)
+        };
+        let counted: Vec<Result<BatchCounters, BatchError>> = visible
+            .par_chunks_mut(length * stride)
+            .enumerate()
+            .map_init(
+                || Work::new(self, directions),
+                |work, (number, visible)| task.enter(|| answer(work, number * length, visible)),
+            )
+            .collect();
+        // The first error is that of the first point at fault.
+        for counted in counted {
+            let counted = counted?;
+            sum.counters.add(&counted.counters);
+            sum.facing_away += counted.facing_away;
+        }
+        Ok(sum)
+    }
+}
+
+/// What a thread works with.
+struct Work<'a> {
+    index: &'a ShadowIndex,
+    directions: &'a DirectionSet,
+    /// The tree, if starts can share walks in it.
+    bvh: Option<&'a Bvh>,
+    /// One for each cell.
+    sheaves: Vec<Sheaf>,
+    memory: Memory,
+    tile: Tile,
+    cut: Cut,
+    /// The starts of the tile, and on which side each is asked.
+    starts: Vec<ReceiverPoint>,
+    sides: Vec<ReceiverSide>,
+    /// Which directions of each cell are asked about, start after start; of one start alone where they are the same for all.
+    asked: Vec<u64>,
+    /// For each direction the starts that it reaches.
+    columns: Vec<u64>,
+}
+
+impl<'a> Work<'a> {
+    fn new(index: &'a ShadowIndex, directions: &'a DirectionSet) -> Self {
+        let is_walked = match index.method() {
+            Method::Auto | Method::Voxel | Method::Bvh => index.parts.is_whole(),
+            Method::Voxel1990 | Method::Grid | Method::Naive => false,
+        };
+        let bvh = index.bvh().filter(|bvh| is_walked && bvh.takes_sheaves());
+        let cells = &directions.cells;
+        let sheaves = bvh.map(|bvh| cells.iter().map(|cell| Sheaf::new(bvh, &cell.block)));
+        Self {
+            index,
+            directions,
+            bvh,
+            sheaves: sheaves.into_iter().flatten().collect(),
+            memory: Memory::new(cells.len()),
+            tile: Tile::new(),
+            cut: Cut::default(),
+            starts: Vec::with_capacity(WORD),
+            sides: Vec::with_capacity(WORD),
+            asked: Vec::new(),
+            columns: vec![0; directions.word_count() * WORD],
+        }
+    }
+
+    /// Answers the starts of a tile into the columns. Returns how many pairs were asked about.
+    fn answer(&mut self, surface: Option<SurfaceId>, counters: &mut Counters) -> u64 {
+        let cells = &self.directions.cells;
+        let occluders = self.index.occluders();
+        // On one triangle all starts are asked about the same directions.
+        let is_one = surface.is_some_and(|own| (own.0 as usize) < occluders.triangle_count())
+            && !matches!(self.sides[0], ReceiverSide::Normal(_));
+        let starts = if is_one { 1 } else { self.starts.len() };
+        self.asked.clear();
+        for place in 0..starts {
+            let (start, side) = (&self.starts[place], self.sides[place]);
+            for cell in cells {
+                self.asked.push(on_side(occluders, start, side, cell));
+            }
+        }
+        let plane = surface.filter(|_| is_one).zip(match self.sides[0] {
+            ReceiverSide::Front => Some(1),
+            ReceiverSide::Back => Some(-1),
+            ReceiverSide::Both | ReceiverSide::Normal(_) => None,
+        });
+        if let Some(bvh) = self.bvh {
+            self.tile
+                .hold(bvh, &self.index.parts.near, &self.starts, plane);
+        }
+        self.columns.fill(0);
+        let has_own_rule = self.starts.iter().any(|start| self.has_own_rule(start));
+        let mut pairs = 0;
+        for (number, cell) in cells.iter().enumerate() {
+            let asked = |place: usize| self.asked[place % starts * cells.len() + number];
+            let mut words: [u64; WORD] = [0; WORD];
+            let mut count = 0;
+            for (place, word) in words.iter_mut().enumerate().take(self.starts.len()) {
+                *word = asked(place);
+                count += u64::from(word.count_ones());
+            }
+            if count == 0 {
+                continue;
+            }
+            pairs += count;
+            let sheaf = self.bvh.zip(self.sheaves.get_mut(number));
+            let mut is_clear = false;
+            if let Some((bvh, sheaf)) = &sheaf {
+                let near = &*self.index.parts.near;
+                bvh.cut(near, &mut self.tile, sheaf, &mut self.cut, counters);
+                is_clear = self.cut.is_empty()
+                    && !has_own_rule
+                    && self.tile.is_fit_for(sheaf)
+                    && sheaf.fit() == cell.block.asked();
+            }
+            if is_clear {
+                counters.shadow.first_pass += count;
+            } else {
+                let mut one = OneCell {
+                    index: self.index,
+                    number,
+                    cell,
+                    sheaf,
+                    cut: &self.cut,
+                };
+                for (start, word) in self.starts.iter().zip(&mut words) {
+                    if *word != 0 {
+                        let blocked = one.blocked(start, *word, &mut self.memory, counters);
+                        counters.shadow.shadowed += u64::from(blocked.count_ones());
+                        *word &= !blocked;
+                    }
+                }
+                counters.shadow.rays += count;
+            }
+            transpose(&mut words);
+            for (&direction, word) in cell.numbers.iter().zip(words) {
+                self.columns[direction as usize] = word;
+            }
+        }
+        pairs
+    }
+
+    /// Writes what the columns hold into the words of all starts. `row` says where the words of a start are.
+    fn write(&self, row: impl Fn(usize) -> usize, visible: &mut [u64]) {
+        let stride = self.directions.word_count();
+        for (number, columns) in self.columns.chunks_exact(WORD).enumerate() {
+            let mut words = [0; WORD];
+            words.copy_from_slice(columns);
+            transpose(&mut words);
+            for (place, word) in words.into_iter().enumerate().take(self.starts.len()) {
+                visible[row(place) * stride + number] = word;
+            }
+        }
+    }
+
+    fn has_own_rule(&self, start: &ReceiverPoint) -> bool {
+        let near = &self.index.parts.near;
+        start.surface.is_some_and(|own| near.has_own_rule(own))
+    }
+}
+
+/// Returns which directions of a cell a start is asked about.
+fn on_side(occluders: &Occluders, start: &ReceiverPoint, side: ReceiverSide, cell: &Cell) -> u64 {
+    let (directions, count) = (cell.block.coordinates(), cell.targets.len());
+    let sign = match (side, start.surface) {
+        (ReceiverSide::Normal(normal), _) => {
+            return sides_of_normal(normal, directions, count)[0];
+        }
+        (ReceiverSide::Both, _) | (_, None) => return cell.all(),
+        (ReceiverSide::Front, _) => 1,
+        (ReceiverSide::Back, _) => -1,
+    };
+    match start.surface {
+        Some(own) if (own.0 as usize) < occluders.triangle_count() => {
+            let [front, behind] = occluders.sides_of_directions(own, directions, count);
+            if sign > 0 { front } else { behind }
+        }
+        _ => {
+            let targets = cell.targets.iter().enumerate();
+            targets.fold(0, |word, (bit, target)| {
+                let is_asked = occluders.light_side(start, target) == sign;
+                word | u64::from(is_asked) << bit
+            })
+        }
+    }
+}
+
+/// A cell that starts of a tile are asked about.
+struct OneCell<'a> {
+    index: &'a ShadowIndex,
+    number: usize,
+    cell: &'a Cell,
+    sheaf: Option<(&'a Bvh, &'a mut Sheaf)>,
+    cut: &'a Cut,
+}
+
+impl OneCell<'_> {
+    /// Returns which directions of a mask are occluded.
+    fn blocked(
+        &mut self,
+        start: &ReceiverPoint,
+        mask: u64,
+        memory: &mut Memory,
+        counters: &mut Counters,
+    ) -> u64 {
+        let near = &*self.index.parts.near;
+        let has_own_rule = start.surface.is_some_and(|own| near.has_own_rule(own));
+        if let (Some((bvh, sheaf)), false) = (&mut self.sheaf, has_own_rule) {
+            let asked = Asked {
+                occluders: near,
+                start,
+                targets: &self.cell.targets,
+                mask: mask & self.cell.block.asked(),
+                number: self.number,
+            };
+            return bvh.any_hit_sheaf(&asked, sheaf, self.cut, memory, counters);
+        }
+        let asked = AskedBlock {
+            targets: &self.cell.targets,
+            block: &self.cell.block,
+            number: self.number,
+            mask,
+            leaves: None,
+        };
+        self.index.occluded_block(start, &asked, memory, counters)
+    }
+}

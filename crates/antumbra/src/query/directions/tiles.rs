@@ -1,0 +1,86 @@
+//! Starts in tiles of at most 64 that lie near each other, on one triangle where it has many.
+//!
+//! In: starts. Out: tiles. Invariant: each start is in one tile.
+
+use antumbra_geometry::{DVec3, ReceiverPoint, SurfaceId};
+
+use crate::accel::bvh::TARGETS;
+
+/// A triangle with as many starts has tiles of its own.
+const MANY: usize = 12;
+
+/// Calls with the numbers of the starts of each tile, and with the surface that all are on if it is one.
+pub(super) fn tiles(starts: &[ReceiverPoint], mut take: impl FnMut(&[u32], Option<SurfaceId>)) {
+    let mut order: Vec<u32> = (0..starts.len() as u32).collect();
+    let surface_of = |number: &u32| starts[*number as usize].surface;
+    order.sort_by_key(surface_of);
+    let mut others = Vec::new();
+    for run in order.chunk_by_mut(|a, b| surface_of(a) == surface_of(b)) {
+        let surface = surface_of(&run[0]);
+        if surface.is_none() || run.len() < MANY {
+            others.extend_from_slice(run);
+        } else {
+            part(starts, run, &mut |tile| take(tile, surface));
+        }
+    }
+    part(starts, &mut others, &mut |tile| take(tile, None));
+}
+
+/// Halves the longest side until few are left.
+fn part(starts: &[ReceiverPoint], numbers: &mut [u32], take: &mut impl FnMut(&[u32])) {
+    if numbers.len() <= TARGETS {
+        if !numbers.is_empty() {
+            take(numbers);
+        }
+        return;
+    }
+    let point = |number: &u32| starts[*number as usize].point;
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for number in &*numbers {
+        least = least.min(point(number));
+        most = most.max(point(number));
+    }
+    let size = most - least;
+    let axis = (0..3).fold(0, |axis, other| {
+        if size[other] > size[axis] {
+            other
+        } else {
+            axis
+        }
+    });
+    let half = numbers.len() / 2;
+    numbers.select_nth_unstable_by(half, |a, b| {
+        let of = |number: &u32| point(number)[axis];
+        of(a).total_cmp(&of(b)).then(a.cmp(b))
+    });
+    let (low, high) = numbers.split_at_mut(half);
+    part(starts, low, take);
+    part(starts, high, take);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_start_is_in_one_tile() {
+        let starts: Vec<ReceiverPoint> = (0..777)
+            .map(|i| ReceiverPoint {
+                point: DVec3::new(f64::from(i % 31), f64::from(i % 7), 0.0),
+                surface: (i % 5 != 0).then_some(SurfaceId(if i < 300 { 4 } else { i as u32 })),
+            })
+            .collect();
+        let mut seen = vec![0; starts.len()];
+        let mut of_one = 0;
+        tiles(&starts, |tile, surface| {
+            assert!((1..=TARGETS).contains(&tile.len()));
+            for &number in tile {
+                seen[number as usize] += 1;
+                assert!(surface.is_none() || starts[number as usize].surface == surface);
+            }
+            of_one += if surface.is_some() { tile.len() } else { 0 };
+        });
+        assert!(seen.iter().all(|&count| count == 1));
+        assert_eq!(of_one, 240);
+    }
+}
