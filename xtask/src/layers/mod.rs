@@ -20,6 +20,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("antumbra", 2),
     ("antumbra-baselines", 3),
     ("antumbra-render", 4),
+    ("antumbra-sun", 4),
     ("antumbra-cli", 5),
     ("antumbra-bench", 6),
     ("antumbra-python", 6),
