@@ -48,6 +48,8 @@ pub use read::read_npz;
 pub use record::{About, Compass, Study, VERSION};
 pub use sensors::{Facing, Sensors};
 pub use sky::{MOST_FACTOR, reinhart, tregenza};
+#[doc(hidden)]
+pub use study::answer_in_chunks;
 pub use study::{Answered, Bits, PartError, Parts, StudyError, answer, identity, parts_beside};
 pub use sums::{Sums, sums};
 pub use sun_file::read_suns;

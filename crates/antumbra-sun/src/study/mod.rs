@@ -87,6 +87,21 @@ pub fn answer(
     directions: &[DVec3],
     parts: Option<&Parts>,
 ) -> Result<Answered, StudyError> {
+    answer_in_chunks(index, sensors, directions, parts, CHUNK_BITS)
+}
+
+/// Answers as [`answer`] does, in chunks of so many bits: for tests of what is kept.
+///
+/// # Errors
+/// As [`answer`].
+#[doc(hidden)]
+pub fn answer_in_chunks(
+    index: &ShadowIndex,
+    sensors: &Sensors,
+    directions: &[DVec3],
+    parts: Option<&Parts>,
+    chunk_bits: usize,
+) -> Result<Answered, StudyError> {
     let stride = directions.len().div_ceil(WORD);
     let count = sensors.count();
     let mut words = vec![0_u64; stride * count];
@@ -99,7 +114,7 @@ pub fn answer(
         .iter()
         .map(|&to| LightShape::Direction(to))
         .collect();
-    let length = (CHUNK_BITS / (stride * WORD)).clamp(WORD, CHUNK_BITS);
+    let length = (chunk_bits / (stride * WORD)).max(WORD);
     let chunk_count = count.div_ceil(length);
     let kept = match parts.filter(|_| chunk_count > 1) {
         Some(parts) => {

@@ -185,6 +185,7 @@ impl<R: Read + Seek> ZipReader<R> {
         let short = whole.min(TAIL);
         let tail = read_at(&mut file, whole - short, short)?;
         let begin = tail.windows(4).rposition(|mark| mark == END.to_le_bytes());
+        let begin = begin.filter(|begin| tail.len() - begin == 22);
         let begin = begin.ok_or_else(|| damaged("it has no list of parts at its end"))?;
         let end = Record(&tail[begin..]);
         let (mut count, mut size, mut at) = (
