@@ -37,7 +37,8 @@ pub struct Sums {
 pub fn sums(study: &Study) -> Sums {
     const HOUR: f64 = 3600.0;
     let weights: Vec<f64> = study.suns.iter().map(|sun| sun.weight).collect();
-    let total = |words: &[u64]| ones(words).map(|sun| weights[sun]).sum::<f64>();
+    // Not `sum`: that of nothing is -0.
+    let total = |words: &[u64]| ones(words).fold(0.0, |sum, sun| sum + weights[sun]);
     match study.about.kind {
         SunKind::Suns => {
             let first = each(study, |_, words| {
@@ -104,7 +105,8 @@ fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
 fn projected(study: &Study, weighted: &[DVec3], sensor: usize, words: &[u64]) -> Option<f64> {
     let normal = DVec3::from_array(study.normals.as_ref()?[sensor]);
     let sum: DVec3 = ones(words).map(|sun| weighted[sun]).sum();
-    Some(normal.dot(sum).max(0.0))
+    // And no -0.
+    Some(normal.dot(sum).max(0.0) + 0.0)
 }
 
 fn irradiation(study: &Study) -> Option<Vec<f64>> {

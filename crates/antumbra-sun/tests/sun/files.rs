@@ -101,6 +101,7 @@ fn a_table_has_a_row_for_each_sensor() {
     let hours: f64 = lines[1].split(',').nth(7).unwrap().parse().unwrap();
     assert_eq!(hours, sums(&study).hours.unwrap()[0]);
     assert!(lines[1].contains(",2023-03-20T"), "{}", lines[1]);
+    assert!(!text.contains(",-0,"), "{text}");
     // Patches of the sky have no times.
     let mut sky = study;
     sky.about.kind = SunKind::Sky;
