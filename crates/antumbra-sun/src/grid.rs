@@ -2,8 +2,8 @@
 //!
 //! In: triangles, a spacing. Out: sensors in the plane of each triangle, at the middles of square cells. Invariants: the
 //! cells depend on the direction of a plane and on world space alone, so triangles of one wall share them; a cell's
-//! middle belongs to one of two triangles that share an edge; every triangle has a sensor, and the areas of its
-//! sensors add up to its own.
+//! middle belongs to one of two triangles that share an edge; every face (polygon) has a sensor, and its sensors have
+//! equal shares of its area.
 
 use antumbra_geometry::{DVec3, Occluders, SurfaceId};
 
@@ -23,7 +23,8 @@ pub struct GridSettings {
     pub most: usize,
 }
 
-/// Puts sensors on all triangles that `keep` accepts, triangle after triangle. Curved surfaces and triangles without
+/// Puts sensors on all faces whose triangles `keep` accepts, face after face. A face that holds no middle of a cell has one
+/// sensor, at the centroid of its largest triangle. Curved surfaces and triangles without
 /// area have none, and a note says how many there are.
 ///
 /// # Errors
@@ -84,19 +85,33 @@ pub fn grid_sensors(
         notes: Vec::new(),
     };
     let (mut surfaces, mut areas, mut facing) = (Vec::new(), Vec::new(), Vec::new());
-    let mut own = Vec::new();
-    for (surface, cells) in antumbra_task::checked(faces) {
+    // Of one face: places, and the triangle of each.
+    let (mut found, mut own) = (Vec::new(), Vec::new());
+    let element = |face: &(SurfaceId, Cells)| occluders.element_of(face.0);
+    for triangles in faces.chunk_by(|one, next| element(one) == element(next)) {
+        antumbra_task::check();
         own.clear();
-        cells.middles(&mut own);
-        if own.is_empty() {
-            own.push(cells.centroid());
+        for (surface, cells) in triangles {
+            let before = found.len();
+            cells.middles(&mut found);
+            own.resize(own.len() + found.len() - before, surface.0);
         }
-        let area = cells.area / own.len() as f64;
-        for point in &own {
+        if found.is_empty() {
+            let largest = triangles
+                .iter()
+                .max_by(|a, b| a.1.area.total_cmp(&b.1.area));
+            if let Some((surface, cells)) = largest {
+                found.push(cells.centroid());
+                own.push(surface.0);
+            }
+        }
+        let area = triangles.iter().map(|(_, cells)| cells.area).sum::<f64>();
+        let share = area / found.len() as f64;
+        for (point, &surface) in found.drain(..).zip(&own) {
             for &side in sides {
                 sensors.points.push(point.to_array());
-                surfaces.push(surface.0);
-                areas.push(area);
+                surfaces.push(surface);
+                areas.push(share);
                 facing.push(side);
             }
         }

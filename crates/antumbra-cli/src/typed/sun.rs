@@ -30,7 +30,7 @@ pub struct SunStudy {
     pub tessellate: Option<u32>,
 
     /// Sensors on faces: grid:SPACING puts one in the middle of each square cell of that side, in the scene's unit, and at
-    /// least one on each triangle. They lie on the face itself, without offset
+    /// least one on each face. They lie on the face itself, without offset
     #[arg(long, help_heading = "Sensors", value_name = "grid:SPACING", value_parser = grid_spacing, conflicts_with_all = ["points", "normals", "on_surface", "from"])]
     pub sensors: Option<f64>,
 

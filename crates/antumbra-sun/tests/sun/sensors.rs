@@ -63,6 +63,7 @@ fn a_square_of_two_triangles_has_each_cell_once() {
         assert!((checked_area(&occluders, &sensors) - 1.0).abs() < 1e-12);
     }
     let sensors = grid(&occluders, 0.5);
+    assert_eq!(sensors.areas, Some(vec![0.25; 4]));
     for point in [
         [0.25, 0.25, 2.0],
         [0.75, 0.25, 2.0],
