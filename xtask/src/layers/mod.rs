@@ -85,6 +85,23 @@ const ROOMS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "crates/antumbra-sun/src",
+        &[
+            "calendar error",
+            "suns text",
+            "positions",
+            "sky weather point_file",
+            "epw wea sun_file",
+            "sensors",
+            "grid study",
+            "record",
+            "sums",
+            "arrays",
+            "write",
+            "read",
+        ],
+    ),
+    (
         "crates/antumbra-cli/src",
         &[
             "failure machine methods values",
@@ -206,6 +223,26 @@ const FORBIDDEN: &[(&str, &str, &str)] = &[
         "crates/antumbra-geometry/src",
         "std::thread",
         "geometry knows no threads",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "std::env",
+        "only the program looks at its surroundings",
     ),
     (
         "crates/antumbra-render/src",

@@ -10,7 +10,9 @@ mod suns;
 use antumbra::IndexOptions;
 use antumbra_geometry::DVec3;
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
-use antumbra_sun::{About, Compass, Study, StudyError, Suns, VERSION, answer, parts_beside, sums};
+use antumbra_sun::{
+    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, parts_beside, sums,
+};
 
 use crate::failure::{Failure, Outcome};
 use crate::load::{self, Lighting, LitScene};
@@ -113,7 +115,12 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
     lit.up.say("the sun", screen);
     let directions: Vec<DVec3> = suns.list.iter().map(|sun| compass.towards(sun)).collect();
     let parts = parts_beside(&typed.output);
+    let stop = SaidAtStop {
+        parts: &parts,
+        screen,
+    };
     let answered = answer(&index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
+    drop(stop);
     let [resumed, count] = answered.resumed;
     if resumed > 0 {
         screen.note(format!(
@@ -148,6 +155,23 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
         suns: list,
         bits: answered.bits,
     })
+}
+
+/// Says at a stop what is kept: a stopped task unwinds.
+struct SaidAtStop<'a> {
+    parts: &'a Parts,
+    screen: &'a Screen,
+}
+
+impl Drop for SaidAtStop<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() && self.parts.folder.is_dir() {
+            self.screen.note(format!(
+                "what is done is kept in {}: the same command goes on there",
+                self.parts.folder.display()
+            ));
+        }
+    }
 }
 
 /// Reads the scene.
