@@ -98,7 +98,7 @@ pub struct SunStudy {
     pub year: Option<i32>,
 
     /// Minutes from sun to sun, a divisor of 1440; with --suns what each stands for where the file has no hours
-    #[arg(long, help_heading = "Suns", value_name = "MINUTES", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1440))]
+    #[arg(long, help_heading = "Suns", value_name = "MINUTES", default_value_t = 60, conflicts_with_all = ["epw", "wea", "sky", "from"], value_parser = clap::value_parser!(u32).range(1..=1440))]
     pub step: u32,
 
     /// Moment of each step that its sun is taken at
@@ -107,7 +107,8 @@ pub struct SunStudy {
         help_heading = "Suns",
         value_name = "MOMENT",
         value_enum,
-        default_value_t
+        default_value_t,
+        conflicts_with_all = ["suns", "sky", "from"]
     )]
     pub instant: Moment,
 
