@@ -297,7 +297,7 @@ fn what_cannot_be_used_ends_with_2_and_says_what_was_expected() {
     let odd = [&["--sensors", "grid:1"], &place[..], &["--step", "7"]].concat();
     let output = folder.path("o.npz");
     let output = text(&output);
-    let cases: [(&[&str], &str); 16] = [
+    let cases: [(&[&str], &str); 18] = [
         (&["--suns", suns], "no sensors are given"),
         (&["--sensors", "grid:1"], "no suns are given"),
         (
@@ -313,6 +313,14 @@ fn what_cannot_be_used_ends_with_2_and_says_what_was_expected() {
             "no object and no material is called `roof`",
         ),
         (&["--sensors", "grid:1", "--latitude", "48"], "--longitude"),
+        (
+            &["--sensors", "grid:1", "--epw", suns, "--step", "10"],
+            "cannot be used with",
+        ),
+        (
+            &["--sensors", "grid:1", "--epw", suns],
+            "s.csv: it ends before its line `DATA PERIODS`",
+        ),
         (
             &["--sensors", "grid:1", "--sky", "cie"],
             "expected tregenza or reinhart:N",
