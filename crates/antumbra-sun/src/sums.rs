@@ -10,7 +10,7 @@ use crate::record::Study;
 use crate::suns::SunKind;
 
 /// Sensors that a thread takes at a time.
-const PIECE: usize = 256;
+const PIECE: usize = 1024;
 
 /// Numbers of each sensor of a study. A list is `None` where the study lacks what it needs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,30 +36,30 @@ pub struct Sums {
 /// Returns the numbers of each sensor.
 pub fn sums(study: &Study) -> Sums {
     const HOUR: f64 = 3600.0;
-    let weights: Vec<f64> = study.suns.iter().map(|sun| sun.weight).collect();
-    // Not `sum`: that of nothing is -0.
-    let total = |words: &[u64]| ones(words).fold(0.0, |sum, sun| sum + weights[sun]);
+    let total = totals(study);
     match study.about.kind {
-        SunKind::Suns => {
-            let first = each(study, |_, words| {
-                ones(words).next().map_or(-1, |sun| sun as i32)
-            });
-            let last = each(study, |_, words| {
-                ones(words).last().map_or(-1, |sun| sun as i32)
-            });
-            Sums {
-                hours: Some(each(study, |_, words| total(words) / HOUR)),
-                first: Some(first),
-                last: Some(last),
-                longest: longest(study),
-                irradiation: irradiation(study),
-                ..Sums::default()
-            }
-        }
+        SunKind::Suns => Sums {
+            hours: Some(total.into_iter().map(|seconds| seconds / HOUR).collect()),
+            first: Some(each(study, |words| {
+                let word = words.iter().position(|&word| word != 0);
+                word.map_or(-1, |at| {
+                    (64 * at) as i32 + words[at].trailing_zeros() as i32
+                })
+            })),
+            last: Some(each(study, |words| {
+                let word = words.iter().rposition(|&word| word != 0);
+                word.map_or(-1, |at| {
+                    (64 * at + 63) as i32 - words[at].leading_zeros() as i32
+                })
+            })),
+            longest: longest(study),
+            irradiation: irradiation(study),
+            ..Sums::default()
+        },
         SunKind::Sky => {
-            let whole: f64 = weights.iter().sum();
+            let whole: f64 = study.suns.iter().map(|patch| patch.weight).sum();
             Sums {
-                sky_visible: Some(each(study, |_, words| total(words) / whole)),
+                sky_visible: Some(total.into_iter().map(|solid| solid / whole).collect()),
                 sky_view_factor: sky_view_factor(study),
                 ..Sums::default()
             }
@@ -67,46 +67,76 @@ pub fn sums(study: &Study) -> Sums {
     }
 }
 
-/// Works out a number for each sensor on all threads.
-fn each<T: Send>(study: &Study, of: impl Fn(usize, &[u64]) -> T + Sync) -> Vec<T> {
+/// Works out numbers of sensors on all threads, some sensors in a row at a time.
+fn pieces<T: Send>(study: &Study, of: impl Fn(std::ops::Range<usize>) -> Vec<T> + Sync) -> Vec<T> {
     let task = antumbra_task::current();
     let count = study.sensor_count();
     let pieces: Vec<Vec<T>> = (0..count.div_ceil(PIECE))
         .into_par_iter()
-        .map(|piece| {
-            task.enter(|| {
-                antumbra_task::check();
-                let sensors = piece * PIECE..count.min((piece + 1) * PIECE);
-                sensors
-                    .map(|sensor| of(sensor, study.bits.of(sensor)))
-                    .collect()
-            })
-        })
+        .map(|piece| task.enter(|| of(piece * PIECE..count.min((piece + 1) * PIECE))))
         .collect();
     pieces.into_iter().flatten().collect()
 }
 
-/// Returns the places of bits that are 1, in order.
-fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
-    words.iter().enumerate().flat_map(|(place, &word)| {
-        let mut rest = word;
-        std::iter::from_fn(move || {
-            let bit = rest.trailing_zeros() as usize;
-            (rest != 0).then(|| {
-                rest &= rest - 1;
-                64 * place + bit
-            })
-        })
+/// Works out a number of each sensor from its words.
+fn each<T: Send>(study: &Study, of: impl Fn(&[u64]) -> T + Sync) -> Vec<T> {
+    pieces(study, |sensors| {
+        antumbra_task::check();
+        sensors.map(|sensor| of(study.bits.of(sensor))).collect()
     })
 }
 
+/// Returns the sum of vectors, one a sun, over the suns that reach each sensor.
+///
+/// Eight suns at a time: the sums of all 256 choices of them are made once for some sensors, each of which then adds one.
+fn vector_sums(study: &Study, vectors: &[DVec3]) -> Vec<DVec3> {
+    pieces(study, |sensors| {
+        let mut sums = vec![DVec3::ZERO; sensors.len()];
+        let mut choices = [DVec3::ZERO; 256];
+        for (byte, vectors) in vectors.chunks(8).enumerate() {
+            antumbra_task::check();
+            for choice in 1..1_usize << vectors.len() {
+                let rest = choices[choice & (choice - 1)];
+                choices[choice] = rest + vectors[choice.trailing_zeros() as usize];
+            }
+            for (sum, sensor) in sums.iter_mut().zip(sensors.clone()) {
+                let word = study.bits.words[sensor * study.bits.stride + byte / 8];
+                *sum += choices[(word >> (8 * (byte % 8)) & 0xff) as usize];
+            }
+        }
+        sums
+    })
+}
+
+/// Returns the sum of the weights of the suns that reach each sensor.
+fn totals(study: &Study) -> Vec<f64> {
+    let first = study.suns.first().map_or(0.0, |sun| sun.weight);
+    if study.suns.iter().all(|sun| sun.weight == first) {
+        return each(study, |words| {
+            first
+                * words
+                    .iter()
+                    .map(|word| f64::from(word.count_ones()))
+                    .sum::<f64>()
+        });
+    }
+    let weights: Vec<DVec3> = study.suns.iter().map(|sun| DVec3::X * sun.weight).collect();
+    vector_sums(study, &weights)
+        .into_iter()
+        .map(|sum| sum.x)
+        .collect()
+}
+
 /// Returns the sum of weighted directions of suns that reach a sensor, along its normal. Bits are 0 for suns behind the
-/// sensor, so no cosine is negative but by rounding.
-fn projected(study: &Study, weighted: &[DVec3], sensor: usize, words: &[u64]) -> Option<f64> {
-    let normal = DVec3::from_array(study.normals.as_ref()?[sensor]);
-    let sum: DVec3 = ones(words).map(|sun| weighted[sun]).sum();
-    // And no -0.
-    Some(normal.dot(sum).max(0.0) + 0.0)
+/// sensor, so no sum is negative but by rounding.
+fn projected(study: &Study, weighted: &[DVec3]) -> Option<Vec<f64>> {
+    let normals = study.normals.as_ref()?;
+    let sums = vector_sums(study, weighted).into_iter().zip(normals);
+    // No -0, either.
+    Some(
+        sums.map(|(sum, &normal)| DVec3::from_array(normal).dot(sum).max(0.0) + 0.0)
+            .collect(),
+    )
 }
 
 fn irradiation(study: &Study) -> Option<Vec<f64>> {
@@ -114,58 +144,71 @@ fn irradiation(study: &Study) -> Option<Vec<f64>> {
     if !study.about.has_weather {
         return None;
     }
-    study.normals.as_ref()?;
-    let weighted: Vec<DVec3> = study
-        .suns
-        .iter()
-        .zip(&study.directions)
+    let suns = study.suns.iter().zip(&study.directions);
+    let weighted: Vec<DVec3> = suns
         .map(|(sun, &to)| {
             DVec3::from_array(to) * (sun.direct_normal.unwrap_or(0.0) * sun.weight / JOULES_A_KWH)
         })
         .collect();
-    Some(each(study, |sensor, words| {
-        projected(study, &weighted, sensor, words).unwrap_or_default()
-    }))
+    projected(study, &weighted)
 }
 
 fn sky_view_factor(study: &Study) -> Option<Vec<f64>> {
-    study.normals.as_ref()?;
     let directions = study.directions.iter().map(|&to| DVec3::from_array(to));
-    let weighted: Vec<DVec3> = directions
-        .zip(&study.suns)
-        .map(|(to, patch)| to * patch.weight)
-        .collect();
+    let patches = directions.zip(&study.suns);
+    let weighted: Vec<DVec3> = patches.map(|(to, patch)| to * patch.weight).collect();
     // A level surface in the open: pi, up to the size of patches.
     let up = DVec3::from_array(study.about.up).normalize_or_zero();
     let open = weighted.iter().sum::<DVec3>().dot(up);
-    Some(each(study, |sensor, words| {
-        projected(study, &weighted, sensor, words).unwrap_or_default() / open
-    }))
+    let seen = projected(study, &weighted)?;
+    Some(seen.into_iter().map(|seen| seen / open).collect())
 }
 
 /// Returns the longest time without a break: suns that follow each other within a day, each step of time next to the
 /// one before.
 fn longest(study: &Study) -> Option<Vec<f64>> {
-    let times: Option<Vec<_>> = study.suns.iter().map(|sun| sun.time).collect();
+    let suns = &study.suns;
+    let times: Option<Vec<_>> = suns.iter().map(|sun| sun.time).collect();
     let times = times?;
-    // Whether a sun goes on where the one before ends.
-    let goes_on: Vec<bool> = (0..times.len())
-        .map(|sun| {
-            sun > 0 && {
-                let between = (times[sun].utc() - times[sun - 1].utc()) as f64;
-                let half_steps = (study.suns[sun].weight + study.suns[sun - 1].weight) / 2.0;
-                // Rows name whole seconds.
-                between <= half_steps + 1.0 && times[sun].day() == times[sun - 1].day()
+    // Bits of suns that do not go on where the one before ends, and the time from the first sun to each.
+    let mut breaks = vec![0_u64; study.bits.stride];
+    let mut before = vec![0.0; suns.len() + 1];
+    for sun in 0..suns.len() {
+        before[sun + 1] = before[sun] + suns[sun].weight;
+        let goes_on = sun > 0 && {
+            let between = (times[sun].utc() - times[sun - 1].utc()) as f64;
+            let half_steps = (suns[sun].weight + suns[sun - 1].weight) / 2.0;
+            // Rows name whole seconds.
+            between <= half_steps + 1.0 && times[sun].day() == times[sun - 1].day()
+        };
+        breaks[sun / 64] |= u64::from(!goes_on) << (sun % 64);
+    }
+    Some(each(study, |words| {
+        let mut most = 0.0_f64;
+        // First sun of the span that the bits before this word end in.
+        let mut open = None;
+        for (place, (&word, &breaks)) in words.iter().zip(&breaks).enumerate() {
+            let base = 64 * place;
+            let mut bit = 0;
+            while bit < 64 {
+                let rest = u64::MAX << bit;
+                let Some(begin) = open else {
+                    bit = (word & rest).trailing_zeros() as usize;
+                    open = (bit < 64).then_some(base + bit);
+                    bit += 1;
+                    continue;
+                };
+                // The span ends before the first sun that is hidden or does not go on.
+                bit = ((!word | breaks) & rest).trailing_zeros() as usize;
+                if bit < 64 {
+                    most = most.max(before[base + bit] - before[begin]);
+                    open = None;
+                }
             }
-        })
-        .collect();
-    Some(each(study, |_, words| {
-        let (mut most, mut span, mut before) = (0.0_f64, 0.0, None);
-        for sun in ones(words) {
-            let is_next = before.is_some_and(|before: usize| before + 1 == sun) && goes_on[sun];
-            span = if is_next { span } else { 0.0 } + study.suns[sun].weight;
-            most = most.max(span);
-            before = Some(sun);
+        }
+        // Bits beyond the last sun are 0: a span is open only where the last word is full.
+        if let Some(begin) = open {
+            most = most.max(before[suns.len()] - before[begin]);
         }
         most / 3600.0
     }))

@@ -5,4 +5,5 @@ mod hand_solved;
 mod positions;
 mod sensors;
 mod study;
+mod sums;
 mod support;
