@@ -319,7 +319,7 @@ fn what_cannot_be_used_ends_with_2_and_says_what_was_expected() {
         ),
         (
             &["--sensors", "grid:1", "--epw", suns],
-            "s.csv: it ends before its line `DATA PERIODS`",
+            "s.csv:2: expected a line `DATA PERIODS` before the rows",
         ),
         (
             &["--sensors", "grid:1", "--sky", "cie"],
