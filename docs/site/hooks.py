@@ -28,6 +28,7 @@ PAGES = {
     "docs/lights.md": "lights.md",
     "docs/performance.md": "performance.md",
     "docs/statistics.md": "formats.md",
+    "docs/sun.md": "sun.md",
 }
 
 PICTURES = ["sphereflake.png", "sphereflake-occlusion.png", "soft.png", "soft-occlusion.png", "window.png", "bumps.png", "no-bumps.png", "offsets.svg"]

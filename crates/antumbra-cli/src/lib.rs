@@ -120,6 +120,7 @@ fn do_command(typed: &Typed, screen: &Screen, interrupt: &Interrupt) -> Result<O
         Command::Inspect(typed) => commands::inspect::run(typed, screen),
         Command::Verify(typed) => commands::verify::run(typed, Vec::new(), screen),
         Command::Query(typed) => commands::query::run(typed, screen),
+        Command::Sun(typed) => commands::sun::run(typed, screen),
         Command::Bake(typed) => commands::bake::run(typed, screen),
         Command::Export(typed) => commands::export::run(typed, screen),
         Command::Scene(typed) => commands::scene::run(typed, screen),

@@ -26,6 +26,8 @@ pub enum Content {
     Picture,
     /// A NumPy array.
     Array,
+    /// A sun study in one file; its ending says the format.
+    Study,
     /// Figures as JSON.
     Json,
     /// A built-in scene.
@@ -48,6 +50,7 @@ impl Content {
         match self {
             Self::Picture => &["png", "exr"],
             Self::Array => &["npy"],
+            Self::Study => &["npz", "csv", "nc", "zarr"],
             Self::Json => &["json"],
             Self::Nff => &["nff"],
             Self::Scene => &["nff", "obj", "ply", "glb"],
@@ -65,13 +68,13 @@ impl Content {
             Self::Library => Some(antumbra_scene::write::LIBRARY_MARK),
             Self::Page => Some(PAGE_MARK),
             Self::Summary => Some(SUMMARY_MARK),
-            Self::Array | Self::Json | Self::Nff | Self::Scene | Self::Values => None,
+            Self::Array | Self::Study | Self::Json | Self::Nff | Self::Scene | Self::Values => None,
         }
     }
 
     /// Returns whether the ending alone says what to write.
     fn is_known_by_ending(self) -> bool {
-        matches!(self, Self::Picture | Self::Scene)
+        matches!(self, Self::Picture | Self::Scene | Self::Study)
     }
 
     fn advice(self, option: &str) -> String {

@@ -10,6 +10,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod shared;
+mod sun;
 
 use crate::light_values::{self, LightChoice};
 pub use crate::methods::{Against, Rays, Shadows, Up};
@@ -17,6 +18,7 @@ use crate::values::{self, CameraParts, Exposure, Sun};
 pub use shared::{
     IndexCost, MoreLights, RefineWhen, SUN_HELP, SUN_WITH_SIZE_HELP, SceneFile, Threads,
 };
+pub use sun::{Moment, Sky, SunStudy};
 
 /// End of the help of a program.
 pub const EXIT_CODES: &str = "\
@@ -73,6 +75,8 @@ pub enum Command {
     Inspect(Inspect),
     /// Answer shadow queries for the points in a file
     Query(Query),
+    /// Study the sun on sensors over a year: hours, spans, irradiation, sky view factors
+    Sun(Box<SunStudy>),
     /// Compare every exact shadow method with the reference
     Verify(Verify),
     /// Precompute all occlusion values of a scene and save them to a file

@@ -20,6 +20,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("antumbra", 2),
     ("antumbra-baselines", 3),
     ("antumbra-render", 4),
+    ("antumbra-sun", 4),
     ("antumbra-cli", 5),
     ("antumbra-bench", 6),
     ("antumbra-python", 6),
@@ -81,6 +82,23 @@ const ROOMS: &[(&str, &[&str])] = &[
             "film",
             "image_file",
             "exr_file",
+        ],
+    ),
+    (
+        "crates/antumbra-sun/src",
+        &[
+            "calendar error",
+            "suns text",
+            "positions",
+            "sky weather point_file",
+            "epw wea sun_file",
+            "sensors",
+            "grid study",
+            "record",
+            "sums",
+            "arrays",
+            "write",
+            "read",
         ],
     ),
     (
@@ -205,6 +223,26 @@ const FORBIDDEN: &[(&str, &str, &str)] = &[
         "crates/antumbra-geometry/src",
         "std::thread",
         "geometry knows no threads",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "fs::write",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "File::create",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "OpenOptions",
+        "files are opened and written by antumbra-files",
+    ),
+    (
+        "crates/antumbra-sun/src",
+        "std::env",
+        "only the program looks at its surroundings",
     ),
     (
         "crates/antumbra-render/src",

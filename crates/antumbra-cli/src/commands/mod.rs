@@ -7,6 +7,7 @@ pub mod inspect;
 pub mod query;
 pub mod render;
 pub mod scene;
+pub mod sun;
 pub mod verify;
 
 use crate::failure::Failure;

@@ -4,7 +4,7 @@
 //! Absent here: what a point means and how it is answered.
 
 pub(super) mod arrays;
-mod asked;
+pub(super) mod asked;
 mod glass;
 mod intervals;
 mod shares;

@@ -9,7 +9,7 @@ use antumbra_testkit::help::{Expected, assert_fits, assert_states_north};
 use super::support::{Folder, antumbra, assert_code, npy, stderr, stdout, text};
 
 /// Every command, with the words that its help must have.
-const COMMANDS: [Expected<'_>; 8] = [
+const COMMANDS: [Expected<'_>; 9] = [
     (
         &["render"],
         &[
@@ -30,6 +30,10 @@ const COMMANDS: [Expected<'_>; 8] = [
             "Method:",
             "Threads:",
         ],
+    ),
+    (
+        &["sun"],
+        &["Scene:", "Sensors:", "Suns:", "Output:", "Threads:"],
     ),
     (
         &["verify"],

@@ -14,6 +14,7 @@ mod lights;
 mod outputs;
 mod query;
 mod saved;
+mod sun;
 mod support;
 mod terminal;
 
@@ -32,6 +33,7 @@ fn help_names_every_command_and_the_exit_codes() {
         "inspect",
         "verify",
         "query",
+        "sun",
         "scene",
         "convert",
         "bake",
@@ -42,7 +44,7 @@ fn help_names_every_command_and_the_exit_codes() {
         assert!(stdout(&output).contains(part), "{part}");
     }
     for command in [
-        "render", "inspect", "query", "verify", "scene", "convert", "bake", "export",
+        "render", "inspect", "query", "sun", "verify", "scene", "convert", "bake", "export",
     ] {
         assert_code(&antumbra(&[command, "--help"]), 0);
     }

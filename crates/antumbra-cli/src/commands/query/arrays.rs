@@ -22,10 +22,10 @@ const MAX_BRACKETS: usize = 32;
 const MAX_DIGITS: usize = 18;
 
 /// An array of points that is not read yet.
-pub(super) struct PointFile {
+pub(in crate::commands) struct PointFile {
     pub(super) path: PathBuf,
     /// How many points.
-    pub(super) count: u64,
+    pub(in crate::commands) count: u64,
     is_double: bool,
     header: NpyHeader,
     data: BufReader<File>,
@@ -33,7 +33,7 @@ pub(super) struct PointFile {
 
 impl PointFile {
     /// Opens a file and checks its header and its length.
-    pub(super) fn open(path: &Path) -> Result<Self, Failure> {
+    pub(in crate::commands) fn open(path: &Path) -> Result<Self, Failure> {
         let unreadable = |error: io::Error| {
             let message = format!("cannot read {}: {error}", path.display());
             Failure::input(message, "give a file that numpy.save wrote")
@@ -80,12 +80,12 @@ impl PointFile {
     }
 
     /// Returns the bytes that the points take once they are read.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(in crate::commands) fn bytes(&self) -> u64 {
         24 * self.count
     }
 
     /// Returns how finely they are given.
-    pub(super) fn precision(&self) -> Precision {
+    pub(in crate::commands) fn precision(&self) -> Precision {
         match self.is_double {
             true => Precision::Double,
             false => Precision::Single,
@@ -93,7 +93,7 @@ impl PointFile {
     }
 
     /// Reads the points.
-    pub(super) fn read(self) -> Result<Vec<[f64; 3]>, Failure> {
+    pub(in crate::commands) fn read(self) -> Result<Vec<[f64; 3]>, Failure> {
         let Self {
             path,
             count,

@@ -185,7 +185,11 @@ pub(super) fn failure(typed: &Query, error: &BatchError) -> Failure {
 }
 
 /// Points on surfaces that are asked about as points of space are most likely meant otherwise.
-pub(super) fn warn_of_surfaces(index: &ShadowIndex, points: &[[f64; 3]], screen: &Screen) {
+pub(in crate::commands) fn warn_of_surfaces(
+    index: &ShadowIndex,
+    points: &[[f64; 3]],
+    screen: &Screen,
+) {
     let sample = index.sample_on_surfaces(points);
     if sample.is_suspicious() {
         screen.warning(format!(

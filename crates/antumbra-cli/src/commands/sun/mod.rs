@@ -1,0 +1,211 @@
+//! `antumbra sun`: which sensors the sun reaches, at which of a year's times.
+//!
+//! In: a scene, sensors, suns. Out: a file of bits and what they amount to, and lines that say it in short. What is done
+//! when it is stopped is kept beside the output, and the next run of the same command goes on there.
+
+mod file;
+mod sensors;
+mod suns;
+
+use antumbra::IndexOptions;
+use antumbra_geometry::DVec3;
+use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
+use antumbra_sun::{
+    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, parts_beside, sums,
+};
+
+use crate::failure::{Failure, Outcome};
+use crate::load::{self, Lighting, LitScene};
+use crate::memory::{self, Need};
+use crate::screen::Screen;
+use crate::typed::{IndexCost, SceneFile, SunStudy};
+use file::StudyFile;
+use sensors::Asked;
+
+/// Reads, asks or takes what was asked, sums, writes.
+pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
+    let output = StudyFile::new(&typed.output)?;
+    let inputs = [
+        &typed.epw,
+        &typed.wea,
+        &typed.suns,
+        &typed.points,
+        &typed.normals,
+        &typed.from,
+    ];
+    output.outputs.spare(inputs.into_iter().flatten())?;
+    super::on_threads(&typed.threads, || {
+        let study = match &typed.from {
+            Some(path) => again(typed, path, screen)?,
+            None => first(typed, &output, screen)?,
+        };
+        let sums = sums(&study);
+        output.write(&study, &sums)?;
+        parts_beside(&typed.output).remove();
+        file::report(&study, &sums, screen);
+        Ok(Outcome::Done)
+    })?
+}
+
+/// Takes the bits of an earlier study; other weather replaces its irradiances.
+fn again(typed: &SunStudy, path: &std::path::Path, screen: &Screen) -> Result<Study, Failure> {
+    let mut study = antumbra_sun::read_npz(path).map_err(|error| {
+        Failure::input(
+            error.to_string(),
+            "give a file that antumbra sun -o STUDY.npz wrote",
+        )
+    })?;
+    let Some(weather) = suns::weather(typed)? else {
+        return Ok(study);
+    };
+    weather.notes.iter().for_each(|note| screen.warning(note));
+    let about = &study.about;
+    let found = weather.replace_irradiance(&mut study.suns, about.instant, about.location);
+    let found = found.map_err(|error| Failure::input(error.to_string(), ""))?;
+    let missing = study.suns.len() - found;
+    if found == 0 {
+        let message = format!(
+            "{}: no row is of a time of the study",
+            weather.file.display()
+        );
+        return Err(Failure::input(message, "give weather of the same times"));
+    }
+    if missing > 0 {
+        screen.warning(format!(
+            "{}: {missing} of {} suns have no irradiance: sums count them as 0",
+            weather.file.display(),
+            study.suns.len()
+        ));
+    }
+    study.about.has_weather = true;
+    Ok(study)
+}
+
+/// Asks about a scene.
+fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study, Failure> {
+    let (suns, source) = suns::suns(typed, screen)?;
+    let asked = Asked::open(typed)?;
+    let lit = scene(typed, output, screen)?;
+    let limit = memory::limit(typed.memory_limit);
+    let mut need = Need {
+        scene: scene_bytes(&lit.scene),
+        surfaces: surface_bytes(&lit.scene),
+        ..Need::default()
+    };
+    need.check(limit)?;
+    let gathered = Gathered::of(&lit.scene)?;
+    let mut options = IndexOptions::default();
+    let predicted = options.predict(gathered.occluders(), 0, None)?;
+    need.set_index(gathered.memory_bytes(), predicted);
+    need.check(limit)?;
+    options.memory_limit = need.left_for_index(limit);
+    let index = options.build(gathered.occluders(), Vec::new())?;
+
+    let left = limit.saturating_sub(need.needed());
+    let most = (left / sensors::bytes_of_one(suns.list.len())) as usize;
+    let sensors = asked.sensors(typed, &lit, &gathered, &index, most, screen)?;
+    need.arrays = sensors.count() as u64 * sensors::bytes_of_one(suns.list.len());
+    need.check(limit)?;
+    screen.detail(format!("memory predicted: {need}"));
+
+    let compass = Compass {
+        up: lit.up.direction,
+        north: typed.north,
+    };
+    lit.up.say("the sun", screen);
+    let directions: Vec<DVec3> = suns.list.iter().map(|sun| compass.towards(sun)).collect();
+    let parts = parts_beside(&typed.output);
+    let stop = SaidAtStop {
+        parts: &parts,
+        screen,
+    };
+    let answered = answer(&index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
+    drop(stop);
+    let [resumed, count] = answered.resumed;
+    if resumed > 0 {
+        screen.note(format!(
+            "{resumed} of {count} sensors were answered by a run that was stopped"
+        ));
+    }
+    let Suns {
+        kind,
+        list,
+        below_horizon,
+        has_weather,
+        notes: _,
+    } = suns;
+    Ok(Study {
+        about: About {
+            antumbra_sun: VERSION,
+            kind,
+            source: source.name,
+            location: source.location,
+            refraction: source.refraction,
+            instant: typed.instant.instant(),
+            north: typed.north,
+            up: lit.up.direction.to_array(),
+            below_horizon,
+            has_weather,
+        },
+        normals: sensors.normals(index.occluders()),
+        points: sensors.points,
+        surfaces: sensors.surfaces,
+        areas: sensors.areas,
+        directions: directions.iter().map(|to| to.to_array()).collect(),
+        suns: list,
+        bits: answered.bits,
+    })
+}
+
+/// Says at a stop what is kept: a stopped task unwinds.
+struct SaidAtStop<'a> {
+    parts: &'a Parts,
+    screen: &'a Screen,
+}
+
+impl Drop for SaidAtStop<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() && self.parts.folder.is_dir() {
+            self.screen.note(format!(
+                "what is done is kept in {}: the same command goes on there",
+                self.parts.folder.display()
+            ));
+        }
+    }
+}
+
+/// Reads the scene.
+fn scene(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<LitScene, Failure> {
+    let file = SceneFile {
+        scene: typed.scene.clone().unwrap_or_default(),
+        up: typed.up,
+        tessellate: typed.tessellate,
+        lights: Vec::new(),
+        sun: None,
+        background: None,
+    };
+    let cost = IndexCost {
+        grid: None,
+        memory_limit: typed.memory_limit,
+        resolution: None,
+        lists: None,
+        refine: None,
+        occlusion_memory: None,
+    };
+    load::any_lit_scene(
+        &file,
+        None,
+        Lighting::Unneeded,
+        &cost,
+        &output.outputs,
+        screen,
+    )
+}
+
+/// Returns why a study has no answers.
+fn unanswered(error: StudyError) -> Failure {
+    match error {
+        StudyError::Part(_) => Failure::system(error.to_string()),
+        _ => Failure::input(error.to_string(), ""),
+    }
+}

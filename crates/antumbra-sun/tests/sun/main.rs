@@ -1,0 +1,9 @@
+//! Sun studies as their users see them.
+
+mod files;
+mod hand_solved;
+mod positions;
+mod sensors;
+mod study;
+mod sums;
+mod support;
