@@ -225,7 +225,7 @@ impl Beam<'_> {
                 blocked |= self.each_from_root(simd, part);
                 continue;
             }
-            let pyramid = Pyramid::new(simd, self.segments, face, part);
+            let mut pyramid = Pyramid::new(simd, self.segments, face, part);
             let mut active = part;
             if self.last != Child::NONE {
                 active &= !self.blocked_in(simd, self.last, &pyramid, active);
@@ -234,19 +234,19 @@ impl Beam<'_> {
             if active != 0 {
                 let mut stack = [Waiting::default(); USUAL_DEPTH];
                 stack[0] = ROOT;
-                blocked |= self.walk(simd, pyramid, active, &mut stack, 1);
+                blocked |= self.walk(simd, &mut pyramid, active, &mut stack, 1);
             }
         }
         blocked
     }
 
     /// Walks on with a stack for some segments of a pyramid, or fewer than it was made for, and returns which are
-    /// blocked. What waits on the stack was met by segments that these are some of.
+    /// blocked. The pyramid becomes narrower where few are left. What waits on the stack was met by segments that these are some of.
     #[inline(always)]
     fn walk<S: Simd>(
         &mut self,
         simd: S,
-        mut pyramid: Pyramid,
+        pyramid: &mut Pyramid,
         asked: u64,
         stack: &mut Stack,
         mut height: usize,
@@ -274,7 +274,7 @@ impl Beam<'_> {
                         node: index as u32,
                         mask,
                     };
-                    return asked & !active | self.part(simd, &pyramid, active, stack, height + 1);
+                    return asked & !active | self.part(simd, pyramid, active, stack, height + 1);
                 }
                 let slot = mask.trailing_zeros() as usize % WIDTH;
                 let child = node.children[slot];
@@ -300,7 +300,7 @@ impl Beam<'_> {
                 };
                 let blocked = match child.kind() {
                     ChildKind::Other => self.blocked_by_other(simd, child, slot, node, active),
-                    _ => self.blocked_in(simd, child, &pyramid, active),
+                    _ => self.blocked_in(simd, child, pyramid, active),
                 };
                 cost += 1 + each * (self.tests - before) as u32;
                 if blocked == 0 {
@@ -323,7 +323,7 @@ impl Beam<'_> {
                     };
                     return asked & !active | self.each(simd, active, stack, height + 1);
                 }
-                pyramid = Pyramid::new(simd, self.segments, pyramid.face, active);
+                *pyramid = Pyramid::new(simd, self.segments, pyramid.face, active);
                 mask &= pyramid.meets(simd, node);
                 stale = height;
             }
@@ -351,9 +351,9 @@ impl Beam<'_> {
                         blocked |= self.each(simd, part, stack, height);
                         continue;
                     }
-                    let pyramid = Pyramid::new(simd, self.segments, pyramid.face, part);
+                    let mut pyramid = Pyramid::new(simd, self.segments, pyramid.face, part);
                     let mut stack = *stack;
-                    blocked |= self.walk(simd, pyramid, part, &mut stack, height);
+                    blocked |= self.walk(simd, &mut pyramid, part, &mut stack, height);
                 }
                 blocked
             },

@@ -6,7 +6,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x8, f32x16};
 
-use super::super::data::{LANES, Node, SphereGroup};
+use super::super::data::{LANES, Node, SphereGroup, WIDTH};
 use super::super::ray::{FilterBounds, SMALLEST_COMPONENT, U};
 use super::targets::{CHUNK, Segments, TARGETS, bits_of, lanes};
 
@@ -231,6 +231,21 @@ impl Pyramid {
             }
         }
         near.simd_le(far).to_bitmask() as u32
+    }
+
+    /// Returns how far along the axis each child of a node begins, about.
+    #[inline(always)]
+    pub(super) fn heights(&self, node: &Node) -> [f32; WIDTH] {
+        let Bound {
+            row,
+            factor,
+            offset,
+        } = self.bounds[0];
+        let mut heights = node.planes[row % 6];
+        for height in &mut heights {
+            *height = *height * factor - offset;
+        }
+        heights
     }
 
     /// Returns a bit for each sphere of a group that a segment may meet.

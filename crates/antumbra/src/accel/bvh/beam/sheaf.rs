@@ -13,7 +13,7 @@ use super::super::ray::{INSIDE, USUAL_ORIGIN_ERROR};
 use super::super::walk::{USUAL_DEPTH, Waiting, lanes};
 use super::pyramid::{Faces, Pyramid};
 use super::targets::{Block, Segments};
-use super::{Asked, Beam, FEW, MANY_LEFT, Memory, bits};
+use super::{Asked, Beam, FEW, MANY_LEFT, Memory, ROOT, bits};
 use crate::Counters;
 
 /// Most nodes at which the walks of a start begin. Each costs a visit a start.
@@ -56,12 +56,20 @@ pub(crate) struct Tile {
     leaves: Vec<(Child, bool)>,
 }
 
-/// Where the walks of a tile's starts begin, for each part of a sheaf.
+/// Where the walks of a tile's starts begin, for each part of a sheaf: what may be met first comes first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cut {
     parts: Vec<Vec<Waiting>>,
-    /// Nodes that are looked at in turn.
-    queue: Vec<u32>,
+    /// What is found for one part: nodes that were not looked into have all children in their masks.
+    found: Vec<Found>,
+}
+
+/// Children of a node, and the least height at which the pyramid may meet one.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    height: f32,
+    waiting: Waiting,
+    is_new: bool,
 }
 
 impl Cut {
@@ -214,35 +222,52 @@ impl Bvh {
             entries.clear();
             let mut pyramid = part.pyramid;
             pyramid.start_at(tile.least, tile.most);
-            let queue = &mut cut.queue;
-            queue.clear();
-            queue.push(0);
-            let mut next = 0;
-            while next < queue.len() && entries.len() + queue.len() - next < MOST_ENTRIES {
-                let index = queue[next];
-                next += 1;
+            let found = &mut cut.found;
+            found.clear();
+            found.push(Found {
+                height: 0.0,
+                waiting: ROOT,
+                is_new: true,
+            });
+            while found.len() < MOST_ENTRIES {
+                // What is near is looked into first: it is seen under the largest angle.
+                let new = found.iter().enumerate().filter(|(_, found)| found.is_new);
+                let nearest = new.min_by(|a, b| a.1.height.total_cmp(&b.1.height));
+                let Some((place, _)) = nearest else { break };
+                let Waiting { node: index, .. } = found.swap_remove(place).waiting;
                 let node = &self.nodes[index as usize];
                 counters.steps += 1;
-                let mut leaves = 0;
+                let (mut leaves, mut least) = (0, f32::INFINITY);
+                let heights = pyramid.heights(node);
                 for slot in lanes(pyramid.meets(simd, node)) {
-                    let child = node.children[slot % WIDTH];
+                    let (child, height) = (node.children[slot % WIDTH], heights[slot % WIDTH]);
                     if child.is_node() {
-                        queue.push(child.index() as u32);
+                        found.push(Found {
+                            height,
+                            waiting: Waiting {
+                                node: child.index() as u32,
+                                ..ROOT
+                            },
+                            is_new: true,
+                        });
                     } else if !tile.rules_out(self, occluders, child) {
                         leaves |= 1 << slot;
+                        least = least.min(height);
                     }
                 }
                 if leaves != 0 {
-                    entries.push(Waiting {
-                        node: index,
-                        mask: leaves,
+                    found.push(Found {
+                        height: least,
+                        waiting: Waiting {
+                            node: index,
+                            mask: leaves,
+                        },
+                        is_new: false,
                     });
                 }
             }
-            entries.extend(queue[next..].iter().map(|&node| Waiting {
-                node,
-                mask: (1 << WIDTH) - 1,
-            }));
+            found.sort_unstable_by(|a, b| a.height.total_cmp(&b.height));
+            entries.extend(found.iter().map(|found| found.waiting));
         }
     }
 
@@ -313,7 +338,7 @@ impl Bvh {
                 continue;
             }
             let asked = active;
-            let pyramid = if MANY_LEFT * active.count_ones() <= part.targets.count_ones() {
+            let mut pyramid = if MANY_LEFT * active.count_ones() <= part.targets.count_ones() {
                 Pyramid::new(simd, &sheaf.segments, part.pyramid.face, active)
             } else {
                 part.pyramid.start_at(origin, origin);
@@ -331,7 +356,7 @@ impl Bvh {
                 active &= !if active.count_ones() <= FEW {
                     beam.each(simd, active, &stack, 1)
                 } else {
-                    beam.walk(simd, pyramid, active, &mut stack, 1)
+                    beam.walk(simd, &mut pyramid, active, &mut stack, 1)
                 };
             }
             blocked |= asked & !active;
