@@ -103,7 +103,7 @@ def main() -> None:
     )
     how: dict[str, Any] = {"suns": suns, "chunk": arguments.chunk}
     here, there = [], []
-    with LocalCluster(n_workers=threads, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with LocalCluster(n_workers=threads, threads_per_worker=1, dashboard_address=":0") as cluster, Client(cluster) as client:
         for _ in range(arguments.repeats):
             wall, found = seconds(lambda: antumbra.distributed.sun_visibility(scene, points, ids, threads=threads, **how))
             assert np.array_equal(found, bits)

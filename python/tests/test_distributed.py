@@ -31,7 +31,7 @@ def client() -> Iterator[Any]:
     """Two workers of one thread each."""
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: its workers are not tested")
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
         distributed.Client(cluster) as client,
     ):
         yield client
@@ -56,7 +56,7 @@ def test_a_point_at_fault_is_named_in_its_chunk(scene: antumbra.Scene, sensors: 
     points, ids = sensors
     bad = points.copy()
     bad[205] += 1.0
-    with pytest.raises(ValueError, match=r"chunk of 100 sensors from 200 on: points\[5\]"):
+    with pytest.raises(ValueError, match=r"chunk of 100 sensors from 200 on: .*points\[5\]"):
         antumbra.distributed.sun_visibility(scene, bad, ids, suns=SUNS, chunk=100)
     with pytest.raises(ValueError, match="give one of both"):
         antumbra.distributed.sun_visibility(scene, points, ids, suns=SUNS, client=object(), workers=2)
@@ -85,7 +85,7 @@ def test_errors_of_workers_are_those_of_one_process(scene: antumbra.Scene, senso
     points, ids = sensors
     bad = points.copy()
     bad[205] += 1.0
-    with pytest.raises(ValueError, match=r"chunk of 100 sensors from 200 on: points\[5\]"):
+    with pytest.raises(ValueError, match=r"chunk of 100 sensors from 200 on: .*points\[5\]"):
         antumbra.distributed.sun_visibility(scene, bad, ids, suns=SUNS, client=client, chunk=100)
 
 

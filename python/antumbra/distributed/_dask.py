@@ -45,7 +45,7 @@ class Study(WorkerPlugin):
         with self._lock:
             if self._index is None:
                 self._index = ShadowIndex(self._scene, [], threads=threads)
-        return answer_chunk(self._question, self._index, sensors, begin, threads)
+        return answer_chunk(self._question, self._index, sensors.aligned(), begin, threads)
 
 
 def answer(name: str, sensors: Sensors, begin: int, threads: int) -> npt.NDArray[Any]:
@@ -60,7 +60,7 @@ def local_client(workers: int) -> Iterator[Any]:
     """Makes a cluster of processes of this machine, one thread each, and ends it."""
     make_cluster: Any = LocalCluster
     make_client: Any = Client
-    options = {"n_workers": workers, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    options = {"n_workers": workers, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
     with make_cluster(**options) as cluster, make_client(cluster) as client:
         yield client
 

@@ -48,7 +48,7 @@ def lit_bits(
     return _antumbra.lit_towards(
         index._native,
         sensors.points,
-        directions,
+        np.require(directions, np.float64, ["C_CONTIGUOUS", "ALIGNED"]),
         sensors.normals,
         sensors.face_ids,
         sensors.side,

@@ -33,6 +33,14 @@ class Sensors:
     def __len__(self) -> int:
         return len(self.points)
 
+    def aligned(self) -> Sensors:
+        """Returns them where numbers lie as the processor takes them: those of a message may lie anywhere."""
+
+        def moved(array: Any) -> Any:
+            return None if array is None else np.require(array, requirements=["C_CONTIGUOUS", "ALIGNED"])
+
+        return Sensors(moved(self.points), moved(self.face_ids), moved(self.normals), self.side, self.tolerance)
+
     def part(self, begin: int, end: int) -> Sensors:
         """Returns some of them, without copying."""
         ids = None if self.face_ids is None else self.face_ids[begin:end]
