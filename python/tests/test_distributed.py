@@ -64,6 +64,13 @@ def test_a_point_at_fault_is_named_in_its_chunk(scene: antumbra.Scene, sensors: 
         antumbra.distributed.sun_visibility(scene, points, ids, suns=SUNS, chunk=0)
 
 
+def test_points_of_space_that_lie_on_surfaces_are_reported_once(scene: antumbra.Scene, bumps: Any) -> None:
+    points, _, _ = points_on(*bumps, 500, seed=10)
+    with pytest.warns(antumbra.AntumbraWarning, match="lie on surfaces.*Give face_ids") as caught:
+        antumbra.distributed.sun_visibility(scene, points, suns=SUNS[:1], chunk=100)
+    assert len(caught) == 1
+
+
 def test_workers_change_no_answer(scene: antumbra.Scene, sensors: Any, client: Any) -> None:
     points, ids = sensors
     done: list[int] = []

@@ -32,6 +32,7 @@ import numpy.typing as npt
 
 from .._arrays import thread_count, whole
 from .._progress import Progress, reporter
+from .._warning import warn_of_surfaces
 from ..area import AreaLight, Side, area_tuple_of
 from ..index import ShadowIndex
 from ..scene import Scene, SceneLike, scene_of
@@ -45,7 +46,7 @@ from ._store import Store
 __all__ = ["sky_view_factor", "sun_hours", "sun_visibility", "visible_fraction"]
 
 CHUNK = 32768
-"""Sensors of a chunk: a second's work for a year of hours, and less than a mebibyte to send."""
+"""Sensors of a chunk: seconds of work for a year of hours, and half a mebibyte to send."""
 
 
 def sun_visibility(
@@ -243,6 +244,10 @@ def _answer(
     if workers is not None:
         workers = whole("workers", workers, 1, 1024)
     count = len(sensors)
+    if sensors.face_ids is None and not isinstance(question, LightShare):
+        # Workers cannot warn a caller.
+        index = ShadowIndex(scene, [], threads=threads)
+        warn_of_surfaces("points", index._native.suspicious_share(sensors.points), "face_ids")
     numbers = np.arange(-(-count // chunk))
     store = None
     found: npt.NDArray[Any] | None = None
