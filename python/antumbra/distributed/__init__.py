@@ -85,7 +85,8 @@ def sun_visibility(
         refraction: Which elevations of a table are taken.
         store: A path, URL or store of Zarr that answers are written to; `None` keeps them in memory.
         client: A `distributed.Client`; `None` for this process, or `workers`.
-        workers: Number of processes of this machine to start for this call, with one thread each.
+        workers: Number of processes of this machine to start for this call, with one thread each. They import the script
+            that calls: put what it does below `if __name__ == "__main__":`.
         chunk: Sensors that are answered together, 1 or more.
         threads: Threads of a chunk; 0 for one a processor in this process, and one on a worker.
         progress: As of `ShadowIndex`: called with the sensors that are done.

@@ -18,8 +18,8 @@ from ._sensors import units
 from ._suns import Suns
 from ._times import step_lengths
 
-BEHIND = -1e-6
-"""Cosines below this are no rounding of a sun in a sensor's plane."""
+BEHIND = -0.01
+"""Cosines below this are no rounding, neither of a sun in a sensor's plane nor of a narrow face's normal."""
 
 LOOKED_AT = 16
 """Sensors of a chunk whose suns are looked at."""
