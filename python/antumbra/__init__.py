@@ -12,8 +12,9 @@ assert index.occluded_at([[0, 0, 0], [9, 0, 0]], 0).tolist() == [True, False]
 Answers are exact: `EXACTNESS.md` in the repository defines each of them for the given numbers, taken as real
 numbers. They depend neither on the method nor on the number of threads.
 
-What may not be what you meant is reported as `AntumbraWarning`. `antumbra.ray` has an intersector for `trimesh`; it is
-imported at its first use, and needs that package.
+What may not be what you meant is reported as `AntumbraWarning`. `antumbra.sun` has studies of the sun,
+`antumbra.distributed` has them on many machines, and `antumbra.ray` an intersector for `trimesh`. These three are imported
+at their first use; the last needs that package.
 """
 
 from types import ModuleType
@@ -52,10 +53,13 @@ __all__ = [
 ]
 
 
+_LATER = ("distributed", "ray", "sun")
+
+
 def __getattr__(name: str) -> ModuleType:
-    """Imports `antumbra.ray`, which needs a package that not everybody has, at its first use."""
-    if name == "ray":
+    """Imports modules that not everybody uses, or has the packages for, at their first use."""
+    if name in _LATER:
         import importlib
 
-        return importlib.import_module(f"{__name__}.ray")
+        return importlib.import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -23,6 +23,7 @@ __all__ = [
     "check_area_light",
     "lit_intervals",
     "lit_intervals_along",
+    "lit_towards",
     "nearest_hits",
     "render",
     "run",
@@ -32,6 +33,7 @@ __all__ = [
     "transmittance",
     "version",
     "visible_fraction",
+    "weighted_sums",
     "write_exr",
     "write_png",
 ]
@@ -121,6 +123,20 @@ class ShadowIndex:
 def lit_intervals_along(
     index: ShadowIndex, origins: Reals, ends: Reals, light: LightTuple, threads: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]: ...
+def lit_towards(
+    index: ShadowIndex,
+    points: Reals,
+    directions: npt.NDArray[np.float64],
+    normals: Reals | None,
+    face_ids: npt.NDArray[np.uint32] | None,
+    side: str,
+    tolerance: float | None,
+    part: tuple[int, int],
+    threads: int,
+) -> npt.NDArray[np.uint8]: ...
+def weighted_sums(
+    bits: npt.NDArray[np.uint8], weights: npt.NDArray[np.float64], threads: int
+) -> npt.NDArray[np.float64]: ...
 def transmittance(
     index: ShadowIndex,
     points: Reals,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-OPTIONAL = ("trimesh", "rtree", "embreex", "mypy")
+OPTIONAL = ("trimesh", "rtree", "embreex", "mypy", "pandas", "pvlib", "xarray", "distributed", "zarr")
 
 
 def pytest_report_header() -> list[str]:

@@ -19,6 +19,9 @@ BLOCK = re.compile(r"^```(python|console)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # What makes no picture and is not Python: how the package and the program are built.
 NOT_RUN = ("pip install", "cargo ")
 
+# Packages that a page uses beside trimesh.
+NEEDED = {"sun.md": ("pandas", "pvlib", "xarray", "zarr")}
+
 pytest.importorskip("trimesh", reason="trimesh is not installed: the tutorial that uses it cannot run")
 
 
@@ -32,6 +35,8 @@ def run_command(line: str) -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in NEEDED.get(page.rpartition("/")[2], ()):
+        pytest.importorskip(package, reason=f"{package} is not installed: {page} cannot run")
     monkeypatch.chdir(tmp_path)
     text = (ROOT / page).read_text(encoding="utf-8")
     names: dict[str, Any] = {"__name__": page}
@@ -50,7 +55,7 @@ def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest
 
 def test_the_tutorials_have_code() -> None:
     """A page whose blocks are not found would pass in silence."""
-    for name, least in (("picture", 8), ("visibility", 10), ("cookbook", 8)):
+    for name, least in (("picture", 8), ("visibility", 10), ("cookbook", 8), ("sun", 9)):
         text = (ROOT / f"docs/site/pages/tutorials/{name}.md").read_text(encoding="utf-8")
         assert len(BLOCK.findall(text)) >= least, name
     assert any(kind == "python" for kind, _ in BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8")))

@@ -199,7 +199,7 @@ pub(crate) fn lit_intervals(
     found.map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-fn side_of(side: &str) -> PyResult<ReceiverSide> {
+pub(crate) fn side_of(side: &str) -> PyResult<ReceiverSide> {
     match side {
         "front" => Ok(ReceiverSide::Front),
         "back" => Ok(ReceiverSide::Back),

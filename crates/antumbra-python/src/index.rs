@@ -141,7 +141,7 @@ where
     }
 
     /// Returns the same of some of the points.
-    fn part(&self, part: Range<usize>) -> Self {
+    pub(crate) fn part(&self, part: Range<usize>) -> Self {
         Self {
             normals: self.normals.map(|normals| &normals[part.clone()]),
             surfaces: self.surfaces.map(|surfaces| &surfaces[part]),

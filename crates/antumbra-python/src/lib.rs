@@ -10,6 +10,8 @@
 //! | `lights` | lights from Python's tuples and back |
 //! | `area` | lights with size, visible fractions |
 //! | `along` | segments of points: where a light reaches them |
+//! | `directions` | directions that all points share, as bits |
+//! | `sums` | weighted sums of bits |
 //! | `index` | the shadow index, its settings and batches |
 //! | `hits` | rays that ask what they meet |
 //! | `picture` | rendering to arrays, PNG |
@@ -20,6 +22,7 @@
 mod along;
 mod area;
 mod arrays;
+mod directions;
 mod error;
 mod glass;
 mod hits;
@@ -27,6 +30,7 @@ mod index;
 mod lights;
 mod picture;
 mod scene;
+mod sums;
 mod work;
 
 use std::ffi::OsString;
@@ -49,6 +53,8 @@ mod _antumbra {
     #[pymodule_export]
     use super::area::visible_fraction;
     #[pymodule_export]
+    use super::directions::lit_towards;
+    #[pymodule_export]
     use super::glass::transmittance;
     #[pymodule_export]
     use super::hits::all_hits;
@@ -70,6 +76,8 @@ mod _antumbra {
     use super::run;
     #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::sums::weighted_sums;
     #[pymodule_export]
     use super::version;
 }
