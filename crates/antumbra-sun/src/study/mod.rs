@@ -9,10 +9,9 @@ mod kept;
 
 use std::path::PathBuf;
 
-use antumbra::{Batch, BatchError, BatchKind, ShadowIndex, Targets};
-use antumbra_geometry::{DVec3, LightShape, Occluders, UnidentifiedCoverage};
+use antumbra::{Batch, BatchError, BatchKind, DirectionSet, ReceiverSide, ShadowIndex};
+use antumbra_geometry::{DVec3, Occluders, UnidentifiedCoverage};
 use antumbra_task::Steps;
-use rayon::prelude::*;
 
 use crate::sensors::{Facing, Sensors};
 use kept::Kept;
@@ -21,9 +20,6 @@ pub use kept::{PartError, Parts};
 
 /// Answers that a chunk of sensors has at most: some seconds of work, which is what a stop loses.
 const CHUNK_BITS: usize = 1 << 25;
-
-/// Sensors whose facing a thread decides at a time.
-const FACING_SENSORS: usize = 64;
 
 /// Bits of a word.
 const WORD: usize = 64;
@@ -110,10 +106,7 @@ pub fn answer_in_chunks(
         let bits = Bits { stride, words };
         return Ok(Answered { bits, resumed });
     }
-    let lights: Vec<LightShape> = directions
-        .iter()
-        .map(|&to| LightShape::Direction(to))
-        .collect();
+    let suns = DirectionSet::new(directions)?;
     let length = (chunk_bits / (stride * WORD)).max(WORD);
     let chunk_count = count.div_ceil(length);
     let kept = match parts.filter(|_| chunk_count > 1) {
@@ -134,8 +127,7 @@ pub fn answer_in_chunks(
             if is_kept {
                 return Ok(());
             }
-            occluded(index, sensors, first, &lights, words)?;
-            keep_sunlit(index.occluders(), sensors, first, &lights, words);
+            sunlit(index, sensors, first, &suns, words)?;
             if let Some(kept) = &kept {
                 kept.save(chunk, words)?;
             }
@@ -146,15 +138,15 @@ pub fn answer_in_chunks(
     Ok(Answered { bits, resumed })
 }
 
-/// Asks which directions of some sensors in a row are occluded. The only call of the engine.
-fn occluded(
+/// Answers some sensors in a row: not occluded, and on the side that the sensor faces.
+fn sunlit(
     index: &ShadowIndex,
     sensors: &Sensors,
     first: usize,
-    lights: &[LightShape],
+    suns: &DirectionSet,
     words: &mut [u64],
 ) -> Result<(), BatchError> {
-    let count = words.len() / lights.len().div_ceil(WORD);
+    let count = words.len() / suns.word_count();
     let points = &sensors.points[first..][..count];
     let kind = match &sensors.surfaces {
         Some(surfaces) => BatchKind::OnSurfaces {
@@ -164,88 +156,15 @@ fn occluded(
         },
         None => BatchKind::Free,
     };
+    let side_of = |number: usize| match &sensors.facing {
+        Facing::All => ReceiverSide::Both,
+        Facing::Sides(sides) if sides[first + number] < 0 => ReceiverSide::Back,
+        Facing::Sides(_) => ReceiverSide::Front,
+        Facing::Normals(normals) => ReceiverSide::Normal(normals[first + number].into()),
+    };
     let batch = Batch { points, kind };
-    index.occluded_targets_batch(&batch, Targets::Shared(lights), words)?;
+    index.visible_directions_by(&batch, suns, side_of, words)?;
     Ok(())
-}
-
-/// Turns bits of what is occluded into bits of what is sunlit: not occluded, and on the side that the sensor faces.
-fn keep_sunlit(
-    occluders: &Occluders,
-    sensors: &Sensors,
-    first: usize,
-    lights: &[LightShape],
-    words: &mut [u64],
-) {
-    let stride = lights.len().div_ceil(WORD);
-    let task = antumbra_task::current();
-    let pieces = words.par_chunks_mut(FACING_SENSORS * stride).enumerate();
-    pieces.for_each(|(piece, words)| {
-        task.enter(|| {
-            // Neighbours mostly lie on one face.
-            let mut faced = vec![0_u64; stride];
-            let mut of = None;
-            for (place, words) in words.chunks_mut(stride).enumerate() {
-                antumbra_task::check();
-                let sensor = first + piece * FACING_SENSORS + place;
-                let way = Way::of(sensors, sensor);
-                if of != Some(way) {
-                    way.faced(occluders, sensors, sensor, lights, &mut faced);
-                    of = Some(way);
-                }
-                for (word, faced) in words.iter_mut().zip(&faced) {
-                    *word = faced & !*word;
-                }
-            }
-        });
-    });
-}
-
-/// Which way a sensor faces, as bits that are equal where the answer is.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Way {
-    All,
-    Side(u32, i8),
-    Normal([u64; 3]),
-}
-
-impl Way {
-    fn of(sensors: &Sensors, sensor: usize) -> Self {
-        match &sensors.facing {
-            Facing::All => Self::All,
-            Facing::Sides(sides) => {
-                let surface = sensors.surfaces.as_ref().map_or(u32::MAX, |of| of[sensor]);
-                Self::Side(surface, sides[sensor])
-            }
-            Facing::Normals(normals) => Self::Normal(normals[sensor].map(f64::to_bits)),
-        }
-    }
-
-    /// Writes which directions are strictly on the side that the sensor faces.
-    fn faced(
-        self,
-        occluders: &Occluders,
-        sensors: &Sensors,
-        sensor: usize,
-        lights: &[LightShape],
-        words: &mut [u64],
-    ) {
-        let start = sensors.start(sensor);
-        let faces = |light: &LightShape| match self {
-            Self::All => true,
-            Self::Side(_, side) => occluders.light_side(&start, light) * side > 0,
-            Self::Normal(normal) => {
-                let normal = DVec3::from_array(normal.map(f64::from_bits));
-                light.side_of(start.point, normal) > 0
-            }
-        };
-        for (lights, word) in lights.chunks(WORD).zip(words) {
-            let bits = lights.iter().enumerate();
-            *word = bits.fold(0, |word, (bit, light)| {
-                word | u64::from(faces(light)) << bit
-            });
-        }
-    }
 }
 
 /// Returns a hash of all that the bits depend on.

@@ -10,7 +10,7 @@ mod bits;
 mod cells;
 mod tiles;
 
-use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId, sides_of_normal};
+use antumbra_geometry::{Occluders, ReceiverPoint, sides_of_normal};
 
 use super::beam::{AskedBlock, WORD, word_count};
 use super::run::{Run, check_length};
@@ -131,6 +131,20 @@ impl ShadowIndex {
         side: ReceiverSide,
         visible: &mut [u64],
     ) -> Result<BatchCounters, BatchError> {
+        self.visible_directions_by(batch, directions, |_| side, visible)
+    }
+
+    /// Answers as [`ShadowIndex::visible_directions`] does, with a side for each point, told by its number.
+    ///
+    /// # Errors
+    /// As [`ShadowIndex::visible_directions`].
+    pub fn visible_directions_by<P: Coordinates>(
+        &self,
+        batch: &Batch<P>,
+        directions: &DirectionSet,
+        side_of: impl Fn(usize) -> ReceiverSide + Sync,
+        visible: &mut [u64],
+    ) -> Result<BatchCounters, BatchError> {
         let run = Run::new(self, batch, &[])?;
         let count = batch.points.len();
         let stride = directions.word_count();
@@ -147,26 +161,25 @@ impl ShadowIndex {
         let length = share.clamp(CHUNK[0], CHUNK[1]);
         let task = antumbra_task::current();
         let answer = |work: &mut Work, first: usize, visible: &mut [u64]| {
-            let mut starts = Vec::with_capacity(visible.len() / stride);
-            for index in first..first + visible.len() / stride {
+            let count = visible.len() / stride;
+            let (mut starts, mut sides) = (Vec::with_capacity(count), Vec::with_capacity(count));
+            for index in first..first + count {
                 antumbra_task::check();
                 starts.push(run.start(index)?);
+                sides.push(match batch.kind {
+                    BatchKind::Facing { normals } => ReceiverSide::Normal(normals[index].as_f64()),
+                    _ => side_of(index),
+                });
             }
             let mut counted = BatchCounters::default();
-            tiles::tiles(&starts, |tile, surface| {
+            tiles::tiles(&starts, &sides, |tile, is_one| {
                 antumbra_task::check();
+                let numbers = || tile.iter().map(|&number| number as usize);
                 work.starts.clear();
+                work.starts.extend(numbers().map(|number| starts[number]));
                 work.sides.clear();
-                for &number in tile {
-                    work.starts.push(starts[number as usize]);
-                    work.sides.push(match batch.kind {
-                        BatchKind::Facing { normals } => {
-                            ReceiverSide::Normal(normals[first + number as usize].as_f64())
-                        }
-                        _ => side,
-                    });
-                }
-                let asked = work.answer(surface, &mut counted.counters);
+                work.sides.extend(numbers().map(|number| sides[number]));
+                let asked = work.answer(is_one, &mut counted.counters);
                 if let BatchKind::Facing { .. } = batch.kind {
                     let pairs = (tile.len() * directions.count) as u64;
                     counted.facing_away += pairs - asked;
@@ -237,13 +250,13 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Answers the starts of a tile into the columns. Returns how many pairs were asked about.
-    fn answer(&mut self, surface: Option<SurfaceId>, counters: &mut Counters) -> u64 {
+    /// Answers the starts of a tile into the columns; `is_one` says that all are on one triangle and are asked about the
+    /// same side. Returns how many pairs were asked about.
+    fn answer(&mut self, is_one: bool, counters: &mut Counters) -> u64 {
         let cells = &self.directions.cells;
         let occluders = self.index.occluders();
-        // On one triangle all starts are asked about the same directions.
-        let is_one = surface.is_some_and(|own| (own.0 as usize) < occluders.triangle_count())
-            && !matches!(self.sides[0], ReceiverSide::Normal(_));
+        let own = self.starts[0].surface;
+        let is_one = is_one && own.is_some_and(|own| (own.0 as usize) < occluders.triangle_count());
         let starts = if is_one { 1 } else { self.starts.len() };
         self.asked.clear();
         for place in 0..starts {
@@ -252,7 +265,7 @@ impl<'a> Work<'a> {
                 self.asked.push(on_side(occluders, start, side, cell));
             }
         }
-        let plane = surface.filter(|_| is_one).zip(match self.sides[0] {
+        let plane = own.filter(|_| is_one).zip(match self.sides[0] {
             ReceiverSide::Front => Some(1),
             ReceiverSide::Back => Some(-1),
             ReceiverSide::Both | ReceiverSide::Normal(_) => None,

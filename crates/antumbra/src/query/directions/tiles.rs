@@ -2,28 +2,41 @@
 //!
 //! In: starts. Out: tiles. Invariant: each start is in one tile.
 
-use antumbra_geometry::{DVec3, ReceiverPoint, SurfaceId};
+use antumbra_geometry::{DVec3, ReceiverPoint};
 
+use crate::ReceiverSide;
 use crate::accel::bvh::TARGETS;
 
 /// A triangle with as many starts has tiles of its own.
 const MANY: usize = 12;
 
-/// Calls with the numbers of the starts of each tile, and with the surface that all are on if it is one.
-pub(super) fn tiles(starts: &[ReceiverPoint], mut take: impl FnMut(&[u32], Option<SurfaceId>)) {
+/// Calls with the numbers of the starts of each tile, and with whether all are on one surface and are asked about one of its
+/// sides.
+pub(super) fn tiles(
+    starts: &[ReceiverPoint],
+    sides: &[ReceiverSide],
+    mut take: impl FnMut(&[u32], bool),
+) {
     let mut order: Vec<u32> = (0..starts.len() as u32).collect();
-    let surface_of = |number: &u32| starts[*number as usize].surface;
-    order.sort_by_key(surface_of);
+    let kind_of = |number: &u32| {
+        let side = match sides[*number as usize] {
+            ReceiverSide::Front => Some(0),
+            ReceiverSide::Back => Some(1),
+            ReceiverSide::Both => Some(2),
+            ReceiverSide::Normal(_) => None,
+        };
+        starts[*number as usize].surface.zip(side)
+    };
+    order.sort_by_key(kind_of);
     let mut others = Vec::new();
-    for run in order.chunk_by_mut(|a, b| surface_of(a) == surface_of(b)) {
-        let surface = surface_of(&run[0]);
-        if surface.is_none() || run.len() < MANY {
+    for run in order.chunk_by_mut(|a, b| kind_of(a) == kind_of(b)) {
+        if kind_of(&run[0]).is_none() || run.len() < MANY {
             others.extend_from_slice(run);
         } else {
-            part(starts, run, &mut |tile| take(tile, surface));
+            part(starts, run, &mut |tile| take(tile, true));
         }
     }
-    part(starts, &mut others, &mut |tile| take(tile, None));
+    part(starts, &mut others, &mut |tile| take(tile, false));
 }
 
 /// Halves the longest side until few are left.
@@ -60,6 +73,8 @@ fn part(starts: &[ReceiverPoint], numbers: &mut [u32], take: &mut impl FnMut(&[u
 
 #[cfg(test)]
 mod tests {
+    use antumbra_geometry::SurfaceId;
+
     use super::*;
 
     #[test]
@@ -70,15 +85,20 @@ mod tests {
                 surface: (i % 5 != 0).then_some(SurfaceId(if i < 300 { 4 } else { i as u32 })),
             })
             .collect();
+        let sides = [ReceiverSide::Front, ReceiverSide::Back]
+            .into_iter()
+            .cycle();
+        let sides: Vec<ReceiverSide> = sides.take(starts.len()).collect();
         let mut seen = vec![0; starts.len()];
         let mut of_one = 0;
-        tiles(&starts, |tile, surface| {
+        tiles(&starts, &sides, |tile, is_one| {
             assert!((1..=TARGETS).contains(&tile.len()));
+            let of = |number: u32| (starts[number as usize].surface, sides[number as usize]);
             for &number in tile {
                 seen[number as usize] += 1;
-                assert!(surface.is_none() || starts[number as usize].surface == surface);
+                assert!(!is_one || of(number) == of(tile[0]));
             }
-            of_one += if surface.is_some() { tile.len() } else { 0 };
+            of_one += if is_one { tile.len() } else { 0 };
         });
         assert!(seen.iter().all(|&count| count == 1));
         assert_eq!(of_one, 240);
