@@ -27,7 +27,7 @@ pub use nearest::Gap;
 pub use query::ReceiverTriangle;
 pub(crate) use query::{OwnShape, RoundShape};
 pub use rounding::Precision;
-pub use sides::sides_of_normal;
+pub use sides::{SurfacePlane, sides_of_normal};
 
 #[cfg(test)]
 mod tests {

@@ -13,7 +13,8 @@ const COUNT: usize = 64;
 
 /// Bounds the error of `n . d`, in shares of the magnitudes it is made of. With `u` = 2^-53 and `P` the product of the two
 /// edges' largest components, a component of the normal errs by at most `8 u P` and is at most `2 P`, so the sum
-/// of three products errs by `8 u P + 6 u P` for each unit of the direction; 32 are granted.
+/// of three products errs by `8 u P + 6 u P` for each unit of the direction; 32 are granted. A corner seen from another one errs by
+/// `u` of itself: `2 u P` more.
 const ERROR: f64 = 1.0 / (1_u64 << 48) as f64;
 
 impl Occluders {
@@ -42,25 +43,59 @@ impl Occluders {
         })
     }
 
-    /// Returns whether a triangle has no point strictly on one side of the plane of another: in front with `side` 1, behind
-    /// with -1. Exact. `false` for other surfaces, and where the plane's triangle has no area.
+    /// Returns the plane of a triangle; `None` for other surfaces and those without area.
+    pub fn plane_of(&self, surface: SurfaceId) -> Option<SurfacePlane> {
+        self.start_triangle(surface)?;
+        let [a, b, c] = self.triangle_positions(surface)?;
+        let (ab, ac) = (b - a, c - a);
+        Some(SurfacePlane {
+            surface,
+            corner: a,
+            normal: ab.cross(ac),
+            size: ab.abs().max_element() * ac.abs().max_element(),
+        })
+    }
+
+    /// Returns whether a triangle has no point strictly on one side of a plane: in front with `side` 1, behind with -1.
+    /// Exact. `false` for other surfaces.
     ///
     /// From a start on the plane's triangle, light from that side is not blocked by such a triangle.
-    pub fn has_nothing_beyond(&self, plane: SurfaceId, side: i8, surface: SurfaceId) -> bool {
-        if self.start_triangle(plane).is_none() {
-            return false;
-        }
+    pub fn has_nothing_beyond(&self, plane: &SurfacePlane, side: i8, surface: SurfaceId) -> bool {
         let Some(corners) = self.triangle_positions(surface) else {
             return false;
         };
-        // Any start on the triangle: sides of its plane do not depend on it.
-        let start = ReceiverPoint {
-            point: DVec3::ZERO,
-            surface: Some(plane),
-        };
-        corners
-            .into_iter()
-            .all(|corner| self.light_side(&start, &LightShape::Point(corner)) * side <= 0)
+        corners.into_iter().all(|corner| {
+            let seen = corner - plane.corner;
+            let height = plane.normal.dot(seen) * f64::from(side);
+            let magnitude = seen.abs().element_sum();
+            let bound = ERROR * plane.size * magnitude + f64::MIN_POSITIVE;
+            if height.abs() > bound {
+                return height < 0.0;
+            }
+            // Any start on the plane's triangle: sides do not depend on it.
+            let start = ReceiverPoint {
+                point: plane.corner,
+                surface: Some(plane.surface),
+            };
+            self.light_side(&start, &LightShape::Point(corner)) * side <= 0
+        })
+    }
+}
+
+/// The plane of a triangle, rounded, and whose it is exactly.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePlane {
+    surface: SurfaceId,
+    corner: DVec3,
+    normal: DVec3,
+    /// The product of two edges' largest components, which bounds the normal's error.
+    size: f64,
+}
+
+impl SurfacePlane {
+    /// Returns the triangle whose plane it is.
+    pub fn surface(&self) -> SurfaceId {
+        self.surface
     }
 }
 

@@ -33,6 +33,7 @@ mod topology;
 mod walk;
 mod wedge;
 
+pub(crate) use beam::column::AskedDirection;
 pub(crate) use beam::sheaf::{Cut, Sheaf, Tile};
 pub(crate) use beam::{Asked, Block, Memory, TARGETS};
 pub(crate) use cull::{Leaf, Region, WEDGES};

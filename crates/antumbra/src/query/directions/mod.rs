@@ -14,7 +14,7 @@ use antumbra_geometry::{Occluders, ReceiverPoint, sides_of_normal};
 
 use super::beam::{AskedBlock, WORD, word_count};
 use super::run::{Run, check_length};
-use crate::accel::bvh::{Asked, Bvh, Cut, Memory, Sheaf, Tile};
+use crate::accel::bvh::{Asked, AskedDirection, Bvh, Cut, Memory, Sheaf, Tile};
 use crate::limits::is_fine;
 use crate::threads::{self, prelude::*};
 use crate::{
@@ -29,6 +29,12 @@ const CHUNK: [usize; 2] = [256, 16_384];
 
 /// Chunks a thread, so that threads that are done early find more.
 const CHUNKS_A_THREAD: usize = 4;
+
+/// Tiles of more starts go direction by direction, smaller ones start by start.
+const FEW: usize = tiles::FEW;
+
+/// Largest side of a tile of many starts, in the largest of the scene's box.
+const NEAR: f64 = 1.0 / 24.0;
 
 /// Directions towards light from afar, prepared for [`ShadowIndex::visible_directions`].
 ///
@@ -159,6 +165,7 @@ impl ShadowIndex {
         }
         let share = count / (CHUNKS_A_THREAD * threads::count());
         let length = share.clamp(CHUNK[0], CHUNK[1]);
+        let near = NEAR * self.occluders().bounds().size().max_element();
         let task = antumbra_task::current();
         let answer = |work: &mut Work, first: usize, visible: &mut [u64]| {
             let count = visible.len() / stride;
@@ -172,7 +179,7 @@ impl ShadowIndex {
                 });
             }
             let mut counted = BatchCounters::default();
-            tiles::tiles(&starts, &sides, |tile, is_one| {
+            tiles::tiles(&starts, &sides, near, |tile, is_one| {
                 antumbra_task::check();
                 let numbers = || tile.iter().map(|&number| number as usize);
                 work.starts.clear();
@@ -215,6 +222,8 @@ struct Work<'a> {
     /// One for each cell.
     sheaves: Vec<Sheaf>,
     memory: Memory,
+    /// What is remembered of each direction, and not of each cell.
+    by_direction: Memory,
     tile: Tile,
     cut: Cut,
     /// The starts of the tile, and on which side each is asked.
@@ -241,6 +250,7 @@ impl<'a> Work<'a> {
             bvh,
             sheaves: sheaves.into_iter().flatten().collect(),
             memory: Memory::new(cells.len()),
+            by_direction: Memory::new(directions.count),
             tile: Tile::new(),
             cut: Cut::default(),
             starts: Vec::with_capacity(WORD),
@@ -275,7 +285,12 @@ impl<'a> Work<'a> {
                 .hold(bvh, &self.index.parts.near, &self.starts, plane);
         }
         self.columns.fill(0);
-        let has_own_rule = self.starts.iter().any(|start| self.has_own_rule(start));
+        let near = &*self.index.parts.near;
+        let has_own_rule =
+            |start: &ReceiverPoint| start.surface.is_some_and(|own| near.has_own_rule(own));
+        let are_plain = !self.starts.iter().any(has_own_rule);
+        let is_many = are_plain && self.starts.len() > FEW;
+        let all_starts = u64::MAX >> (WORD - self.starts.len());
         let mut pairs = 0;
         for (number, cell) in cells.iter().enumerate() {
             let asked = |place: usize| self.asked[place % starts * cells.len() + number];
@@ -292,15 +307,38 @@ impl<'a> Work<'a> {
             let sheaf = self.bvh.zip(self.sheaves.get_mut(number));
             let mut is_clear = false;
             if let Some((bvh, sheaf)) = &sheaf {
-                let near = &*self.index.parts.near;
                 bvh.cut(near, &mut self.tile, sheaf, &mut self.cut, counters);
-                is_clear = self.cut.is_empty()
-                    && !has_own_rule
-                    && self.tile.is_fit_for(sheaf)
+                is_clear = are_plain
+                    && self.cut.is_empty()
+                    && self.tile.fit_for(sheaf) == all_starts
                     && sheaf.fit() == cell.block.asked();
             }
             if is_clear {
                 counters.shadow.first_pass += count;
+                transpose(&mut words);
+            } else if let (Some((bvh, sheaf)), true) = (&sheaf, is_many) {
+                counters.shadow.rays += count;
+                transpose(&mut words);
+                for (lane, word) in words.iter_mut().enumerate().take(cell.targets.len()) {
+                    // Towards nowhere nothing is met.
+                    if *word == 0 || cell.block.asked() >> lane & 1 == 0 {
+                        continue;
+                    }
+                    let asked = AskedDirection {
+                        occluders: near,
+                        starts: &self.starts,
+                        mask: *word,
+                        target: &cell.targets[lane],
+                        lane,
+                        number: cell.numbers[lane] as usize,
+                    };
+                    let ways = (&**sheaf, &self.cut);
+                    let memory = &mut self.by_direction;
+                    let blocked =
+                        bvh.any_hit_column(&asked, &mut self.tile, ways, memory, counters);
+                    counters.shadow.shadowed += u64::from(blocked.count_ones());
+                    *word &= !blocked;
+                }
             } else {
                 let mut one = OneCell {
                     index: self.index,
@@ -317,8 +355,8 @@ impl<'a> Work<'a> {
                     }
                 }
                 counters.shadow.rays += count;
+                transpose(&mut words);
             }
-            transpose(&mut words);
             for (&direction, word) in cell.numbers.iter().zip(words) {
                 self.columns[direction as usize] = word;
             }
@@ -337,11 +375,6 @@ impl<'a> Work<'a> {
                 visible[row(place) * stride + number] = word;
             }
         }
-    }
-
-    fn has_own_rule(&self, start: &ReceiverPoint) -> bool {
-        let near = &self.index.parts.near;
-        start.surface.is_some_and(|own| near.has_own_rule(own))
     }
 }
 

@@ -10,11 +10,15 @@ use crate::accel::bvh::TARGETS;
 /// A triangle with as many starts has tiles of its own.
 const MANY: usize = 12;
 
-/// Calls with the numbers of the starts of each tile, and with whether all are on one surface and are asked about one of its
+/// As few starts are not parted further, however far they are from each other.
+pub(super) const FEW: usize = 7;
+
+/// Calls with the numbers of the starts of each tile, whose box is at most `near` long unless they are few, and with whether all are on one surface and are asked about one of its
 /// sides.
 pub(super) fn tiles(
     starts: &[ReceiverPoint],
     sides: &[ReceiverSide],
+    near: f64,
     mut take: impl FnMut(&[u32], bool),
 ) {
     let mut order: Vec<u32> = (0..starts.len() as u32).collect();
@@ -33,18 +37,15 @@ pub(super) fn tiles(
         if kind_of(&run[0]).is_none() || run.len() < MANY {
             others.extend_from_slice(run);
         } else {
-            part(starts, run, &mut |tile| take(tile, true));
+            part(starts, run, near, &mut |tile| take(tile, true));
         }
     }
-    part(starts, &mut others, &mut |tile| take(tile, false));
+    part(starts, &mut others, near, &mut |tile| take(tile, false));
 }
 
-/// Halves the longest side until few are left.
-fn part(starts: &[ReceiverPoint], numbers: &mut [u32], take: &mut impl FnMut(&[u32])) {
-    if numbers.len() <= TARGETS {
-        if !numbers.is_empty() {
-            take(numbers);
-        }
+/// Halves the longest side until few are left, and these near each other.
+fn part(starts: &[ReceiverPoint], numbers: &mut [u32], near: f64, take: &mut impl FnMut(&[u32])) {
+    if numbers.is_empty() {
         return;
     }
     let point = |number: &u32| starts[*number as usize].point;
@@ -54,6 +55,11 @@ fn part(starts: &[ReceiverPoint], numbers: &mut [u32], take: &mut impl FnMut(&[u
         most = most.max(point(number));
     }
     let size = most - least;
+    let is_near = size.max_element() <= near || numbers.len() <= FEW;
+    if numbers.len() <= TARGETS && is_near {
+        take(numbers);
+        return;
+    }
     let axis = (0..3).fold(0, |axis, other| {
         if size[other] > size[axis] {
             other
@@ -67,8 +73,8 @@ fn part(starts: &[ReceiverPoint], numbers: &mut [u32], take: &mut impl FnMut(&[u
         of(a).total_cmp(&of(b)).then(a.cmp(b))
     });
     let (low, high) = numbers.split_at_mut(half);
-    part(starts, low, take);
-    part(starts, high, take);
+    part(starts, low, near, take);
+    part(starts, high, near, take);
 }
 
 #[cfg(test)]
@@ -91,7 +97,7 @@ mod tests {
         let sides: Vec<ReceiverSide> = sides.take(starts.len()).collect();
         let mut seen = vec![0; starts.len()];
         let mut of_one = 0;
-        tiles(&starts, &sides, |tile, is_one| {
+        tiles(&starts, &sides, 100.0, |tile, is_one| {
             assert!((1..=TARGETS).contains(&tile.len()));
             let of = |number: u32| (starts[number as usize].surface, sides[number as usize]);
             for &number in tile {

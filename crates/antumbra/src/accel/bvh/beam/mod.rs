@@ -9,6 +9,8 @@
 //! shapes of the leaves that it may meet; a shape that blocks decides wherever it is found, so order is free.
 //! `crates/antumbra/src/query/beam/README.md` has the proofs.
 
+pub(super) mod column;
+mod forms;
 mod listed;
 mod pyramid;
 mod shapes;
@@ -66,6 +68,19 @@ impl Memory {
             made: 0,
             planes: [([u32::MAX; 2], false); PLANES],
         }
+    }
+
+    /// Returns a segment for the exact rule by its number, made if it is not yet.
+    fn segment(&mut self, number: usize, make: impl FnOnce() -> Segment) -> &Segment {
+        if self.exact.is_empty() {
+            self.exact.resize(TARGETS, None);
+        }
+        let segment = &mut self.exact[number % TARGETS];
+        if self.made >> number & 1 == 0 {
+            *segment = None;
+            self.made |= 1 << number;
+        }
+        segment.get_or_insert_with(make)
     }
 
     /// Returns whether a start's triangle and another one lie exactly in one plane.
@@ -472,22 +487,14 @@ impl Beam<'_> {
 
     /// Returns a segment for the exact rule.
     fn segment(&mut self, target: usize) -> &Segment {
-        let Memory { exact, made, .. } = &mut *self.memory;
-        if exact.is_empty() {
-            exact.resize(TARGETS, None);
-        }
-        let segment = &mut exact[target % TARGETS];
-        if *made >> target & 1 == 0 {
-            *segment = None;
-            *made |= 1 << target;
-        }
         let Asked {
             occluders,
             start,
             targets,
             ..
         } = *self.asked;
-        segment.get_or_insert_with(|| occluders.segment(start, &targets[target]))
+        let make = || occluders.segment(start, &targets[target]);
+        self.memory.segment(target, make)
     }
 
     /// Returns whether a triangle lies in the plane of the start's, and so blocks nothing.

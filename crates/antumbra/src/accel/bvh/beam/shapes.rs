@@ -326,3 +326,66 @@ pub(super) fn sphere<S: Simd>(
     }
     verdicts
 }
+
+/// One sphere of a group against some starts that look in one direction, by the operations of [`sphere`]. The direction comes with
+/// where the light is along it.
+#[inline(always)]
+pub(super) fn sphere_of_starts<S: Simd>(
+    simd: S,
+    group: &SphereGroup,
+    lane: usize,
+    (direction, light): ([f32; 3], f32),
+    origins: &[[f32; TARGETS]; 3],
+    starts: u64,
+    bounds: &FilterBounds,
+) -> Verdicts {
+    let lane = lane % LANES;
+    let center = [
+        Wide::splat(simd, group.center[0][lane]),
+        Wide::splat(simd, group.center[1][lane]),
+        Wide::splat(simd, group.center[2][lane]),
+    ];
+    let direction = [
+        Wide::splat(simd, direction[0]),
+        Wide::splat(simd, direction[1]),
+        Wide::splat(simd, direction[2]),
+    ];
+    let radius = Wide::splat(simd, group.radius[lane]);
+    let line = Wide::splat(simd, bounds.line);
+    let room = Wide::splat(simd, 5.0 * bounds.line);
+    let zero = Wide::splat(simd, 0.0);
+    let length_squared = filter::dot(direction, direction);
+    let length = length_squared.sqrt();
+    let reach = radius * length;
+    let (wide, narrow) = (reach + line, reach - line);
+    let light = Wide::splat(simd, light) * length * length;
+    let around = (radius + line) * (radius + line) + line;
+    let mut verdicts = Verdicts::default();
+    for chunk in 0..TARGETS / CHUNK {
+        if bits_of(starts, chunk) == 0 {
+            continue;
+        }
+        let seen = [
+            center[0] - lanes(simd, &origins[0], chunk),
+            center[1] - lanes(simd, &origins[1], chunk),
+            center[2] - lanes(simd, &origins[2], chunk),
+        ];
+        let turned = [
+            direction[1] * seen[2] - direction[2] * seen[1],
+            direction[2] * seen[0] - direction[0] * seen[2],
+            direction[0] * seen[1] - direction[1] * seen[0],
+        ];
+        let distance_squared = filter::dot(turned, turned);
+        let is_missed = distance_squared.simd_gt(wide * wide);
+        let is_met = narrow.simd_gt(zero) & distance_squared.simd_lt(narrow * narrow);
+        let along = direction[0] * seen[0] + direction[1] * seen[1] + direction[2] * seen[2];
+        let is_between = along.simd_gt(room) & (along - light).simd_lt(-room);
+        let is_started_outside = filter::dot(seen, seen).simd_gt(around);
+        let first = chunk * CHUNK;
+        verdicts.possible |= (!is_missed.to_bitmask() & 0xffff) << first;
+        verdicts.sure |= (is_met & is_between & is_started_outside).to_bitmask() << first;
+    }
+    verdicts.possible &= starts;
+    verdicts.sure &= starts;
+    verdicts
+}

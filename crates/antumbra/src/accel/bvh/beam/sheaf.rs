@@ -5,14 +5,15 @@
 //! tile may meet is under the cut, unless none of its triangles has a point on that side of the starts' own plane which is
 //! asked about; such triangles block nothing (README.md of `crate::query::beam`, "Tiles").
 
-use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId};
+use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId, SurfacePlane};
 use fearless_simd::{Simd, dispatch};
 
 use super::super::data::{Bvh, Child, ChildKind, WIDTH};
 use super::super::ray::{INSIDE, USUAL_ORIGIN_ERROR};
 use super::super::walk::{USUAL_DEPTH, Waiting, lanes};
-use super::pyramid::{Faces, Pyramid};
-use super::targets::{Block, Segments};
+use super::forms::{Origins, Seen, StartBox};
+use super::pyramid::{Face, Faces, Pyramid};
+use super::targets::{Block, Segments, TARGETS};
 use super::{Asked, Beam, FEW, MANY_LEFT, Memory, ROOT, bits};
 use crate::Counters;
 
@@ -20,7 +21,7 @@ use crate::Counters;
 const MOST_ENTRIES: usize = 24;
 
 /// Answers about leaves that a tile remembers.
-const REMEMBERED: usize = 256;
+const REMEMBERED: usize = 1024;
 
 /// Up to 64 directions, prepared for starts anywhere.
 #[derive(Clone, Debug)]
@@ -44,16 +45,19 @@ struct Part {
 /// Starts near each other.
 #[derive(Clone, Debug)]
 pub(crate) struct Tile {
-    least: [f32; 3],
-    most: [f32; 3],
-    /// Whether the tree can take all of them.
-    are_inside: bool,
-    /// The farthest that a start is moved onto its surface.
+    /// Of the starts that the tree can take.
+    bounds: StartBox,
+    origins: Origins,
+    /// The same, seen from the middle of the box.
+    seen: Seen,
+    /// Which starts these are, and how far each is moved onto its surface.
+    inside: u64,
+    offsets: [f64; TARGETS],
     largest_offset: f64,
     /// The triangle that all are on, and the side that is asked about, if there is only one of each.
-    plane: Option<(SurfaceId, i8)>,
-    /// Whether some leaves have nothing on that side.
-    leaves: Vec<(Child, bool)>,
+    plane: Option<(SurfacePlane, i8)>,
+    /// Which triangles of some leaves have nothing on that side.
+    leaves: Vec<(Child, u32)>,
 }
 
 /// Where the walks of a tile's starts begin, for each part of a sheaf: what may be met first comes first.
@@ -77,6 +81,13 @@ impl Cut {
     #[inline]
     pub(crate) fn is_empty(&self) -> bool {
         self.parts.iter().all(Vec::is_empty)
+    }
+}
+
+impl Cut {
+    /// Returns where the walks for a part of the sheaf begin.
+    pub(super) fn entries_of(&self, part: usize) -> &[Waiting] {
+        &self.parts[part]
     }
 }
 
@@ -111,6 +122,21 @@ impl Sheaf {
         }
     }
 
+    pub(super) fn segments(&self) -> &Segments {
+        &self.segments
+    }
+
+    /// Returns the part that a direction is in, if it is fit.
+    pub(super) fn part_of(&self, lane: usize) -> Option<usize> {
+        self.parts
+            .iter()
+            .position(|part| part.targets >> lane & 1 != 0)
+    }
+
+    pub(super) fn face_of(&self, part: usize) -> Face {
+        self.parts[part].pyramid.face
+    }
+
     /// Returns which directions are answered by [`Bvh::any_hit_sheaf`] for a start inside the frame; single rays answer the others.
     #[inline]
     pub(crate) fn fit(&self) -> u64 {
@@ -122,17 +148,19 @@ impl Tile {
     /// Returns a tile without starts.
     pub(crate) fn new() -> Self {
         Self {
-            least: [f32::INFINITY; 3],
-            most: [f32::NEG_INFINITY; 3],
-            are_inside: true,
+            bounds: StartBox::new([0.0; 3], [0.0; 3]),
+            origins: [[0.0; TARGETS]; 3],
+            seen: Seen::default(),
+            inside: 0,
+            offsets: [0.0; TARGETS],
             largest_offset: 0.0,
             plane: None,
-            leaves: vec![(Child::NONE, false); REMEMBERED],
+            leaves: vec![(Child::NONE, 0); REMEMBERED],
         }
     }
 
-    /// Becomes the tile of some starts, those of them that the tree can take. `plane` is the triangle that all are on, and
-    /// the side that is asked about: 1 in front, -1 behind.
+    /// Becomes the tile of up to 64 starts. `plane` is the triangle that all are on, and the side that is asked about: 1 in
+    /// front, -1 behind.
     pub(crate) fn hold(
         &mut self,
         bvh: &Bvh,
@@ -140,52 +168,88 @@ impl Tile {
         starts: &[ReceiverPoint],
         plane: Option<(SurfaceId, i8)>,
     ) {
-        (self.least, self.most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        (self.are_inside, self.largest_offset) = (true, 0.0);
-        for start in starts {
-            self.largest_offset = self.largest_offset.max(occluders.start_offset(start));
+        (self.inside, self.largest_offset) = (0, 0.0);
+        self.origins = [[0.0; TARGETS]; 3];
+        for (number, start) in starts.iter().enumerate().take(TARGETS) {
+            let offset = occluders.start_offset(start);
             let place = bvh.frame.point_in_frame(start.point);
-            let is_inside = place.abs().max_element() <= INSIDE;
-            self.are_inside &= is_inside;
+            // Not for NaN.
+            let is_inside =
+                offset <= bvh.frame.margin_of_starts() && place.abs().max_element() <= INSIDE;
             if is_inside {
+                self.inside |= 1 << number;
+                self.offsets[number] = offset;
+                self.largest_offset = self.largest_offset.max(offset);
                 for axis in 0..3 {
-                    let x = place[axis] as f32;
-                    self.least[axis] = self.least[axis].min(x);
-                    self.most[axis] = self.most[axis].max(x);
+                    self.origins[axis][number] = place[axis] as f32;
                 }
             }
         }
-        self.are_inside &= self.largest_offset <= bvh.frame.margin_of_starts();
-        if plane != self.plane {
-            self.plane = plane;
-            self.leaves.fill((Child::NONE, false));
+        if self.inside != 0 {
+            self.bounds = StartBox::of(&self.origins, self.inside);
+        }
+        self.seen = Seen::new(&self.origins, &self.bounds);
+        let before = self.plane.map(|(plane, side)| (plane.surface(), side));
+        if plane != before {
+            self.plane = plane.and_then(|(own, side)| Some((occluders.plane_of(own)?, side)));
+            self.leaves.fill((Child::NONE, 0));
         }
     }
 
-    /// Returns whether a cut for a sheaf speaks of all starts.
+    /// Returns the starts for which a cut for a sheaf holds.
     #[inline]
-    pub(crate) fn is_fit_for(&self, sheaf: &Sheaf) -> bool {
-        self.are_inside && self.largest_offset * sheaf.largest_scale <= USUAL_ORIGIN_ERROR
+    pub(crate) fn fit_for(&self, sheaf: &Sheaf) -> u64 {
+        let is_fit = |offset: f64| offset * sheaf.largest_scale <= USUAL_ORIGIN_ERROR;
+        if is_fit(self.largest_offset) {
+            return self.inside;
+        }
+        let starts = bits(self.inside).filter(|&start| is_fit(self.offsets[start]));
+        starts.fold(0, |mask, start| mask | 1 << start)
     }
 
-    /// Returns whether a leaf holds only triangles that block none of the segments that are asked about.
+    /// Returns the starts that the tree can take, a bit each.
+    pub(super) fn inside(&self) -> u64 {
+        self.inside
+    }
+
+    pub(super) fn bounds(&self) -> StartBox {
+        self.bounds
+    }
+
+    pub(super) fn origins(&self) -> &Origins {
+        &self.origins
+    }
+
+    pub(super) fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    /// Returns which triangles of a leaf block none of the segments that are asked about.
     #[inline]
-    fn rules_out(&mut self, bvh: &Bvh, occluders: &Occluders, leaf: Child) -> bool {
-        let Some((plane, side)) = self.plane else {
-            return false;
+    pub(super) fn ruled_out(&mut self, bvh: &Bvh, occluders: &Occluders, leaf: Child) -> u32 {
+        let Some((plane, side)) = &self.plane else {
+            return 0;
         };
         if leaf.kind() != ChildKind::Triangles {
-            return false;
+            return 0;
         }
         let entry = &mut self.leaves[leaf.index() % REMEMBERED];
         if entry.0 != leaf {
             let members = &bvh.triangles[leaf.index()].members;
-            let opaque = u32::from(members.opaque);
-            let is_out = lanes(opaque)
-                .all(|lane| occluders.has_nothing_beyond(plane, side, members.surfaces[lane]));
-            *entry = (leaf, is_out);
+            let out = lanes(u32::from(members.opaque))
+                .filter(|&lane| occluders.has_nothing_beyond(plane, *side, members.surfaces[lane]));
+            *entry = (leaf, out.fold(0, |mask, lane| mask | 1 << lane));
         }
         entry.1
+    }
+
+    /// Returns whether nothing of a leaf blocks a segment that is asked about.
+    #[inline]
+    fn rules_out(&mut self, bvh: &Bvh, occluders: &Occluders, leaf: Child) -> bool {
+        leaf.kind() == ChildKind::Triangles && {
+            let opaque = u32::from(bvh.triangles[leaf.index()].members.opaque);
+            opaque & !self.ruled_out(bvh, occluders, leaf) == 0
+        }
     }
 }
 
@@ -221,7 +285,7 @@ impl Bvh {
         for (part, entries) in sheaf.parts.iter().zip(&mut cut.parts) {
             entries.clear();
             let mut pyramid = part.pyramid;
-            pyramid.start_at(tile.least, tile.most);
+            pyramid.start_at(tile.bounds.least, tile.bounds.most);
             let found = &mut cut.found;
             found.clear();
             found.push(Found {

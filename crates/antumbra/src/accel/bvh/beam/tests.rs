@@ -249,3 +249,63 @@ fn parts_are_smaller_and_hold_all() {
         }
     });
 }
+
+/// Of triangles over a floor, few starts are in doubt, and what is sure is the rule's.
+#[test]
+fn most_starts_of_a_tile_are_told_without_the_rule() {
+    let v = DVec3::new;
+    let mut builder = Occluders::builder();
+    let random = &mut Random(4);
+    for _ in 0..400 {
+        let middle = v(
+            random.real(-40.0, 40.0),
+            random.real(-40.0, 40.0),
+            random.real(2.0, 30.0),
+        );
+        let corners = [(); 3].map(|()| middle + 6.0 * random.of_cube());
+        builder.add_face(&corners, Opacity::Opaque).expect("a face");
+    }
+    let floor = [v(-50.0, -50.0, 0.0), v(50.0, -50.0, 0.0), v(0.0, 80.0, 0.0)];
+    builder.add_face(&floor, Opacity::Opaque).expect("a face");
+    let occluders = builder.build();
+    let bvh = Bvh::build(&occluders);
+    let starts: Vec<ReceiverPoint> = (0..TARGETS)
+        .map(|i| ReceiverPoint {
+            point: v((i % 8) as f64, (i / 8) as f64, 0.0),
+            surface: Some(SurfaceId(400)),
+        })
+        .collect();
+    let targets: Vec<LightShape> = (0..TARGETS)
+        .map(|i| LightShape::Direction(v(0.05 * (i % 8) as f64, 0.04 * (i / 8) as f64, 0.7)))
+        .collect();
+    let block = Block::new(&targets);
+    let sheaf = sheaf::Sheaf::new(&bvh, &block);
+    let (mut tile, mut cut) = (sheaf::Tile::new(), sheaf::Cut::default());
+    let counters = &mut Counters::default();
+    tile.hold(&bvh, &occluders, &starts, Some((SurfaceId(400), 1)));
+    bvh.cut(&occluders, &mut tile, &sheaf, &mut cut, counters);
+    let mut memory = Memory::new(TARGETS);
+    let mut blocked = 0;
+    for (lane, target) in targets.iter().enumerate() {
+        let asked = column::AskedDirection {
+            occluders: &occluders,
+            starts: &starts,
+            mask: u64::MAX,
+            target,
+            lane,
+            number: lane,
+        };
+        let found = bvh.any_hit_column(&asked, &mut tile, (&sheaf, &cut), &mut memory, counters);
+        for (number, start) in starts.iter().enumerate() {
+            let truth = any_hit_by_reference(&occluders, &occluders.segment(start, target));
+            assert_eq!(found >> number & 1 != 0, truth);
+        }
+        blocked += found.count_ones();
+    }
+    assert!((500..3500).contains(&blocked), "{blocked}");
+    // A walk a direction, and few triangles of each for all starts.
+    assert!(
+        counters.steps < 1000 && counters.intersections < 1500,
+        "{counters:?}"
+    );
+}
