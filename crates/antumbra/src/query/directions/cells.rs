@@ -65,15 +65,12 @@ pub(super) fn cells(directions: &[DVec3]) -> Vec<Cell> {
     cells
 }
 
-/// Widest that a cell of more than [`FEW`] directions is, as a difference of slopes. In wider cells directions share little.
-const WIDEST: f64 = 0.2;
-
-/// As few directions are not parted for being wide.
-const FEW: usize = 4;
-
-/// Halves the longer side until few are left, or they are near each other. Where they are many, cells are full where they can be.
+/// Halves the longer side until few are left. All cells but one of each half are full where they can be.
 fn part(of: &mut [(u32, [f64; 2])], take: &mut impl FnMut(&[(u32, [f64; 2])])) {
-    if of.is_empty() {
+    if of.len() <= TARGETS {
+        if !of.is_empty() {
+            take(of);
+        }
         return;
     }
     let extent = |axis: usize| {
@@ -83,18 +80,8 @@ fn part(of: &mut [(u32, [f64; 2])], take: &mut impl FnMut(&[(u32, [f64; 2])])) {
         });
         most - least
     };
-    let extents = [extent(0), extent(1)];
-    let is_wide = extents[0].max(extents[1]) > WIDEST && of.len() > FEW;
-    if of.len() <= TARGETS && !is_wide {
-        take(of);
-        return;
-    }
-    let axis = usize::from(extents[1] > extents[0]);
-    let half = if of.len() > TARGETS && !is_wide {
-        (of.len() / 2).next_multiple_of(TARGETS).min(of.len() - 1)
-    } else {
-        of.len() / 2
-    };
+    let axis = usize::from(extent(1) > extent(0));
+    let half = (of.len() / 2).next_multiple_of(TARGETS).min(of.len() - 1);
     of.select_nth_unstable_by(half, |a, b| {
         a.1[axis].total_cmp(&b.1[axis]).then(a.0.cmp(&b.0))
     });
@@ -120,7 +107,7 @@ mod tests {
         let mut numbers: Vec<u32> = cells.iter().flat_map(|cell| cell.numbers.clone()).collect();
         numbers.sort_unstable();
         assert!(numbers.into_iter().eq(0..1003));
-        assert!(cells.len() <= 1003 / FEW, "{}", cells.len());
+        assert!(cells.len() <= 1003 / TARGETS + 2 * 6, "{}", cells.len());
         for cell in &cells {
             assert!((1..=TARGETS).contains(&cell.numbers.len()));
             let axes = (0..3).filter(|&axis| {
