@@ -162,7 +162,7 @@ mod tests {
         builder.add_face(&corners, Opacity::Opaque).unwrap();
         let flat = [corners[0], corners[0], corners[1]];
         builder
-            .add_mesh(&flat, &[[0, 1, 2]], Opacity::Opaque)
+            .add_mesh(&flat.map(|p| p.to_array()), &[[0, 1, 2]], Opacity::Opaque)
             .unwrap();
         let occluders = builder.build();
         let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
@@ -212,11 +212,12 @@ mod tests {
         ];
         let faces = [[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 2, 1]];
         builder
-            .add_mesh(&positions, &faces, Opacity::Opaque)
+            .add_mesh(&positions.map(|p| p.to_array()), &faces, Opacity::Opaque)
             .unwrap();
         let occluders = builder.build();
+        let plane = occluders.plane_of(SurfaceId(0)).unwrap();
         let beyond =
-            |side, surface| !occluders.has_nothing_beyond(SurfaceId(0), side, SurfaceId(surface));
+            |side, surface| !occluders.has_nothing_beyond(&plane, side, SurfaceId(surface));
         assert_eq!(
             [0, 1, 2, 3].map(|s| beyond(1, s)),
             [false, false, true, false]
