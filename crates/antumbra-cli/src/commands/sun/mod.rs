@@ -4,11 +4,13 @@
 //! when it is stopped is kept beside the output, and the next run of the same command goes on there.
 
 mod file;
+mod picture;
 mod sensors;
 mod suns;
 
 use antumbra::IndexOptions;
 use antumbra_geometry::DVec3;
+use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_sun::{
     About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, parts_beside, sums,
@@ -17,14 +19,19 @@ use antumbra_sun::{
 use crate::failure::{Failure, Outcome};
 use crate::load::{self, Lighting, LitScene};
 use crate::memory::{self, Need};
+use crate::outputs::Content;
 use crate::screen::Screen;
 use crate::typed::{IndexCost, SceneFile, SunStudy};
 use file::StudyFile;
+use picture::Looked;
 use sensors::Asked;
 
 /// Reads, asks or takes what was asked, sums, writes.
 pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
-    let output = StudyFile::new(&typed.output)?;
+    picture::check(typed)?;
+    let mut output = StudyFile::new(&typed.output)?;
+    let files = &mut output.outputs;
+    files.add_if("--picture", typed.picture.as_ref(), Content::Picture)?;
     let inputs = [
         &typed.epw,
         &typed.wea,
@@ -35,13 +42,19 @@ pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
     ];
     output.outputs.spare(inputs.into_iter().flatten())?;
     super::on_threads(&typed.threads, || {
-        let study = match &typed.from {
-            Some(path) => again(typed, path, screen)?,
-            None => first(typed, &output, screen)?,
+        let (study, looked) = match &typed.from {
+            Some(path) => (again(typed, path, screen)?, None),
+            None => first(typed, &output, screen).map(|(study, looked)| (study, Some(looked)))?,
         };
         let sums = sums(&study);
         output.write(&study, &sums)?;
         parts_beside(&typed.output).remove();
+        if let (Some(path), Some(looked), Some(shown)) =
+            (&typed.picture, &looked, picture::shown(&sums))
+        {
+            let picture = picture::draw(typed, looked, &study, &shown, screen)?;
+            picture::write(path, &picture)?;
+        }
         file::report(&study, &sums, screen);
         Ok(Outcome::Done)
     })?
@@ -82,44 +95,60 @@ fn again(typed: &SunStudy, path: &std::path::Path, screen: &Screen) -> Result<St
 }
 
 /// Asks about a scene.
-fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study, Failure> {
+fn first(
+    typed: &SunStudy,
+    output: &StudyFile,
+    screen: &Screen,
+) -> Result<(Study, Looked), Failure> {
     let (suns, source) = suns::suns(typed, screen)?;
     let asked = Asked::open(typed)?;
-    let lit = scene(typed, output, screen)?;
+    let LitScene { mut scene, up, .. } = scene(typed, output, screen)?;
+    // None of them plays a part.
+    scene.lights.clear();
     let limit = memory::limit(typed.memory_limit);
+    let is_drawn = typed.picture.is_some();
+    let size = match is_drawn {
+        true => Some(picture::size(typed, &scene)?),
+        false => None,
+    };
     let mut need = Need {
-        scene: scene_bytes(&lit.scene),
-        surfaces: surface_bytes(&lit.scene),
+        scene: scene_bytes(&scene),
+        surfaces: surface_bytes(&scene),
+        picture: size.map_or(0, |size| picture::predict_bytes(size, 0)),
         ..Need::default()
     };
     need.check(limit)?;
-    let gathered = Gathered::of(&lit.scene)?;
+    let gathered = Gathered::of(&scene)?;
     let mut options = IndexOptions::default();
     let predicted = options.predict(gathered.occluders(), 0, None)?;
     need.set_index(gathered.memory_bytes(), predicted);
     need.check(limit)?;
     options.memory_limit = need.left_for_index(limit);
-    let index = options.build(gathered.occluders(), Vec::new())?;
+    let prepared = Prepared::of_gathered(scene, gathered, &options)?;
+    let index = prepared.index();
 
     let left = limit.saturating_sub(need.needed());
     let most = (left / sensors::bytes_of_one(suns.list.len())) as usize;
-    let sensors = asked.sensors(typed, &lit, &gathered, &index, most, screen)?;
+    let sensors = asked.sensors(typed, &prepared, up.direction, most, screen)?;
+    if let Some(size) = size {
+        need.picture = picture::predict_bytes(size, sensors.count());
+    }
     need.arrays = sensors.count() as u64 * sensors::bytes_of_one(suns.list.len());
     need.check(limit)?;
     screen.detail(format!("memory predicted: {need}"));
 
     let compass = Compass {
-        up: lit.up.direction,
+        up: up.direction,
         north: typed.north,
     };
-    lit.up.say("the sun", screen);
+    up.say("the sun", screen);
     let directions: Vec<DVec3> = suns.list.iter().map(|sun| compass.towards(sun)).collect();
     let parts = parts_beside(&typed.output);
     let stop = SaidAtStop {
         parts: &parts,
         screen,
     };
-    let answered = answer(&index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
+    let answered = answer(index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
     drop(stop);
     let [resumed, count] = answered.resumed;
     if resumed > 0 {
@@ -134,7 +163,7 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
         has_weather,
         notes: _,
     } = suns;
-    Ok(Study {
+    let study = Study {
         about: About {
             antumbra_sun: VERSION,
             kind,
@@ -143,7 +172,7 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
             refraction: source.refraction,
             instant: typed.instant.instant(),
             north: typed.north,
-            up: lit.up.direction.to_array(),
+            up: up.direction.to_array(),
             below_horizon,
             has_weather,
         },
@@ -154,7 +183,8 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
         directions: directions.iter().map(|to| to.to_array()).collect(),
         suns: list,
         bits: answered.bits,
-    })
+    };
+    Ok((study, Looked { prepared, up }))
 }
 
 /// Says at a stop what is kept: a stopped task unwinds.
