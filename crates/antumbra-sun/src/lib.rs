@@ -13,6 +13,7 @@
 //! | `sky` | patches of the sky |
 //! | `sensors`, `grid` | points of a study; grids of them on faces |
 //! | `study` | sensors times suns, as bits; stopped and resumed |
+//! | `groups` | totals and sunlit shares of groups of sensors |
 //! | `nearest` | the sensor that stands for a place on a face |
 //! | `record`, `sums` | a study that was answered, and what its bits amount to |
 //! | `arrays`, `write`, `read` | files of a study |
@@ -22,6 +23,7 @@ mod calendar;
 mod epw;
 mod error;
 mod grid;
+mod groups;
 mod nearest;
 mod point_file;
 mod positions;
@@ -44,6 +46,7 @@ pub use calendar::{Dates, Time, YEARS};
 pub use epw::read_epw;
 pub use error::{BadSetting, FileError};
 pub use grid::{GridSettings, grid_sensors};
+pub use groups::{Groups, Spread, Total, sunlit_shares, totals};
 pub use nearest::NearestSensors;
 pub use point_file::{PointList, read_points};
 pub use positions::{Instant, Location, Positions, Refraction};

@@ -167,6 +167,11 @@ pub struct SunStudy {
     )]
     pub picture: Option<PathBuf>,
 
+    /// Folder for a page about the study, index.html: picture, distribution, totals by object or material, the course of a
+    /// day, settings. It needs no other file and no network
+    #[arg(long, help_heading = "Output", value_name = "DIR", group = "drawn")]
+    pub report: Option<PathBuf>,
+
     /// Picture size in pixels, legend included [default: the file's, else 800x600]
     #[arg(help_heading = "Output", long, value_name = "WxH", value_parser = values::size, requires = "drawn")]
     pub size: Option<[u32; 2]>,

@@ -121,3 +121,133 @@ fn a_picture_that_cannot_be_made_is_refused_before_anything_is_written() {
     );
     refused(&[&grid[..], &["--size", "300x200"]].concat(), "--picture");
 }
+
+/// Returns what is between the first `begin` and the `end` behind it.
+fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
+    let behind = text
+        .split_once(begin)
+        .unwrap_or_else(|| panic!("{begin}"))
+        .1;
+    behind.split_once(end).unwrap().0
+}
+
+#[test]
+fn a_report_is_one_file_with_totals_plots_and_settings() {
+    let (folder, scene, _) = with_scene();
+    let [output, report] = ["o.npz", "report"].map(|name| folder.path(name));
+    let arguments = [
+        "sun",
+        text(&scene),
+        "--up",
+        "z",
+        "--sensors",
+        "grid:0.5",
+        "--latitude",
+        "48",
+        "--longitude",
+        "11.5",
+        "--timezone",
+        "1",
+        "--year",
+        "2023",
+        "-o",
+        text(&output),
+        "--report",
+        text(&report),
+        "--size",
+        "300x200",
+    ];
+    assert_code(&antumbra(&arguments), 0);
+    let page = fs::read_to_string(report.join("index.html")).unwrap();
+    assert_eq!(fs::read_dir(&report).unwrap().count(), 1);
+    for outside in ["http:", "https:", "<script", "src=\"/", "@import"] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(page.contains("src=\"data:image/png;base64,iVBOR"));
+    // The plate lies in the open: its row says the same thrice. Half of the floor is below it.
+    let sums = antumbra_sun::sums(&antumbra_sun::read_npz(&output).unwrap());
+    let hours = sums.hours.unwrap();
+    let rows = between(&page, "<tbody>", "</tbody>");
+    assert!(
+        rows.starts_with("<tr><td>floor</td><td>16</td><td>4.00</td>"),
+        "{rows}"
+    );
+    let most = hours.iter().copied().fold(0.0, f64::max);
+    let plate = format!(
+        "<tr><td>plate</td><td>8</td><td>2.00</td>{}</tr>",
+        format!("<td>{most:.3}</td>").repeat(3)
+    );
+    assert!(rows.contains(&plate), "{rows}");
+    let mean = hours[..16].iter().sum::<f64>() / 16.0;
+    assert!(
+        rows.contains(&format!("<td>{mean:.3}</td>")),
+        "{mean}: {rows}"
+    );
+    for day in ["2023-03-20", "2023-06-21", "2023-12-21"] {
+        assert!(page.contains(day), "{day}");
+    }
+    let lines: Vec<_> = page
+        .split("<polyline")
+        .skip(1)
+        .map(|line| between(line, "points=\"", "\""))
+        .collect();
+    // Hours of sun: about 12, 16 and 8.
+    let counts: Vec<_> = lines.iter().map(|line| line.split(' ').count()).collect();
+    assert_eq!(counts, [12, 16, 8]);
+    assert_eq!(page.matches("<rect").count(), 24);
+    assert!(
+        page.contains("<th>suns below the horizon</th><td>4"),
+        "{page}"
+    );
+
+    // A study of bits that are there has a page, too; without a scene it has no picture.
+    let [other, table] = ["other", "o.csv"].map(|name| folder.path(name));
+    let arguments = [
+        "sun",
+        "--from",
+        text(&output),
+        "-o",
+        text(&table),
+        "--report",
+        text(&other),
+    ];
+    assert_code(&antumbra(&arguments), 0);
+    let page = fs::read_to_string(other.join("index.html")).unwrap();
+    assert!(
+        !page.contains("<img") && page.contains("<td>all</td><td>24</td>"),
+        "{page}"
+    );
+}
+
+#[test]
+fn a_page_of_somebody_else_is_not_replaced() {
+    let (folder, scene, suns) = with_scene();
+    let [report, table] = ["report", "o.csv"].map(|name| folder.path(name));
+    fs::create_dir(&report).unwrap();
+    fs::write(report.join("index.html"), "my page").unwrap();
+    let arguments = [
+        "sun",
+        text(&scene),
+        "--up",
+        "z",
+        "--sensors",
+        "grid:0.5",
+        "--suns",
+        text(&suns),
+        "-o",
+        text(&table),
+        "--report",
+        text(&report),
+    ];
+    let refused = antumbra(&arguments);
+    assert_code(&refused, 2);
+    assert!(
+        stderr(&refused).contains("did not write"),
+        "{}",
+        stderr(&refused)
+    );
+    assert_eq!(
+        fs::read_to_string(report.join("index.html")).unwrap(),
+        "my page"
+    );
+}

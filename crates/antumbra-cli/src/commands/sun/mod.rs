@@ -5,6 +5,7 @@
 
 mod file;
 mod picture;
+mod report;
 mod sensors;
 mod suns;
 
@@ -32,6 +33,9 @@ pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
     let mut output = StudyFile::new(&typed.output)?;
     let files = &mut output.outputs;
     files.add_if("--picture", typed.picture.as_ref(), Content::Picture)?;
+    if let Some(folder) = &typed.report {
+        report::prepare(folder, files)?;
+    }
     let inputs = [
         &typed.epw,
         &typed.wea,
@@ -49,11 +53,17 @@ pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
         let sums = sums(&study);
         output.write(&study, &sums)?;
         parts_beside(&typed.output).remove();
-        if let (Some(path), Some(looked), Some(shown)) =
-            (&typed.picture, &looked, picture::shown(&sums))
-        {
-            let picture = picture::draw(typed, looked, &study, &shown, screen)?;
-            picture::write(path, &picture)?;
+        let picture = match (&looked, picture::shown(&sums)) {
+            (Some(looked), Some(shown)) if picture::is_drawn(typed) => {
+                Some(picture::draw(typed, looked, &study, &shown, screen)?)
+            }
+            _ => None,
+        };
+        if let (Some(path), Some(picture)) = (&typed.picture, &picture) {
+            picture::write(path, picture)?;
+        }
+        if let Some(folder) = &typed.report {
+            report::write(folder, &study, &sums, looked.as_ref(), picture.as_ref())?;
         }
         file::report(&study, &sums, screen);
         Ok(Outcome::Done)
@@ -106,8 +116,7 @@ fn first(
     // None of them plays a part.
     scene.lights.clear();
     let limit = memory::limit(typed.memory_limit);
-    let is_drawn = typed.picture.is_some();
-    let size = match is_drawn {
+    let size = match picture::is_drawn(typed) {
         true => Some(picture::size(typed, &scene)?),
         false => None,
     };
@@ -161,8 +170,9 @@ fn first(
         list,
         below_horizon,
         has_weather,
-        notes: _,
+        mut notes,
     } = suns;
+    notes.extend_from_slice(&sensors.notes);
     let study = Study {
         about: About {
             antumbra_sun: VERSION,
@@ -184,7 +194,12 @@ fn first(
         suns: list,
         bits: answered.bits,
     };
-    Ok((study, Looked { prepared, up }))
+    let looked = Looked {
+        prepared,
+        up,
+        notes,
+    };
+    Ok((study, looked))
 }
 
 /// Says at a stop what is kept: a stopped task unwinds.

@@ -53,6 +53,14 @@ pub(super) fn shown(sums: &Sums) -> Option<Shown<'_>> {
 pub(super) struct Looked {
     pub(super) prepared: Prepared,
     pub(super) up: Up,
+    /// Statements about suns and sensors that a user should hear of.
+    pub(super) notes: Vec<String>,
+}
+
+/// Returns whether a picture is made: sensors in space lie on nothing that could be colored.
+pub(super) fn is_drawn(typed: &SunStudy) -> bool {
+    let is_on_faces = typed.sensors.is_some() || typed.on_surface;
+    is_on_faces && (typed.picture.is_some() || typed.report.is_some())
 }
 
 /// Refuses a picture that cannot be made, before anything is computed.
@@ -116,7 +124,7 @@ pub(super) fn draw(
     shown: &Shown<'_>,
     screen: &Screen,
 ) -> Result<Picture, Failure> {
-    let Looked { prepared, up } = looked;
+    let Looked { prepared, up, .. } = looked;
     let scene = prepared.scene();
     let [width, height] = size(typed, scene)?;
     let size = [width - legend::width(height), height];
