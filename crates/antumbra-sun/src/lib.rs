@@ -62,4 +62,6 @@ pub use sun_file::read_suns;
 pub use suns::{Sun, SunKind, Suns};
 pub use wea::read_wea;
 pub use weather::{Weather, WeatherRow};
-pub use write::{check_zarr, write_csv, write_netcdf, write_npz, write_zarr};
+pub use write::{
+    check_energyplus, check_zarr, write_csv, write_energyplus, write_netcdf, write_npz, write_zarr,
+};

@@ -156,6 +156,17 @@ pub struct SunStudy {
     #[arg(long, short, help_heading = "Output", value_name = "FILE")]
     pub output: PathBuf,
 
+    /// Layout of a CSV file
+    #[arg(
+        long,
+        help_heading = "Output",
+        value_name = "LAYOUT",
+        value_enum,
+        default_value_t,
+        conflicts_with = "from"
+    )]
+    pub layout: Layout,
+
     /// Picture of the scene in the colors of its hours of sun; of irradiation with weather, and of the visible share of
     /// the sky with --sky. Faces without sensors are grey
     #[arg(
@@ -195,6 +206,17 @@ pub struct SunStudy {
 pub enum Sky {
     Tregenza,
     Reinhart(u32),
+}
+
+/// Layout of a CSV file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Layout {
+    /// A row for each sensor, with what its bits amount to
+    #[default]
+    Sensors,
+    /// A row for each step of a year, a column for each object with the share of its area that is sunlit, as EnergyPlus
+    /// imports it
+    Energyplus,
 }
 
 /// Moment of a step of time.

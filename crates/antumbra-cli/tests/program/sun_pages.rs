@@ -251,3 +251,48 @@ fn a_page_of_somebody_else_is_not_replaced() {
         "my page"
     );
 }
+
+#[test]
+fn energyplus_has_a_column_for_each_object() {
+    let (folder, scene, suns) = with_scene();
+    let table = folder.path("shading.csv");
+    let base = ["sun", text(&scene), "--up", "z", "--layout", "energyplus"];
+    let place = [
+        "--latitude",
+        "48",
+        "--longitude",
+        "11.5",
+        "--timezone",
+        "1",
+        "--year",
+        "2023",
+    ];
+    let grid = ["--sensors", "grid:0.5", "-o", text(&table)];
+    assert_code(&antumbra(&[&base[..], &place, &grid].concat()), 0);
+    let rows = fs::read_to_string(&table).unwrap();
+    assert!(rows.starts_with("Surface Name,floor,plate\n01/01 01:00,0,0\n"));
+    assert_eq!(rows.lines().count(), 1 + 8760);
+    // At noon in June the plate is in the sun, and part of the floor is not.
+    let noon = between(&rows, "06/21 12:00,", "\n");
+    let (floor, plate) = noon.split_once(',').unwrap();
+    let floor: f64 = floor.parse().unwrap();
+    assert_eq!(plate, "1.00000000");
+    assert!(floor > 0.4 && floor < 0.9, "{floor}");
+
+    fs::remove_file(&table).unwrap();
+    let refused = |more: &[&str], why: &str| {
+        let found = antumbra(&[&base[..], more].concat());
+        assert_code(&found, 2);
+        assert!(stderr(&found).contains(why), "{}", stderr(&found));
+        assert!(!table.exists());
+    };
+    refused(
+        &[&["--suns", text(&suns)], &grid[..]].concat(),
+        "equal steps",
+    );
+    let npz = folder.path("o.npz");
+    refused(
+        &[&place[..], &["--sensors", "grid:1", "-o", text(&npz)]].concat(),
+        "CSV",
+    );
+}

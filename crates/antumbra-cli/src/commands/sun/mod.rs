@@ -4,6 +4,7 @@
 //! when it is stopped is kept beside the output, and the next run of the same command goes on there.
 
 mod file;
+mod groups;
 mod picture;
 mod report;
 mod sensors;
@@ -14,7 +15,8 @@ use antumbra_geometry::DVec3;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_sun::{
-    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, parts_beside, sums,
+    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, check_energyplus,
+    parts_beside, sums,
 };
 
 use crate::failure::{Failure, Outcome};
@@ -22,7 +24,7 @@ use crate::load::{self, Lighting, LitScene};
 use crate::memory::{self, Need};
 use crate::outputs::Content;
 use crate::screen::Screen;
-use crate::typed::{IndexCost, SceneFile, SunStudy};
+use crate::typed::{IndexCost, Layout, SceneFile, SunStudy};
 use file::StudyFile;
 use picture::Looked;
 use sensors::Asked;
@@ -30,6 +32,7 @@ use sensors::Asked;
 /// Reads, asks or takes what was asked, sums, writes.
 pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
     picture::check(typed)?;
+    file::check(typed)?;
     let mut output = StudyFile::new(&typed.output)?;
     let files = &mut output.outputs;
     files.add_if("--picture", typed.picture.as_ref(), Content::Picture)?;
@@ -51,7 +54,12 @@ pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
             None => first(typed, &output, screen).map(|(study, looked)| (study, Some(looked)))?,
         };
         let sums = sums(&study);
-        output.write(&study, &sums)?;
+        match (typed.layout, &looked, &study.surfaces) {
+            (Layout::Energyplus, Some(looked), Some(surfaces)) => {
+                output.write_energyplus(&study, &groups::by_object(surfaces, looked))?;
+            }
+            _ => output.write(&study, &sums)?,
+        }
         parts_beside(&typed.output).remove();
         let picture = match (&looked, picture::shown(&sums)) {
             (Some(looked), Some(shown)) if picture::is_drawn(typed) => {
@@ -111,6 +119,14 @@ fn first(
     screen: &Screen,
 ) -> Result<(Study, Looked), Failure> {
     let (suns, source) = suns::suns(typed, screen)?;
+    if typed.layout == Layout::Energyplus {
+        check_energyplus(&suns.list, typed.instant.instant()).map_err(|error| {
+            Failure::input(
+                error.to_string(),
+                "leave --layout out, or give --year, --epw or --wea",
+            )
+        })?;
+    }
     let asked = Asked::open(typed)?;
     let LitScene { mut scene, up, .. } = scene(typed, output, screen)?;
     // None of them plays a part.

@@ -4,11 +4,9 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | `groups` | sensors by object or material |
 //! | `plot` | distribution and days as SVG |
 //! | `page` | the page |
 
-mod groups;
 mod page;
 mod plot;
 
@@ -20,6 +18,7 @@ use antumbra_sun::{Study, Sums, SunKind, sunlit_shares, totals};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use super::groups;
 use super::picture::Looked;
 use crate::failure::Failure;
 use crate::outputs::{self, Content, Outputs};

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use antumbra_geometry::SurfaceId;
 use antumbra_sun::{Groups, Study};
 
-use super::super::picture::Looked;
+use super::picture::Looked;
 
 /// Most rows of a table.
 const MOST: usize = 100;
@@ -18,39 +18,49 @@ pub(super) fn whole(study: &Study) -> Groups {
     }
 }
 
-/// Returns by what sensors are sorted, and the groups; objects of one name are one group, and so are materials.
+/// Returns by what sensors are sorted, and the groups.
 pub(super) fn of(study: &Study, looked: Option<&Looked>) -> (&'static str, Groups) {
-    let (Some(Looked { prepared, .. }), Some(surfaces)) = (looked, &study.surfaces) else {
+    let (Some(looked), Some(surfaces)) = (looked, &study.surfaces) else {
         return ("", whole(study));
     };
-    let (scene, gathered) = (prepared.scene(), prepared.gathered());
-    let object = |surface: u32| gathered.place_of(SurfaceId(surface)).object as usize;
-    let by_object = sorted(surfaces, |surface| {
-        let number = object(surface);
+    let objects = by_object(surfaces, looked);
+    if objects.names.len() <= MOST {
+        return ("object", objects);
+    }
+    let materials = by_material(surfaces, looked);
+    if materials.names.len() <= MOST {
+        return ("material", materials);
+    }
+    ("", whole(study))
+}
+
+/// Returns sensors on surfaces by object. Those of one name are one group; an object without a name has that of its
+/// material, which tells more than a number.
+pub(super) fn by_object(surfaces: &[u32], Looked { prepared, .. }: &Looked) -> Groups {
+    let scene = prepared.scene();
+    sorted(surfaces, |surface| {
+        let number = prepared.gathered().place_of(SurfaceId(surface)).object as usize;
         let object = &scene.objects[number];
         let material = scene.materials.get(object.material);
-        // A material tells more than a number.
         match material.filter(|_| object.name.is_empty()) {
             Some(material) if !material.name.is_empty() => material.name.clone(),
             _ => named(&object.name, "object", number),
         }
-    });
-    if by_object.names.len() <= MOST {
-        return ("object", by_object);
-    }
-    let by_material = sorted(surfaces, |surface| {
-        let number = scene.objects[object(surface)].material;
+    })
+}
+
+fn by_material(surfaces: &[u32], Looked { prepared, .. }: &Looked) -> Groups {
+    let scene = prepared.scene();
+    sorted(surfaces, |surface| {
+        let place = prepared.gathered().place_of(SurfaceId(surface));
+        let number = scene.objects[place.object as usize].material;
         let material = scene.materials.get(number);
         named(
             material.map_or("", |material| &material.name),
             "material",
             number,
         )
-    });
-    if by_material.names.len() <= MOST {
-        return ("material", by_material);
-    }
-    ("", whole(study))
+    })
 }
 
 fn named(name: &str, kind: &str, number: usize) -> String {
