@@ -33,7 +33,7 @@ pub struct Spread {
     pub most: f64,
 }
 
-/// What a group amounts to. Spreads are `None` where the study lacks what they need, or the group has no sensor.
+/// Numbers of a group. Spreads are `None` where the study lacks what they need, or the group has no sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Total {
     /// Number of sensors.

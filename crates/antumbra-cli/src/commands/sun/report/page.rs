@@ -83,15 +83,17 @@ fn distribution(page: &Page<'_>) -> Markup {
     }
 }
 
+/// Numbers of a group in a column.
+type Column = fn(&Total) -> Option<Spread>;
+
 fn table(page: &Page<'_>) -> Markup {
-    let columns: [(&str, fn(&Total) -> Option<Spread>); 4] = [
+    let columns: [(&str, Column); 4] = [
         ("hours of sun", |total| total.hours),
         ("kWh/m2", |total| total.irradiation),
         ("visible sky", |total| total.sky_visible),
         ("sky view factor", |total| total.sky_view_factor),
     ];
-    let is_there =
-        |of: fn(&Total) -> Option<Spread>| page.totals.iter().any(|total| of(total).is_some());
+    let is_there = |of: Column| page.totals.iter().any(|total| of(total).is_some());
     let columns: Vec<_> = columns
         .into_iter()
         .filter(|&(_, of)| is_there(of))

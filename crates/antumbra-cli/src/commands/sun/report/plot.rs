@@ -138,7 +138,9 @@ mod tests {
         assert_eq!(found.most, 24.0);
         assert!((found.shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let due = [(0, 0.6), (1, 0.1), (12, 0.1), (23, 0.2)];
-        due.map(|(bin, share)| assert_eq!(found.shares[bin], share, "{bin}"));
+        for (bin, share) in due {
+            assert_eq!(found.shares[bin], share, "{bin}");
+        }
         assert_eq!(Bins::of(&[0.0, 0.0], |_| 1.0).shares[0], 1.0);
         assert_eq!(Bins::of(&[], |_| 1.0).shares, [0.0; BINS]);
     }
