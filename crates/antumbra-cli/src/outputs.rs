@@ -16,6 +16,9 @@ use crate::failure::Failure;
 /// Mark in the head of a report's page, by which antumbra knows its own files.
 pub const PAGE_MARK: &str = "antumbra-bench";
 
+/// Mark in the head of a sun study's page.
+pub const STUDY_PAGE_MARK: &str = "antumbra sun";
+
 /// Mark of a report's summary: the first words below its title.
 pub const SUMMARY_MARK: &str = "Made by `antumbra-bench";
 
@@ -40,6 +43,8 @@ pub enum Content {
     Values,
     /// A page of a report.
     Page,
+    /// The page of a sun study.
+    StudyPage,
     /// The summary of a report, Markdown.
     Summary,
 }
@@ -56,7 +61,7 @@ impl Content {
             Self::Scene => &["nff", "obj", "ply", "glb"],
             Self::Library => &["mtl"],
             Self::Values => &["antumbra"],
-            Self::Page => &["html"],
+            Self::Page | Self::StudyPage => &["html"],
             Self::Summary => &["md"],
         }
     }
@@ -67,6 +72,7 @@ impl Content {
             Self::Picture => Some(antumbra_render::image_file::SOFTWARE),
             Self::Library => Some(antumbra_scene::write::LIBRARY_MARK),
             Self::Page => Some(PAGE_MARK),
+            Self::StudyPage => Some(STUDY_PAGE_MARK),
             Self::Summary => Some(SUMMARY_MARK),
             Self::Array | Self::Study | Self::Json | Self::Nff | Self::Scene | Self::Values => None,
         }

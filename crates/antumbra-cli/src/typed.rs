@@ -18,7 +18,7 @@ use crate::values::{self, CameraParts, Exposure, Sun};
 pub use shared::{
     IndexCost, MoreLights, RefineWhen, SUN_HELP, SUN_WITH_SIZE_HELP, SceneFile, Threads,
 };
-pub use sun::{Moment, Sky, SunStudy};
+pub use sun::{Layout, Moment, Sky, SunStudy};
 
 /// End of the help of a program.
 pub const EXIT_CODES: &str = "\

@@ -93,7 +93,7 @@ fn color_of(query: &LightQuery) -> Color {
 }
 
 /// Returns the linear value of an sRGB color `0xRRGGBB`.
-fn linear(srgb: u32) -> Color {
+pub(crate) fn linear(srgb: u32) -> Color {
     let channel = |shift: u32| {
         let encoded = f64::from((srgb >> shift) & 0xff) / 255.0;
         if encoded <= 0.04045 {

@@ -88,6 +88,17 @@ pub fn write_png(
     encode(path, picture.size, &bytes, ColorType::Rgb)
 }
 
+/// Returns a picture as the bytes of a PNG file.
+///
+/// # Errors
+/// The encoder refuses.
+pub fn png_bytes(picture: &Picture, exposure_in_stops: f64) -> io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    let bytes = srgb_bytes(picture, exposure_in_stops);
+    encode_to(&mut file, picture.size, &bytes, ColorType::Rgb)?;
+    Ok(file)
+}
+
 /// Writes numbers from 0 to 1 as grey PNG to `path`, replacing what was there: 255 times the
 /// number, rounded, without a transfer function, as masks are read.
 ///
@@ -101,27 +112,33 @@ pub fn write_mask_png(path: &Path, size: [u32; 2], shares: &[f32]) -> Result<(),
 
 fn encode(
     path: &Path,
-    [width, height]: [u32; 2],
+    size: [u32; 2],
     bytes: &[u8],
     color: ColorType,
 ) -> Result<(), ImageFileError> {
-    let encode = |file: &mut antumbra_files::Writing<'_>| {
-        let mut encoder = png::Encoder::new(file, width, height);
-        encoder.set_color(color);
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::Fast);
-        encoder.set_filter(Filter::Adaptive);
-        encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(bytes)?;
-        writer.finish()
-    };
     antumbra_files::write(path, ImageFileError::of(path), |file| {
-        encode(file).map_err(|source| ImageFileError::Encode {
+        encode_to(file, size, bytes, color).map_err(|source| ImageFileError::Encode {
             path: path.to_owned(),
             source: source.into(),
         })
     })
+}
+
+fn encode_to(
+    file: impl io::Write,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    color: ColorType,
+) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(Filter::Adaptive);
+    encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! | light in the air | [`fog`] | lit stretches of a ray | airlight |
 //! | shading | [`integrator`], [`false_color`] | `Ray` | linear RGB, [`Tally`](integrator::Tally) |
 //! | picture | [`film`], [`aov`] | all samples | [`Picture`](film::Picture), [`Layer`](aov::Layer)s |
+//! | pictures of numbers | [`value_picture`], [`color_map`], [`legend`] | a number a point | [`Picture`](film::Picture) |
 //! | exposure | [`exposure`] | finished pixels | stops |
 //! | file | [`image_file`], [`exr_file`] | `Picture`, `Layer`s | PNG, OpenEXR |
 //! | figures | [`statistics`] | `Tally`, times | the stable schema of `--stats-json` |
@@ -17,6 +18,7 @@
 
 pub mod aov;
 pub mod camera;
+pub mod color_map;
 mod cone;
 pub mod exposure;
 pub mod exr_file;
@@ -25,8 +27,10 @@ pub mod film;
 pub mod fog;
 pub mod image_file;
 pub mod integrator;
+pub mod legend;
 pub mod orbit;
 pub mod prepare;
 pub mod sampler;
 pub mod statistics;
+pub mod value_picture;
 mod vector;

@@ -13,6 +13,8 @@
 //! | `sky` | patches of the sky |
 //! | `sensors`, `grid` | points of a study; grids of them on faces |
 //! | `study` | sensors times suns, as bits; stopped and resumed |
+//! | `groups` | totals and sunlit shares of groups of sensors |
+//! | `nearest` | the sensor that stands for a place on a face |
 //! | `record`, `sums` | a study that was answered, and what its bits amount to |
 //! | `arrays`, `write`, `read` | files of a study |
 
@@ -21,6 +23,8 @@ mod calendar;
 mod epw;
 mod error;
 mod grid;
+mod groups;
+mod nearest;
 mod point_file;
 mod positions;
 mod read;
@@ -42,6 +46,8 @@ pub use calendar::{Dates, Time, YEARS};
 pub use epw::read_epw;
 pub use error::{BadSetting, FileError};
 pub use grid::{GridSettings, grid_sensors};
+pub use groups::{Groups, Spread, Total, sunlit_shares, totals};
+pub use nearest::NearestSensors;
 pub use point_file::{PointList, read_points};
 pub use positions::{Instant, Location, Positions, Refraction};
 pub use read::read_npz;
@@ -56,4 +62,6 @@ pub use sun_file::read_suns;
 pub use suns::{Sun, SunKind, Suns};
 pub use wea::read_wea;
 pub use weather::{Weather, WeatherRow};
-pub use write::{check_zarr, write_csv, write_netcdf, write_npz, write_zarr};
+pub use write::{
+    check_energyplus, check_zarr, write_csv, write_energyplus, write_netcdf, write_npz, write_zarr,
+};

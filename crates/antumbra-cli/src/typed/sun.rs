@@ -7,9 +7,10 @@ use clap::{Args, ValueEnum};
 
 use super::Threads;
 use crate::methods::Up;
-use crate::values;
+use crate::values::{self, CameraParts};
 
 #[derive(Args, Debug)]
+#[command(group(clap::ArgGroup::new("drawn").multiple(true)))]
 pub struct SunStudy {
     /// Scene file; its ending says the format: .nff, .obj, .gltf, .glb, .ply or .stl
     #[arg(help_heading = "Scene", required_unless_present = "from")]
@@ -155,6 +156,42 @@ pub struct SunStudy {
     #[arg(long, short, help_heading = "Output", value_name = "FILE")]
     pub output: PathBuf,
 
+    /// Layout of a CSV file
+    #[arg(
+        long,
+        help_heading = "Output",
+        value_name = "LAYOUT",
+        value_enum,
+        default_value_t,
+        conflicts_with = "from"
+    )]
+    pub layout: Layout,
+
+    /// Picture of the scene in the colors of its hours of sun; of irradiation with weather, and of the visible share of
+    /// the sky with --sky. Faces without sensors are grey
+    #[arg(
+        long,
+        help_heading = "Output",
+        value_name = "FILE.png",
+        group = "drawn",
+        conflicts_with = "from"
+    )]
+    pub picture: Option<PathBuf>,
+
+    /// Folder for a page about the study, index.html: picture, distribution, totals by object or material, the course of a
+    /// day, settings. It needs no other file and no network
+    #[arg(long, help_heading = "Output", value_name = "DIR", group = "drawn")]
+    pub report: Option<PathBuf>,
+
+    /// Picture size in pixels, legend included [default: the file's, else 800x600]
+    #[arg(help_heading = "Output", long, value_name = "WxH", value_parser = values::size, requires = "drawn")]
+    pub size: Option<[u32; 2]>,
+
+    /// Camera: eye:X,Y,Z/at:X,Y,Z/up:X,Y,Z/fov:DEGREES. Parts left out come from the file's camera; without one, up is
+    /// the scene's and fov 45 [default: the file's, else one that frames the scene]
+    #[arg(help_heading = "Output", long, value_name = "PARTS", value_parser = values::camera, allow_hyphen_values = true, requires = "drawn")]
+    pub camera: Option<CameraParts>,
+
     /// Memory limit, such as 2GiB; work that is predicted to need more is refused [default: three
     /// quarters of the machine's]
     #[arg(long, help_heading = "Memory", value_name = "SIZE", value_parser = values::bytes)]
@@ -169,6 +206,17 @@ pub struct SunStudy {
 pub enum Sky {
     Tregenza,
     Reinhart(u32),
+}
+
+/// Layout of a CSV file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Layout {
+    /// A row for each sensor, with what its bits amount to
+    #[default]
+    Sensors,
+    /// A row for each step of a year, a column for each object with the share of its area that is sunlit, as EnergyPlus
+    /// imports it
+    Energyplus,
 }
 
 /// Moment of a step of time.

@@ -204,3 +204,104 @@ fn other_weather_of_the_place_changes_sums_and_no_bit() {
         .unwrap_err();
     assert!(error.to_string().contains("no times"), "{error}");
 }
+
+/// A study of one sensor a group that sees every second sun of a year at a latitude.
+fn year_of(instant: antumbra_sun::Instant, year: i32, step: u32) -> antumbra_sun::Study {
+    let location = antumbra_sun::Location::new(48.0, 0.0, 0.0, 0.0).unwrap();
+    let positions = antumbra_sun::Positions::new(location, None).unwrap();
+    let suns = positions.year(year, step, instant, None).unwrap().list;
+    let stride = suns.len().div_ceil(64);
+    let mut words = vec![0x5555_5555_5555_5555_u64; stride];
+    words.resize(2 * stride, 0);
+    let mut about = crate::support::about(antumbra_sun::SunKind::Suns);
+    about.instant = instant;
+    antumbra_sun::Study {
+        about,
+        points: vec![[0.0; 3]; 2],
+        normals: None,
+        surfaces: None,
+        areas: Some(vec![1.0, 3.0]),
+        directions: vec![[0.0, 0.0, 1.0]; suns.len()],
+        suns,
+        bits: antumbra_sun::Bits { stride, words },
+    }
+}
+
+#[test]
+fn energyplus_has_a_row_for_each_step_of_a_year() {
+    use antumbra_sun::{Groups, Instant, write_energyplus};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("shading.csv");
+    let names = |names: &[&str], of: [u32; 2]| Groups {
+        names: names.iter().map(|&name| name.to_owned()).collect(),
+        of: of.into(),
+    };
+    for (instant, year, step, row_count) in [
+        (Instant::Middle, 2023, 60, 8760),
+        (Instant::Start, 2024, 60, 8784),
+        (Instant::End, 2023, 15, 35_040),
+    ] {
+        let study = year_of(instant, year, step);
+        write_energyplus(&path, &study, &names(&["roof, south", "wall"], [0, 1])).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let rows: Vec<&str> = text.lines().collect();
+        assert_eq!(rows[0], "Surface Name,roof_ south,wall");
+        assert_eq!(rows.len() - 1, row_count);
+        let first = if step == 60 {
+            "01/01 01:00,0,0"
+        } else {
+            "01/01 00:15,0,0"
+        };
+        assert_eq!((rows[1], rows[row_count]), (first, "12/31 24:00,0,0"));
+        // Suns are in the rows of their steps: as many as there are, every second one sunlit.
+        let lit: Vec<&&str> = rows
+            .iter()
+            .filter(|row| row.ends_with(",0.00000000"))
+            .collect();
+        assert_eq!(lit.len(), study.suns.len());
+        for (place, row) in lit.iter().enumerate() {
+            let time = study.suns[place].time.unwrap();
+            let (_, month, day) = time.date();
+            let behind = match instant {
+                Instant::Start => i64::from(step),
+                Instant::Middle => i64::from(step) / 2,
+                Instant::End => 0,
+            };
+            let minutes = time.second() / 60 + behind;
+            let share = if place % 2 == 0 { "1" } else { "0" };
+            let due = format!(
+                "{month:02}/{day:02} {:02}:{:02},{share}.00000000,",
+                minutes / 60,
+                minutes % 60
+            );
+            assert!(row.starts_with(&due), "{row} {due}");
+        }
+    }
+    let study = year_of(Instant::Middle, 2023, 60);
+    write_energyplus(&path, &study, &names(&["both"], [0, 0])).unwrap();
+    assert!(
+        std::fs::read_to_string(&path)
+            .unwrap()
+            .contains("12:00,0.25000000\n")
+    );
+}
+
+#[test]
+fn suns_that_are_no_steps_of_a_year_have_no_rows() {
+    use antumbra_sun::{Instant, check_energyplus};
+    let study = year_of(Instant::Middle, 2023, 60);
+    let refused = |change: &dyn Fn(&mut Vec<antumbra_sun::Sun>), instant, why: &str| {
+        let mut suns = study.suns.clone();
+        change(&mut suns);
+        let error = check_energyplus(&suns, instant).unwrap_err();
+        assert!(error.to_string().contains(why), "{error}");
+    };
+    refused(
+        &|suns| suns[3].weight = 60.0,
+        Instant::Middle,
+        "equal steps",
+    );
+    refused(&|suns| suns[3].time = None, Instant::Middle, "no times");
+    refused(&|suns| suns.push(suns[0]), Instant::Middle, "are one step");
+    refused(&|_| (), Instant::Start, "does not stand at its step");
+}

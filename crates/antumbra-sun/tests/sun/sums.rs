@@ -1,6 +1,6 @@
 //! What bits amount to, against sums bit by bit.
 
-use antumbra_sun::{Bits, Study, Sun, SunKind, Time, sums};
+use antumbra_sun::{Bits, Groups, Study, Sun, SunKind, Time, sums, sunlit_shares, totals};
 
 use crate::support::about;
 
@@ -116,5 +116,53 @@ fn sums_are_those_of_single_bits() {
                 "{of}"
             );
         }
+    }
+}
+
+#[test]
+fn groups_share_what_their_sensors_have_by_area() {
+    let mut study = random(150, 40, false);
+    study.areas = Some((0..40).map(|sensor| 1.0 + f64::from(sensor % 4)).collect());
+    let areas = study.areas.clone().unwrap();
+    let groups = Groups {
+        names: ["a", "none", "b"].map(str::to_owned).into(),
+        of: (0..40).map(|sensor| 2 * (sensor % 2)).collect(),
+    };
+    let of_group = |group: u32| (0..40).filter(move |&sensor| 2 * (sensor as u32 % 2) == group);
+    let shares = sunlit_shares(&study, &groups, 70..140);
+    assert_eq!(shares.len(), 70 * 3);
+    for (place, &share) in shares.iter().enumerate() {
+        let (sun, group) = (70 + place / 3, (place % 3) as u32);
+        let lit = |&sensor: &usize| study.bits.is_sunlit(sensor, sun);
+        let area = |sensors: &mut dyn Iterator<Item = usize>| {
+            sensors.map(|sensor| areas[sensor]).sum::<f64>()
+        };
+        let due = match group {
+            1 => 0.0,
+            _ => area(&mut of_group(group).filter(lit)) / area(&mut of_group(group)),
+        };
+        assert!((share - due).abs() < 1e-12, "{sun} {group}: {share} {due}");
+        assert!((0.0..=1.0).contains(&share));
+    }
+    let numbers = sums(&study);
+    let hours = numbers.hours.as_ref().unwrap();
+    let found = totals(&study, &numbers, &groups);
+    assert_eq!((found[1].sensors, found[1].hours), (0, None));
+    for group in [0, 2] {
+        let total = found[group as usize];
+        let spread = total.hours.unwrap();
+        let area: f64 = of_group(group).map(|sensor| areas[sensor]).sum();
+        let sum: f64 = of_group(group)
+            .map(|sensor| areas[sensor] * hours[sensor])
+            .sum();
+        assert_eq!((total.sensors, total.area), (20, area));
+        assert!((spread.mean - sum / area).abs() < 1e-9);
+        let least = of_group(group)
+            .map(|sensor| hours[sensor])
+            .fold(f64::INFINITY, f64::min);
+        let most = of_group(group)
+            .map(|sensor| hours[sensor])
+            .fold(0.0, f64::max);
+        assert_eq!((spread.least, spread.most), (least, most));
     }
 }

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use antumbra_sun::{
-    Study, Sums, SunKind, check_zarr, write_csv, write_netcdf, write_npz, write_zarr,
+    Groups, Study, Sums, SunKind, check_zarr, write_csv, write_energyplus, write_netcdf, write_npz,
+    write_zarr,
 };
 
 use crate::failure::Failure;
 use crate::outputs::{self, Content, Outputs};
 use crate::screen::Screen;
+use crate::typed::{Layout, SunStudy};
 
 /// The file that a study is written to.
 pub(super) struct StudyFile {
@@ -31,6 +33,11 @@ impl StudyFile {
         })
     }
 
+    /// Writes the shares of groups that are sunlit, for EnergyPlus.
+    pub(super) fn write_energyplus(&self, study: &Study, groups: &Groups) -> Result<(), Failure> {
+        self.written(write_energyplus(&self.path, study, groups))
+    }
+
     /// Writes a study.
     pub(super) fn write(&self, study: &Study, sums: &Sums) -> Result<(), Failure> {
         let path = &self.path;
@@ -40,11 +47,37 @@ impl StudyFile {
             "zarr" => write_zarr(path, study, sums),
             _ => write_npz(path, study, sums),
         };
+        self.written(written)
+    }
+
+    fn written(&self, written: std::io::Result<()>) -> Result<(), Failure> {
+        let path = &self.path;
         written.map_err(|error| match error.kind() {
             std::io::ErrorKind::InvalidInput => refused(path, error),
             _ => outputs::unwritable(path, error),
         })
     }
+}
+
+/// Refuses a layout that the file or the sensors cannot have.
+pub(super) fn check(typed: &SunStudy) -> Result<(), Failure> {
+    if typed.layout == Layout::Sensors {
+        return Ok(());
+    }
+    if ending(&typed.output) != "csv" {
+        let message = format!("{}: --layout is about CSV files", typed.output.display());
+        return Err(Failure::input(
+            message,
+            "give --output a name that ends in .csv",
+        ));
+    }
+    if typed.points.is_some() && !typed.on_surface {
+        return Err(Failure::input(
+            "--layout energyplus: points of space lie on no object",
+            "give --on-surface, or --sensors grid:SPACING",
+        ));
+    }
+    Ok(())
 }
 
 fn refused(path: &Path, error: std::io::Error) -> Failure {

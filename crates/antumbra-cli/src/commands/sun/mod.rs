@@ -4,27 +4,41 @@
 //! when it is stopped is kept beside the output, and the next run of the same command goes on there.
 
 mod file;
+mod groups;
+mod picture;
+mod report;
 mod sensors;
 mod suns;
 
 use antumbra::IndexOptions;
 use antumbra_geometry::DVec3;
+use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_sun::{
-    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, parts_beside, sums,
+    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, check_energyplus,
+    parts_beside, sums,
 };
 
 use crate::failure::{Failure, Outcome};
 use crate::load::{self, Lighting, LitScene};
 use crate::memory::{self, Need};
+use crate::outputs::Content;
 use crate::screen::Screen;
-use crate::typed::{IndexCost, SceneFile, SunStudy};
+use crate::typed::{IndexCost, Layout, SceneFile, SunStudy};
 use file::StudyFile;
+use picture::Looked;
 use sensors::Asked;
 
 /// Reads, asks or takes what was asked, sums, writes.
 pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
-    let output = StudyFile::new(&typed.output)?;
+    picture::check(typed)?;
+    file::check(typed)?;
+    let mut output = StudyFile::new(&typed.output)?;
+    let files = &mut output.outputs;
+    files.add_if("--picture", typed.picture.as_ref(), Content::Picture)?;
+    if let Some(folder) = &typed.report {
+        report::prepare(folder, files)?;
+    }
     let inputs = [
         &typed.epw,
         &typed.wea,
@@ -35,13 +49,30 @@ pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
     ];
     output.outputs.spare(inputs.into_iter().flatten())?;
     super::on_threads(&typed.threads, || {
-        let study = match &typed.from {
-            Some(path) => again(typed, path, screen)?,
-            None => first(typed, &output, screen)?,
+        let (study, looked) = match &typed.from {
+            Some(path) => (again(typed, path, screen)?, None),
+            None => first(typed, &output, screen).map(|(study, looked)| (study, Some(looked)))?,
         };
         let sums = sums(&study);
-        output.write(&study, &sums)?;
+        match (typed.layout, &looked, &study.surfaces) {
+            (Layout::Energyplus, Some(looked), Some(surfaces)) => {
+                output.write_energyplus(&study, &groups::by_object(surfaces, looked))?;
+            }
+            _ => output.write(&study, &sums)?,
+        }
         parts_beside(&typed.output).remove();
+        let picture = match (&looked, picture::shown(&sums)) {
+            (Some(looked), Some(shown)) if picture::is_drawn(typed) => {
+                Some(picture::draw(typed, looked, &study, &shown, screen)?)
+            }
+            _ => None,
+        };
+        if let (Some(path), Some(picture)) = (&typed.picture, &picture) {
+            picture::write(path, picture)?;
+        }
+        if let Some(folder) = &typed.report {
+            report::write(folder, &study, &sums, looked.as_ref(), picture.as_ref())?;
+        }
         file::report(&study, &sums, screen);
         Ok(Outcome::Done)
     })?
@@ -82,44 +113,67 @@ fn again(typed: &SunStudy, path: &std::path::Path, screen: &Screen) -> Result<St
 }
 
 /// Asks about a scene.
-fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study, Failure> {
+fn first(
+    typed: &SunStudy,
+    output: &StudyFile,
+    screen: &Screen,
+) -> Result<(Study, Looked), Failure> {
     let (suns, source) = suns::suns(typed, screen)?;
+    if typed.layout == Layout::Energyplus {
+        check_energyplus(&suns.list, typed.instant.instant()).map_err(|error| {
+            Failure::input(
+                error.to_string(),
+                "leave --layout out, or give --year, --epw or --wea",
+            )
+        })?;
+    }
     let asked = Asked::open(typed)?;
-    let lit = scene(typed, output, screen)?;
+    let LitScene { mut scene, up, .. } = scene(typed, output, screen)?;
+    // None of them plays a part.
+    scene.lights.clear();
     let limit = memory::limit(typed.memory_limit);
+    let size = match picture::is_drawn(typed) {
+        true => Some(picture::size(typed, &scene)?),
+        false => None,
+    };
     let mut need = Need {
-        scene: scene_bytes(&lit.scene),
-        surfaces: surface_bytes(&lit.scene),
+        scene: scene_bytes(&scene),
+        surfaces: surface_bytes(&scene),
+        picture: size.map_or(0, |size| picture::predict_bytes(size, 0)),
         ..Need::default()
     };
     need.check(limit)?;
-    let gathered = Gathered::of(&lit.scene)?;
+    let gathered = Gathered::of(&scene)?;
     let mut options = IndexOptions::default();
     let predicted = options.predict(gathered.occluders(), 0, None)?;
     need.set_index(gathered.memory_bytes(), predicted);
     need.check(limit)?;
     options.memory_limit = need.left_for_index(limit);
-    let index = options.build(gathered.occluders(), Vec::new())?;
+    let prepared = Prepared::of_gathered(scene, gathered, &options)?;
+    let index = prepared.index();
 
     let left = limit.saturating_sub(need.needed());
     let most = (left / sensors::bytes_of_one(suns.list.len())) as usize;
-    let sensors = asked.sensors(typed, &lit, &gathered, &index, most, screen)?;
+    let sensors = asked.sensors(typed, &prepared, up.direction, most, screen)?;
+    if let Some(size) = size {
+        need.picture = picture::predict_bytes(size, sensors.count());
+    }
     need.arrays = sensors.count() as u64 * sensors::bytes_of_one(suns.list.len());
     need.check(limit)?;
     screen.detail(format!("memory predicted: {need}"));
 
     let compass = Compass {
-        up: lit.up.direction,
+        up: up.direction,
         north: typed.north,
     };
-    lit.up.say("the sun", screen);
+    up.say("the sun", screen);
     let directions: Vec<DVec3> = suns.list.iter().map(|sun| compass.towards(sun)).collect();
     let parts = parts_beside(&typed.output);
     let stop = SaidAtStop {
         parts: &parts,
         screen,
     };
-    let answered = answer(&index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
+    let answered = answer(index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
     drop(stop);
     let [resumed, count] = answered.resumed;
     if resumed > 0 {
@@ -132,9 +186,10 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
         list,
         below_horizon,
         has_weather,
-        notes: _,
+        mut notes,
     } = suns;
-    Ok(Study {
+    notes.extend_from_slice(&sensors.notes);
+    let study = Study {
         about: About {
             antumbra_sun: VERSION,
             kind,
@@ -143,7 +198,7 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
             refraction: source.refraction,
             instant: typed.instant.instant(),
             north: typed.north,
-            up: lit.up.direction.to_array(),
+            up: up.direction.to_array(),
             below_horizon,
             has_weather,
         },
@@ -154,7 +209,13 @@ fn first(typed: &SunStudy, output: &StudyFile, screen: &Screen) -> Result<Study,
         directions: directions.iter().map(|to| to.to_array()).collect(),
         suns: list,
         bits: answered.bits,
-    })
+    };
+    let looked = Looked {
+        prepared,
+        up,
+        notes,
+    };
+    Ok((study, looked))
 }
 
 /// Says at a stop what is kept: a stopped task unwinds.

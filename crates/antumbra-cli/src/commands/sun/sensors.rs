@@ -2,6 +2,7 @@
 
 use antumbra::{Nearness, ShadowIndex};
 use antumbra_geometry::{DVec3, Precision, SurfaceId};
+use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::Gathered;
 use antumbra_scene::model::Scene;
 use antumbra_sun::{Facing, GridSettings, Sensors, grid_sensors, read_points};
@@ -10,7 +11,6 @@ use rayon::prelude::*;
 use super::super::query::arrays::PointFile;
 use super::super::query::asked::warn_of_surfaces;
 use crate::failure::Failure;
-use crate::load::LitScene;
 use crate::screen::Screen;
 use crate::typed::SunStudy;
 
@@ -80,21 +80,21 @@ impl Asked {
     pub(super) fn sensors(
         self,
         typed: &SunStudy,
-        lit: &LitScene,
-        gathered: &Gathered,
-        index: &ShadowIndex,
+        prepared: &Prepared,
+        up: DVec3,
         most: usize,
         screen: &Screen,
     ) -> Result<Sensors, Failure> {
+        let (gathered, index) = (prepared.gathered(), prepared.index());
         let (points, normals, precision) = match self {
             Self::Grid(spacing) => {
                 let settings = GridSettings {
                     spacing,
-                    up: lit.up.direction,
+                    up,
                     both_sides: typed.both_sides,
                     most,
                 };
-                let named = Named::of(&lit.scene, &typed.on)?;
+                let named = Named::of(prepared.scene(), &typed.on)?;
                 let keep = |surface| named.has(gathered, surface);
                 let sensors = grid_sensors(gathered.occluders(), &settings, keep);
                 let sensors = sensors.map_err(|error| {
