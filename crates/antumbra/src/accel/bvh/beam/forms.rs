@@ -205,7 +205,6 @@ pub(super) struct Towards<'a> {
 
 impl Forms {
     /// `asked` says which of the triangles are asked about.
-    #[expect(clippy::too_many_arguments, reason = "made at one place")]
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         simd: S,
