@@ -15,7 +15,7 @@ use crate::arrays::{Rows, rows};
 use crate::index::{Meant, ShadowIndex};
 use crate::work::stoppable;
 
-/// What is asked besides points.
+/// A question besides its points.
 struct Question<'a> {
     directions: DirectionSet,
     side: ReceiverSide,

@@ -1,4 +1,4 @@
-//! What readers accept, and the place and the words of every refusal.
+//! Tests of the readers: accepted files, and the place and the words of every refusal.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What bits amount to: hours, spans, irradiation, shares of the sky.
+//! Sums of bits: hours, spans, irradiation, shares of the sky.
 //!
 //! In: a [`Study`]. Out: numbers, one a sensor. Invariants: no ray is traced; times of whole seconds are summed without
 //! rounding; the same for any number of threads.

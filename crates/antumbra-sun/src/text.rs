@@ -1,4 +1,4 @@
-//! What readers of text share: from a file to numbered lines, from words to numbers.
+//! Shared parts of readers of text: from a file to numbered lines, from words to numbers.
 //!
 //! In: a path. Out: lines, numbers. Invariants: no more than 256 MiB are read; `\n`, `\r\n` and a lone `\r` end lines;
 //! bytes that are not UTF-8 are read as Latin-1, since they stand in names and comments only.

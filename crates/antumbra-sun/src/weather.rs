@@ -1,7 +1,7 @@
 //! Weather of a place: rows of irradiance, one for each step of time.
 //!
 //! In: rows that a reader found. Out: [`Suns`], each with the irradiance of its row. Invariants: rows are in the order of
-//! time, and none is there twice; their clock is standard time all year.
+//! month and day (those of a typical year have several years), and none is there twice; their clock is standard time all year.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What `antumbra sun` takes.
+//! Arguments of `antumbra sun`.
 
 use std::path::PathBuf;
 

@@ -61,7 +61,7 @@ pub enum StudyError {
     /// A sensor or a direction has no answer.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// What is done cannot be kept.
+    /// Parts that are done cannot be kept.
     #[error(transparent)]
     Part(#[from] PartError),
     /// Parts are to be kept of a scene that does not say what it is.

@@ -1,4 +1,4 @@
-//! What bits amount to, against sums bit by bit.
+//! Sums of bits, against sums bit by bit.
 
 use antumbra_sun::{Bits, Groups, Study, Sun, SunKind, Time, sums, sunlit_shares, totals};
 

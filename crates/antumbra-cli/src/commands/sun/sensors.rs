@@ -20,7 +20,7 @@ pub(super) fn bytes_of_one(sun_count: usize) -> u64 {
     (OWN + 8 * sun_count.div_ceil(64)) as u64
 }
 
-/// What was asked about sensors, before the scene is read.
+/// Sensors as they were typed, before the scene is read.
 pub(super) enum Asked {
     Grid(f64),
     Points {

@@ -58,7 +58,7 @@ pub(super) struct Verdicts {
 type Lanes<S> = f32x4<S>;
 
 #[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[[f32; LANES]; 3]) -> [Lanes<S>; 3] {
+pub(super) fn load<S: Simd>(simd: S, rows: &[[f32; LANES]; 3]) -> [Lanes<S>; 3] {
     [
         Lanes::from_slice(simd, &rows[0]),
         Lanes::from_slice(simd, &rows[1]),
@@ -67,7 +67,7 @@ fn load<S: Simd>(simd: S, rows: &[[f32; LANES]; 3]) -> [Lanes<S>; 3] {
 }
 
 #[inline(always)]
-fn cross<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+pub(super) fn cross<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

@@ -15,7 +15,7 @@ pub(super) struct Page<'a> {
     pub(super) sums: &'a Sums,
     /// Address of the picture, with its data, and its size.
     pub(super) picture: Option<(String, [u32; 2])>,
-    /// What groups are: object, material, or nothing for all sensors together.
+    /// Kind of the groups: object, material, or nothing for all sensors together.
     pub(super) by: &'static str,
     pub(super) groups: Groups,
     pub(super) totals: Vec<Total>,

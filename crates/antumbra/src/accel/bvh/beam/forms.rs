@@ -8,6 +8,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x16};
 
 use super::super::data::{LANES, TriangleGroup};
+use super::super::filter::{cross, dot, load};
 use super::super::ray::{SMALLEST_COMPONENT, U};
 use super::shapes::Verdicts;
 use super::targets::{CHUNK, TARGETS, bits_of, lanes};
@@ -30,7 +31,7 @@ pub(super) struct StartBounds {
 impl StartBounds {
     /// `margin` is the frame's, `origin_error` that of the start in lengths of the direction.
     pub(super) fn new(margin: f64, origin_error: f64) -> Self {
-        // A corner and a start are rounded by half a `U` each; twice that is granted.
+        // A corner and a start are rounded by half a `U` each; twice that, and five percent, are granted.
         Self {
             position: (1.05 * (2.0 * U + 1.01 * margin)) as f32,
             direction: (1.05 * (2.01 * U + SMALLEST_COMPONENT + origin_error)) as f32,
@@ -139,29 +140,6 @@ pub(super) struct Forms {
 }
 
 #[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[[f32; LANES]; 3]) -> [Four<S>; 3] {
-    [
-        Four::from_slice(simd, &rows[0]),
-        Four::from_slice(simd, &rows[1]),
-        Four::from_slice(simd, &rows[2]),
-    ]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: [Four<S>; 3], b: [Four<S>; 3]) -> [Four<S>; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: [Four<S>; 3], b: [Four<S>; 3]) -> Four<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
 fn splat<S: Simd>(simd: S, v: [f32; 3]) -> [Four<S>; 3] {
     [
         Four::splat(simd, v[0]),
@@ -228,7 +206,7 @@ impl Forms {
         let reach = Four::from_slice(simd, &group.reach);
         let normal = cross(b, d);
         let climb = dot(normal, direction);
-        // The farthest that a corner lies from a start along an axis.
+        // The farthest that a corner lies from a start along an axis, and the bounds that follow from it (README.md).
         let far = corner[0].abs().max(corner[1].abs()).max(corner[2].abs());
         let far = far + Four::splat(simd, seen.reach);
         let u = U as f32;

@@ -7,7 +7,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x16};
 
 use super::super::data::{LANES, SphereGroup, TriangleGroup};
-use super::super::filter;
+use super::super::filter::{self, cross, load};
 use super::super::ray::FilterBounds;
 use super::pyramid::Pyramid;
 use super::targets::{CHUNK, Segments, TARGETS, bits_of, lanes};
@@ -46,24 +46,6 @@ pub(super) struct Edges {
 
 /// Forms of a whole pyramid have slopes for directions: bounds are at most four times those of a segment.
 const PYRAMID: f32 = 4.0;
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[[f32; LANES]; 3]) -> [Four<S>; 3] {
-    [
-        Four::from_slice(simd, &rows[0]),
-        Four::from_slice(simd, &rows[1]),
-        Four::from_slice(simd, &rows[2]),
-    ]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: [Four<S>; 3], b: [Four<S>; 3]) -> [Four<S>; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
 
 /// Returns the least and the most that a form is along a pyramid's directions.
 #[inline(always)]
