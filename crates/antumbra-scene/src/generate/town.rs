@@ -163,11 +163,7 @@ mod tests {
         for number in 0..64 {
             let (house, others) = rest.split_at(6 + usize::from(number % 4 == 0));
             rest = others;
-            let all: Vec<DVec3> = house
-                .iter()
-                .flat_map(|face| corners(face))
-                .copied()
-                .collect();
+            let all: Vec<DVec3> = house.iter().flat_map(corners).copied().collect();
             let middle = all.iter().sum::<DVec3>() / all.len() as f64;
             for face in house {
                 let corners = corners(face);
