@@ -34,7 +34,7 @@ mod walk;
 mod wedge;
 
 pub(crate) use beam::column::AskedDirection;
-pub(crate) use beam::sheaf::{Cut, Sheaf, Tile};
+pub(crate) use beam::sheaf::{Cut, Reach, Sheaf, Tile};
 pub(crate) use beam::{Asked, Block, Memory, TARGETS};
 pub(crate) use cull::{Leaf, Region, WEDGES};
 pub(crate) use data::Bvh;

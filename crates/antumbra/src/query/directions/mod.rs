@@ -14,7 +14,7 @@ use antumbra_geometry::{Occluders, ReceiverPoint, sides_of_normal};
 
 use super::beam::{AskedBlock, WORD, word_count};
 use super::run::{Run, check_length};
-use crate::accel::bvh::{Asked, AskedDirection, Bvh, Cut, Memory, Sheaf, Tile};
+use crate::accel::bvh::{Asked, AskedDirection, Bvh, Cut, Memory, Reach, Sheaf, Tile};
 use crate::limits::is_fine;
 use crate::threads::{self, prelude::*};
 use crate::{
@@ -304,7 +304,7 @@ impl<'a> Work<'a> {
                 continue;
             }
             pairs += count;
-            let sheaf = self.bvh.zip(self.sheaves.get_mut(number));
+            let mut sheaf = self.bvh.zip(self.sheaves.get_mut(number));
             let mut is_clear = false;
             if let Some((bvh, sheaf)) = &sheaf {
                 bvh.cut(near, &mut self.tile, sheaf, &mut self.cut, counters);
@@ -316,8 +316,27 @@ impl<'a> Work<'a> {
             if is_clear {
                 counters.shadow.first_pass += count;
                 transpose(&mut words);
-            } else if let (Some((bvh, sheaf)), true) = (&sheaf, is_many) {
+            } else if let (Some((bvh, sheaf)), true) = (sheaf.as_mut(), is_many) {
                 counters.shadow.rays += count;
+                if self.cut.has_near() {
+                    for (start, word) in self.starts.iter().zip(&mut words) {
+                        if *word == 0 {
+                            continue;
+                        }
+                        let asked = Asked {
+                            occluders: near,
+                            start,
+                            targets: &cell.targets,
+                            mask: *word & cell.block.asked(),
+                            number,
+                        };
+                        let cut = (&self.cut, Reach::Near);
+                        let memory = &mut self.memory;
+                        let blocked = bvh.any_hit_sheaf(&asked, sheaf, cut, memory, counters);
+                        counters.shadow.shadowed += u64::from(blocked.count_ones());
+                        *word &= !blocked;
+                    }
+                }
                 transpose(&mut words);
                 for (lane, word) in words.iter_mut().enumerate().take(cell.targets.len()) {
                     // Towards nowhere nothing is met.
@@ -432,7 +451,8 @@ impl OneCell<'_> {
                 mask: mask & self.cell.block.asked(),
                 number: self.number,
             };
-            return bvh.any_hit_sheaf(&asked, sheaf, self.cut, memory, counters);
+            let cut = (self.cut, Reach::All);
+            return bvh.any_hit_sheaf(&asked, sheaf, cut, memory, counters);
         }
         let asked = AskedBlock {
             targets: &self.cell.targets,

@@ -40,7 +40,8 @@ pub(crate) struct AskedDirection<'a> {
 }
 
 impl Bvh {
-    /// Returns from which starts of a tile an opaque surface blocks a direction of a sheaf.
+    /// Returns from which starts of a tile an opaque surface blocks a direction of a sheaf. Near entries of the cut have been
+    /// asked before, with `Reach::Near`: from the starts of the mask they block nothing.
     #[inline]
     pub(crate) fn any_hit_column(
         &self,
@@ -80,7 +81,7 @@ impl Bvh {
         let (Some(part), true) = (part, fit != 0) else {
             return blocked;
         };
-        let entries = cut.entries_of(part);
+        let entries = cut.far_entries_of(part);
         if entries.is_empty() {
             return blocked;
         }

@@ -20,6 +20,10 @@ use crate::Counters;
 /// Most nodes at which the walks of a start begin. Each costs a visit a start.
 const MOST_ENTRIES: usize = 24;
 
+/// What begins within so many sizes of a tile is asked start by start: a direction's walk for all starts is as wide as the
+/// tile, a start's walk for all directions of a cell becomes so only there.
+const NEAR: f32 = 2.0;
+
 /// Answers about leaves that a tile remembers.
 const REMEMBERED: usize = 1024;
 
@@ -63,9 +67,25 @@ pub(crate) struct Tile {
 /// Where the walks of a tile's starts begin, for each part of a sheaf: what may be met first comes first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cut {
-    parts: Vec<Vec<Waiting>>,
+    parts: Vec<Entries>,
     /// What is found for one part: nodes that were not looked into have all children in their masks.
     found: Vec<Found>,
+}
+
+/// Where walks for a part of a sheaf begin.
+#[derive(Clone, Debug, Default)]
+struct Entries {
+    /// What may be met within [`NEAR`] sizes of the tile: seen from there directions are closer together than starts are.
+    near: Vec<Waiting>,
+    far: Vec<Waiting>,
+}
+
+/// Which entries of a cut are asked about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reach {
+    All,
+    /// The near ones, for directions that are fit; others are left.
+    Near,
 }
 
 /// Children of a node, and the least height at which the pyramid may meet one.
@@ -80,14 +100,19 @@ impl Cut {
     /// Returns whether nothing blocks any segment that is fit, of any start of the tile.
     #[inline]
     pub(crate) fn is_empty(&self) -> bool {
-        self.parts.iter().all(Vec::is_empty)
+        let mut parts = self.parts.iter();
+        parts.all(|part| part.near.is_empty() && part.far.is_empty())
     }
-}
 
-impl Cut {
-    /// Returns where the walks for a part of the sheaf begin.
-    pub(super) fn entries_of(&self, part: usize) -> &[Waiting] {
-        &self.parts[part]
+    /// Returns whether something near may block.
+    #[inline]
+    pub(crate) fn has_near(&self) -> bool {
+        self.parts.iter().any(|part| !part.near.is_empty())
+    }
+
+    /// Returns where walks for a part of the sheaf begin that leave out what is near.
+    pub(super) fn far_entries_of(&self, part: usize) -> &[Waiting] {
+        &self.parts[part].far
     }
 }
 
@@ -281,9 +306,15 @@ impl Bvh {
         cut: &mut Cut,
         counters: &mut Counters,
     ) {
-        cut.parts.resize_with(sheaf.parts.len(), Vec::new);
+        cut.parts.resize_with(sheaf.parts.len(), Entries::default);
+        let bounds = &tile.bounds;
+        let size = (0..3).fold(0.0_f32, |size, axis| {
+            size.max(bounds.most[axis] - bounds.least[axis])
+        });
+        let near = NEAR * size;
         for (part, entries) in sheaf.parts.iter().zip(&mut cut.parts) {
-            entries.clear();
+            entries.near.clear();
+            entries.far.clear();
             let mut pyramid = part.pyramid;
             pyramid.start_at(tile.bounds.least, tile.bounds.most);
             let found = &mut cut.found;
@@ -301,7 +332,8 @@ impl Bvh {
                 let Waiting { node: index, .. } = found.swap_remove(place).waiting;
                 let node = &self.nodes[index as usize];
                 counters.steps += 1;
-                let (mut leaves, mut least) = (0, f32::INFINITY);
+                // Leaves that are near, and others.
+                let (mut leaves, mut least) = ([0; 2], [f32::INFINITY; 2]);
                 let heights = pyramid.heights(node);
                 for slot in lanes(pyramid.meets(simd, node)) {
                     let (child, height) = (node.children[slot % WIDTH], heights[slot % WIDTH]);
@@ -315,23 +347,26 @@ impl Bvh {
                             is_new: true,
                         });
                     } else if !tile.rules_out(self, occluders, child) {
-                        leaves |= 1 << slot;
-                        least = least.min(height);
+                        let kind = usize::from(height > near);
+                        leaves[kind] |= 1 << slot;
+                        least[kind] = least[kind].min(height);
                     }
                 }
-                if leaves != 0 {
-                    found.push(Found {
-                        height: least,
-                        waiting: Waiting {
-                            node: index,
-                            mask: leaves,
-                        },
-                        is_new: false,
-                    });
+                for (mask, height) in leaves.into_iter().zip(least) {
+                    if mask != 0 {
+                        found.push(Found {
+                            height,
+                            waiting: Waiting { node: index, mask },
+                            is_new: false,
+                        });
+                    }
                 }
             }
             found.sort_unstable_by(|a, b| a.height.total_cmp(&b.height));
-            entries.extend(found.iter().map(|found| found.waiting));
+            let first_far = found.partition_point(|found| found.height <= near);
+            let (is_near, is_far) = found.split_at(first_far);
+            entries.near.extend(is_near.iter().map(|found| found.waiting));
+            entries.far.extend(is_far.iter().map(|found| found.waiting));
         }
     }
 
@@ -342,12 +377,12 @@ impl Bvh {
         &self,
         asked: &Asked,
         sheaf: &mut Sheaf,
-        cut: &Cut,
+        (cut, reach): (&Cut, Reach),
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
         dispatch!(self.level, simd => {
-            self.any_hit_sheaf_with(simd, asked, sheaf, cut, memory, counters)
+            self.any_hit_sheaf_with(simd, asked, sheaf, (cut, reach), memory, counters)
         })
     }
 
@@ -357,7 +392,7 @@ impl Bvh {
         simd: S,
         asked: &Asked,
         sheaf: &mut Sheaf,
-        cut: &Cut,
+        (cut, reach): (&Cut, Reach),
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
@@ -376,7 +411,11 @@ impl Bvh {
             && offset * sheaf.largest_scale <= USUAL_ORIGIN_ERROR;
         let fit = if is_fit { sheaf.fit & mask } else { 0 };
         let mut blocked = 0;
-        for lane in bits(mask & !fit) {
+        let unfit = match reach {
+            Reach::All => mask & !fit,
+            Reach::Near => 0,
+        };
+        for lane in bits(unfit) {
             let is_blocked = self.any_hit(occluders, start, &targets[lane], counters);
             blocked |= u64::from(is_blocked) << lane;
         }
@@ -398,7 +437,11 @@ impl Bvh {
         };
         for (part, entries) in sheaf.parts.iter_mut().zip(&cut.parts) {
             let mut active = fit & part.targets;
-            if active == 0 || entries.is_empty() {
+            let far: &[Waiting] = match reach {
+                Reach::All => &entries.far,
+                Reach::Near => &[],
+            };
+            if active == 0 || entries.near.len() + far.len() == 0 {
                 continue;
             }
             let asked = active;
@@ -411,7 +454,7 @@ impl Bvh {
             if beam.last != Child::NONE {
                 active &= !beam.blocked_in(simd, beam.last, &pyramid, active);
             }
-            for &entry in entries {
+            for &entry in entries.near.iter().chain(far) {
                 if active == 0 {
                     break;
                 }
