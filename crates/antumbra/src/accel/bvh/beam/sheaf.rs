@@ -20,9 +20,12 @@ use crate::Counters;
 /// Most nodes at which the walks of a start begin. Each costs a visit a start.
 const MOST_ENTRIES: usize = 24;
 
-/// What begins within so many sizes of a tile is asked start by start: a direction's walk for all starts is as wide as the
-/// tile, a start's walk for all directions of a cell becomes so only there.
-const NEAR: f32 = 2.0;
+/// What begins nearer than where a start's directions are so many sizes of the tile apart is asked start by start: up to
+/// there a walk for all directions is narrower than one for all starts.
+const NEAR: f32 = 1.2;
+
+/// Directions count as at least so far apart, as the difference of their slopes.
+const NARROW: f32 = 0.1;
 
 /// Answers about leaves that a tile remembers.
 const REMEMBERED: usize = 1024;
@@ -44,6 +47,8 @@ struct Part {
     targets: u64,
     /// Its start is where it was last.
     pyramid: Pyramid,
+    /// The largest difference of slopes.
+    width: f32,
 }
 
 /// Starts near each other.
@@ -75,7 +80,7 @@ pub(crate) struct Cut {
 /// Where walks for a part of a sheaf begin.
 #[derive(Clone, Debug, Default)]
 struct Entries {
-    /// What may be met within [`NEAR`] sizes of the tile: seen from there directions are closer together than starts are.
+    /// What may be met where the directions from one start are closer together than the tile's starts.
     near: Vec<Waiting>,
     far: Vec<Waiting>,
 }
@@ -137,7 +142,12 @@ impl Sheaf {
             }
             rest &= !targets;
             let pyramid = Pyramid::new(simd, &segments, face, targets);
-            parts.push(Part { targets, pyramid });
+            let widths = pyramid.slopes.map(|[low, high]| high - low);
+            parts.push(Part {
+                targets,
+                pyramid,
+                width: widths[0].max(widths[1]).max(NARROW),
+            });
         }
         Self {
             segments,
@@ -311,8 +321,8 @@ impl Bvh {
         let size = (0..3).fold(0.0_f32, |size, axis| {
             size.max(bounds.most[axis] - bounds.least[axis])
         });
-        let near = NEAR * size;
         for (part, entries) in sheaf.parts.iter().zip(&mut cut.parts) {
+            let near = NEAR * size / part.width;
             entries.near.clear();
             entries.far.clear();
             let mut pyramid = part.pyramid;
