@@ -9,7 +9,7 @@ use antumbra_geometry::{DVec3, Short};
 use antumbra_render::camera::View;
 use antumbra_render::orbit::camera_of_frame;
 use antumbra_render::prepare::Prepared;
-use antumbra_scene::model::{Camera, LightKind};
+use antumbra_scene::model::{Alpha, Camera, LightKind, Scene, ShadowKind};
 
 use antumbra_cli::failure::Failure;
 use antumbra_cli::screen::Screen;
@@ -39,6 +39,7 @@ impl Subject {
         let file = typed.light.file(path);
         let lit = load::lit_scene(&file, &typed.cost, &typed.outputs()?, screen)?;
         let mut scene = lit.scene;
+        fill_holes(&mut scene, screen);
         if typed.light_number >= scene.lights.len() {
             return Err(Failure::input(
                 format!(
@@ -97,6 +98,20 @@ impl Subject {
     /// Returns the scene as Embree takes it.
     pub(super) fn geometry(&self) -> Geometry {
         Geometry::of(self.recorder.scene(), self.recorder.gathered().occluders())
+    }
+}
+
+/// Makes faces with holes whole: Embree has no masks of its own, and all are to answer the same questions.
+pub(super) fn fill_holes(scene: &mut Scene, screen: &Screen) {
+    let materials = scene.materials.iter_mut();
+    let masked = materials.filter(|material| material.shadow_kind() == ShadowKind::AlphaTested);
+    let count = masked
+        .map(|material| material.alpha = Alpha::Opaque)
+        .count();
+    if count > 0 {
+        screen.note(format!(
+            "{count} materials have holes; they are filled, for Embree as for us"
+        ));
     }
 }
 

@@ -118,12 +118,13 @@ fn scene(
     report: &mut Report,
 ) -> Result<(), Failure> {
     let file = typed.subjects.light.file(path);
-    let lit = load::lit_scene(
+    let mut lit = load::lit_scene(
         &file,
         &typed.subjects.cost,
         &typed.subjects.outputs()?,
         screen,
     )?;
+    subject::fill_holes(&mut lit.scene, screen);
     let up = lit.up.direction;
     let options = IndexOptions {
         method: Method::Bvh,

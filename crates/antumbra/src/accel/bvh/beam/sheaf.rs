@@ -375,7 +375,9 @@ impl Bvh {
             found.sort_unstable_by(|a, b| a.height.total_cmp(&b.height));
             let first_far = found.partition_point(|found| found.height <= near);
             let (is_near, is_far) = found.split_at(first_far);
-            entries.near.extend(is_near.iter().map(|found| found.waiting));
+            entries
+                .near
+                .extend(is_near.iter().map(|found| found.waiting));
             entries.far.extend(is_far.iter().map(|found| found.waiting));
         }
     }
