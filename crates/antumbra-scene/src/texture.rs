@@ -115,8 +115,18 @@ impl Texture {
         self.filtered(uv, |texel| texel.map(|byte| f64::from(byte) / 255.0))
     }
 
-    fn filtered(&self, uv: [f64; 2], decoded: impl Fn([u8; 4]) -> [f64; 4]) -> [f64; 4] {
-        let texel = |column, row| self.texel(column, row).map_or([1.0; 4], &decoded);
+    /// Returns the alpha of what [`sample`](Self::sample) returns, the same bits, without a look at colors.
+    pub fn sample_alpha(&self, uv: [f64; 2]) -> f64 {
+        let [alpha] = self.filtered(uv, |[.., alpha]| [f64::from(alpha) / 255.0]);
+        alpha
+    }
+
+    fn filtered<const N: usize>(
+        &self,
+        uv: [f64; 2],
+        decoded: impl Fn([u8; 4]) -> [f64; N],
+    ) -> [f64; N] {
+        let texel = |column, row| self.texel(column, row).map_or([1.0; N], &decoded);
         let [x, y] = [(uv[0], self.width), (uv[1], self.height)]
             .map(|(coordinate, size)| finite(coordinate) * f64::from(size));
         let [wrap_x, wrap_y] = self.wrap;
@@ -337,7 +347,7 @@ fn split(number: f64) -> (f64, f64) {
 }
 
 /// Mixes so that equal ends give that value, whatever the share.
-fn mix(a: [f64; 4], b: [f64; 4], share_of_b: f64) -> [f64; 4] {
+fn mix<const N: usize>(a: [f64; N], b: [f64; N], share_of_b: f64) -> [f64; N] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share_of_b)
 }
 
@@ -346,6 +356,8 @@ fn mix(a: [f64; 4], b: [f64; 4], share_of_b: f64) -> [f64; 4] {
 fn wrapped(place: f64, size: u32, wrap: Wrap) -> usize {
     let size = f64::from(size.max(1));
     let inside = match wrap {
+        // Most are, and remainders are slow.
+        _ if (0.0..size).contains(&place) => place,
         Wrap::Repeat => place.rem_euclid(size),
         Wrap::MirroredRepeat => {
             let turned = place.rem_euclid(2.0 * size);
@@ -375,7 +387,11 @@ mod tests {
     fn alphas(texture: &Texture, places: &[f64]) -> Vec<f64> {
         places
             .iter()
-            .map(|&u| texture.sample([u, 0.5])[3])
+            .map(|&u| {
+                let [.., alpha] = texture.sample([u, 0.5]);
+                assert_eq!(texture.sample_alpha([u, 0.5]), alpha);
+                alpha
+            })
             .collect()
     }
 

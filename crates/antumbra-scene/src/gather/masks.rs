@@ -29,8 +29,7 @@ impl MaskedTexture {
 
 impl Coverage for MaskedTexture {
     fn is_solid_at(&self, uv: [f64; 2]) -> bool {
-        let [.., alpha] = self.texture.sample(uv);
-        self.material.coverage(alpha) > 0.0
+        self.material.coverage(self.texture.sample_alpha(uv)) > 0.0
     }
 
     fn is_solid_throughout(&self, low: [f64; 2], high: [f64; 2]) -> Option<bool> {

@@ -121,7 +121,8 @@ impl ShadowIndex {
     /// let suns = DirectionSet::new(&[[1.0, 0.0, 0.2], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.2]])?;
     /// let points = [[1.0, 0.0, 0.0]];
     /// let mut visible = [0];
-    /// let batch = Batch::on_surfaces(&points, &[yard.start]);
+    /// let on_yard = [yard.start];
+    /// let batch = Batch::on_surfaces(&points, &on_yard);
     /// index.visible_directions(&batch, &suns, ReceiverSide::Front, &mut visible)?;
     /// assert_eq!(visible, [0b011]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
