@@ -582,8 +582,8 @@ fn boundary_edges(triangles: &[([u32; 3], [DVec3; 3])]) -> Vec<[DVec3; 2]> {
 /// Returns whether triangles lie exactly in one plane.
 fn is_flat(triangles: &[[DVec3; 3]]) -> bool {
     let plane = Plane::Points(triangles[0]);
-    triangles
-        .iter()
-        .flatten()
-        .all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero)
+    let others = triangles.iter().flatten();
+    // Neighbors share corners; a corner's own plane needs no arithmetic.
+    let mut others = others.filter(|&vertex| !triangles[0].contains(vertex));
+    others.all(|&vertex| plane_side(&plane, (vertex, 1.0)) == Sign::Zero)
 }

@@ -72,6 +72,11 @@ impl Occluders {
             if height.abs() > bound {
                 return height < 0.0;
             }
+            // Neighbors share corners; those of the plane's triangle need no arithmetic.
+            let own = self.triangle_positions(plane.surface);
+            if own.is_some_and(|own| own.contains(&corner)) {
+                return true;
+            }
             // Any start on the plane's triangle: sides do not depend on it.
             let start = ReceiverPoint {
                 point: plane.corner,
@@ -83,7 +88,7 @@ impl Occluders {
 }
 
 /// The plane of a triangle, rounded, and whose it is exactly.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePlane {
     surface: SurfaceId,
     corner: DVec3,

@@ -34,7 +34,8 @@ mod walk;
 mod wedge;
 
 pub(crate) use beam::column::AskedDirection;
-pub(crate) use beam::sheaf::{Cut, Reach, Sheaf, Tile};
+pub(crate) use beam::sheaf::{Cut, Reach, Sheaf};
+pub(crate) use beam::tile::{OfTile, Tile};
 pub(crate) use beam::{Asked, Block, Memory, TARGETS};
 pub(crate) use cull::{Leaf, Region, WEDGES};
 pub(crate) use data::Bvh;

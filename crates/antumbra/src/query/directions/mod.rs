@@ -10,11 +10,11 @@ mod bits;
 mod cells;
 mod tiles;
 
-use antumbra_geometry::{Occluders, ReceiverPoint, sides_of_normal};
+use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId, sides_of_normal};
 
 use super::beam::{AskedBlock, WORD, word_count};
 use super::run::{Run, check_length};
-use crate::accel::bvh::{Asked, AskedDirection, Bvh, Cut, Memory, Reach, Sheaf, Tile};
+use crate::accel::bvh::{Asked, AskedDirection, Bvh, Cut, Memory, OfTile, Reach, Sheaf, Tile};
 use crate::limits::is_fine;
 use crate::threads::{self, prelude::*};
 use crate::{
@@ -32,6 +32,9 @@ const CHUNKS_A_THREAD: usize = 4;
 
 /// Tiles of more starts go direction by direction, smaller ones start by start.
 const FEW: usize = tiles::FEW;
+
+/// For fewer directions, starts on several triangles are not told what lies below them: it would cost more than it spares.
+const MANY_DIRECTIONS: usize = 1024;
 
 /// Largest side of a tile of many starts, in the largest of the scene's box.
 const NEAR: f64 = 1.0 / 24.0;
@@ -230,6 +233,8 @@ struct Work<'a> {
     /// The starts of the tile, and on which side each is asked.
     starts: Vec<ReceiverPoint>,
     sides: Vec<ReceiverSide>,
+    /// The triangle that each start is on and the only side asked about; of one start alone likewise.
+    one_sides: Vec<Option<(SurfaceId, i8)>>,
     /// Which directions of each cell are asked about, start after start; of one start alone where they are the same for all.
     asked: Vec<u64>,
     /// For each direction the starts that it reaches.
@@ -256,6 +261,7 @@ impl<'a> Work<'a> {
             cut: Cut::default(),
             starts: Vec::with_capacity(WORD),
             sides: Vec::with_capacity(WORD),
+            one_sides: Vec::with_capacity(WORD),
             asked: Vec::new(),
             columns: vec![0; directions.word_count() * WORD],
         }
@@ -276,14 +282,19 @@ impl<'a> Work<'a> {
                 self.asked.push(on_side(occluders, start, side, cell));
             }
         }
-        let plane = own.filter(|_| is_one).zip(match self.sides[0] {
-            ReceiverSide::Front => Some(1),
-            ReceiverSide::Back => Some(-1),
-            ReceiverSide::Both | ReceiverSide::Normal(_) => None,
-        });
         if let Some(bvh) = self.bvh {
+            self.one_sides.clear();
+            let side_of = |(start, side): (&ReceiverPoint, &ReceiverSide)| match side {
+                ReceiverSide::Front => Some((start.surface?, 1)),
+                ReceiverSide::Back => Some((start.surface?, -1)),
+                ReceiverSide::Both | ReceiverSide::Normal(_) => None,
+            };
+            let sides = self.starts.iter().zip(&self.sides).map(side_of);
+            if is_one || self.directions.count >= MANY_DIRECTIONS {
+                self.one_sides.extend(sides);
+            }
             self.tile
-                .hold(bvh, &self.index.parts.near, &self.starts, plane);
+                .hold(bvh, &self.index.parts.near, &self.starts, &self.one_sides);
         }
         self.columns.fill(0);
         let near = &*self.index.parts.near;
@@ -311,7 +322,7 @@ impl<'a> Work<'a> {
                 bvh.cut(near, &mut self.tile, sheaf, &mut self.cut, counters);
                 is_clear = are_plain
                     && self.cut.is_empty()
-                    && self.tile.fit_for(sheaf) == all_starts
+                    && sheaf.fit_starts(&self.tile) == all_starts
                     && sheaf.fit() == cell.block.asked();
             }
             if is_clear {
@@ -320,7 +331,7 @@ impl<'a> Work<'a> {
             } else if let (Some((bvh, sheaf)), true) = (sheaf.as_mut(), is_many) {
                 counters.shadow.rays += count;
                 if self.cut.has_near() {
-                    for (start, word) in self.starts.iter().zip(&mut words) {
+                    for (place, (start, word)) in self.starts.iter().zip(&mut words).enumerate() {
                         if *word == 0 {
                             continue;
                         }
@@ -332,8 +343,12 @@ impl<'a> Work<'a> {
                             number,
                         };
                         let cut = (&self.cut, Reach::Near);
+                        let of = OfTile {
+                            tile: &mut self.tile,
+                            place,
+                        };
                         let memory = &mut self.memory;
-                        let blocked = bvh.any_hit_sheaf(&asked, sheaf, cut, memory, counters);
+                        let blocked = bvh.any_hit_sheaf(&asked, sheaf, cut, of, memory, counters);
                         counters.shadow.shadowed += u64::from(blocked.count_ones());
                         *word &= !blocked;
                     }
@@ -367,9 +382,13 @@ impl<'a> Work<'a> {
                     sheaf,
                     cut: &self.cut,
                 };
-                for (start, word) in self.starts.iter().zip(&mut words) {
+                for (place, (start, word)) in self.starts.iter().zip(&mut words).enumerate() {
                     if *word != 0 {
-                        let blocked = one.blocked(start, *word, &mut self.memory, counters);
+                        let of = OfTile {
+                            tile: &mut self.tile,
+                            place,
+                        };
+                        let blocked = one.blocked(start, *word, of, &mut self.memory, counters);
                         counters.shadow.shadowed += u64::from(blocked.count_ones());
                         *word &= !blocked;
                     }
@@ -439,6 +458,7 @@ impl OneCell<'_> {
         &mut self,
         start: &ReceiverPoint,
         mask: u64,
+        of: OfTile<'_>,
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
@@ -453,7 +473,7 @@ impl OneCell<'_> {
                 number: self.number,
             };
             let cut = (self.cut, Reach::All);
-            return bvh.any_hit_sheaf(&asked, sheaf, cut, memory, counters);
+            return bvh.any_hit_sheaf(&asked, sheaf, cut, of, memory, counters);
         }
         let asked = AskedBlock {
             targets: &self.cell.targets,

@@ -16,9 +16,10 @@ use super::super::walk::{USUAL_DEPTH, Waiting, enters, lanes};
 use super::forms::{Forms, StartBounds, StartBox, Towards};
 use super::pyramid::Pyramid;
 use super::shapes::{self, Verdicts};
-use super::sheaf::{Cut, Sheaf, Tile};
-use super::targets::TARGETS;
-use super::{COST_EACH, COST_OF_SPHERE, MANY_LEFT, Memory, Stack, bits};
+use super::sheaf::{Cut, Sheaf};
+use super::targets::{TARGETS, bits};
+use super::tile::Tile;
+use super::{COST_EACH, COST_OF_SPHERE, MANY_LEFT, Memory, Stack};
 use crate::Counters;
 
 /// Fewer starts than this part no further.
@@ -69,7 +70,7 @@ impl Bvh {
         let lane = asked.lane % TARGETS;
         let part = sheaf.part_of(lane);
         let fit = match part {
-            Some(_) => asked.mask & tile.fit_for(sheaf),
+            Some(_) => asked.mask & sheaf.fit_starts(tile),
             None => 0,
         };
         let mut blocked = 0;
@@ -305,7 +306,10 @@ impl Column<'_> {
             ChildKind::Triangles => {
                 let group = &bvh.triangles[child.index()];
                 let members = &group.members;
-                let asked = u32::from(members.opaque) & !self.tile.ruled_out(bvh, occluders, child);
+                let below = *self.tile.starts_below(bvh, occluders, child);
+                let asked = lanes(u32::from(members.opaque))
+                    .filter(|&lane| below[lane % LANES] & active != 0)
+                    .fold(0, |asked, lane| asked | 1 << lane);
                 if asked == 0 {
                     return 0;
                 }
@@ -323,8 +327,12 @@ impl Column<'_> {
                     return active;
                 }
                 for lane in lanes(forms.possible) {
+                    let starts = rest & below[lane % LANES];
+                    if starts == 0 {
+                        continue;
+                    }
                     self.tests += 1;
-                    let verdicts = forms.verdicts(simd, lane, self.tile.seen(), rest);
+                    let verdicts = forms.verdicts(simd, lane, self.tile.seen(), starts);
                     rest &= !self.decided(members, lane, verdicts);
                     if rest == 0 {
                         break;

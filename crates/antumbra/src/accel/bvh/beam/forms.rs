@@ -11,7 +11,7 @@ use super::super::data::{LANES, TriangleGroup};
 use super::super::filter::{cross, dot, load};
 use super::super::ray::{SMALLEST_COMPONENT, U};
 use super::shapes::Verdicts;
-use super::targets::{CHUNK, TARGETS, bits_of, lanes};
+use super::targets::{CHUNK, TARGETS, bits, bits_of, lanes};
 
 type Four<S> = f32x4<S>;
 type Wide<S> = f32x16<S>;
@@ -106,7 +106,7 @@ impl StartBox {
     /// Returns the box of the starts of a mask.
     pub(super) fn of(origins: &Origins, mask: u64) -> Self {
         let (mut least, mut most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for start in super::bits(mask) {
+        for start in bits(mask) {
             for axis in 0..3 {
                 least[axis] = least[axis].min(origins[axis][start]);
                 most[axis] = most[axis].max(origins[axis][start]);

@@ -17,6 +17,7 @@ mod shapes;
 pub(super) mod sheaf;
 mod single;
 mod targets;
+pub(super) mod tile;
 
 use antumbra_geometry::{LightShape, Occluders, ReceiverPoint, Segment, SurfaceId};
 use fearless_simd::{Simd, dispatch};
@@ -26,8 +27,9 @@ use super::walk::{Question, USUAL_DEPTH, Waiting, enters, lanes};
 use crate::Counters;
 use pyramid::{Faces, Pyramid};
 use shapes::{Edges, Verdicts};
-use targets::Segments;
 pub(crate) use targets::{Block, TARGETS};
+use targets::{Segments, bits};
+use tile::OfTile;
 
 /// Largest number of targets that are answered by single rays.
 const FEW: u32 = 2;
@@ -53,11 +55,11 @@ pub(crate) struct Memory {
     /// Which of them are the start's.
     made: u64,
     /// Pairs of a start's triangle and another one, and whether they lie in one plane, by a few of their bits.
-    planes: [([u32; 2], bool); PLANES],
+    planes: Box<[([u32; 2], bool); PLANES]>,
 }
 
 /// Number of pairs of triangles that are remembered.
-const PLANES: usize = 16;
+const PLANES: usize = 256;
 
 impl Memory {
     /// Makes one for so many blocks of targets.
@@ -66,7 +68,7 @@ impl Memory {
             last: vec![Child::NONE; block_count],
             exact: Vec::new(),
             made: 0,
-            planes: [([u32::MAX; 2], false); PLANES],
+            planes: Box::new([([u32::MAX; 2], false); PLANES]),
         }
     }
 
@@ -92,7 +94,9 @@ impl Memory {
         other: SurfaceId,
     ) -> bool {
         let pair = [own.0, other.0];
-        let entry = &mut self.planes[(own.0 ^ other.0.rotate_left(2)) as usize % PLANES];
+        // Of both numbers, neighbors apart.
+        let place = own.0.wrapping_mul(0x9e37_79b1) ^ other.0.wrapping_mul(0x85eb_ca6b);
+        let entry = &mut self.planes[(place >> 16) as usize % PLANES];
         if entry.0 != pair {
             *entry = (pair, occluders.are_in_one_plane(own, other));
         }
@@ -166,6 +170,7 @@ impl Bvh {
             own: start.surface.map_or(u32::MAX, |surface| surface.0),
             last: memory.last[number],
             memory,
+            of: None,
             steps: 0,
             tests: 0,
         };
@@ -196,17 +201,6 @@ pub(crate) struct Asked<'a> {
     pub(crate) number: usize,
 }
 
-/// The numbers of the bits set.
-fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let bit = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            bit
-        })
-    })
-}
-
 /// Nodes with children that wait for their turn.
 type Stack = [Waiting; USUAL_DEPTH];
 
@@ -219,6 +213,8 @@ struct Beam<'a> {
     own: u32,
     last: Child,
     memory: &'a mut Memory,
+    /// Where the start is one of a tile.
+    of: Option<OfTile<'a>>,
     steps: u64,
     tests: u64,
 }
@@ -392,7 +388,10 @@ impl Beam<'_> {
             ChildKind::Triangles => {
                 let group = &bvh.triangles[child.index()];
                 let members = &group.members;
-                let opaque = u32::from(members.opaque) & !members.those_of(self.own);
+                let mut opaque = u32::from(members.opaque) & !members.those_of(self.own);
+                if let Some(OfTile { tile, place }) = &mut self.of {
+                    opaque &= tile.may_block(bvh, self.asked.occluders, child, 1 << *place);
+                }
                 if opaque == 0 {
                     return 0;
                 }

@@ -5,16 +5,16 @@
 //! tile may meet is under the cut, unless none of its triangles has a point on that side of the starts' own plane which is
 //! asked about; such triangles block nothing (README.md of `crate::query::beam`, "Tiles").
 
-use antumbra_geometry::{Occluders, ReceiverPoint, SurfaceId, SurfacePlane};
+use antumbra_geometry::Occluders;
 use fearless_simd::{Simd, dispatch};
 
-use super::super::data::{Bvh, Child, ChildKind, WIDTH};
+use super::super::data::{Bvh, Child, WIDTH};
 use super::super::ray::{INSIDE, USUAL_ORIGIN_ERROR};
 use super::super::walk::{USUAL_DEPTH, Waiting, lanes};
-use super::forms::{Origins, Seen, StartBox};
 use super::pyramid::{Face, Faces, Pyramid};
-use super::targets::{Block, Segments, TARGETS};
-use super::{Asked, Beam, FEW, MANY_LEFT, Memory, ROOT, bits};
+use super::targets::{Block, Segments, bits};
+use super::tile::{OfTile, Tile};
+use super::{Asked, Beam, FEW, MANY_LEFT, Memory, ROOT};
 use crate::Counters;
 
 /// Most nodes at which the walks of a start begin. Each costs a visit a start.
@@ -24,11 +24,11 @@ const MOST_ENTRIES: usize = 24;
 /// there a walk for all directions is narrower than one for all starts.
 const NEAR: f32 = 1.2;
 
+/// For fewer directions nothing is near: a walk a start would cost more than one a direction.
+const MANY_DIRECTIONS: u32 = 32;
+
 /// Directions count as at least so far apart, as the difference of their slopes.
 const NARROW: f32 = 0.1;
-
-/// Answers about leaves that a tile remembers.
-const REMEMBERED: usize = 1024;
 
 /// Up to 64 directions, prepared for starts anywhere.
 #[derive(Clone, Debug)]
@@ -49,24 +49,6 @@ struct Part {
     pyramid: Pyramid,
     /// The largest difference of slopes.
     width: f32,
-}
-
-/// Starts near each other.
-#[derive(Clone, Debug)]
-pub(crate) struct Tile {
-    /// Of the starts that the tree can take.
-    bounds: StartBox,
-    origins: Origins,
-    /// The same, seen from the middle of the box.
-    seen: Seen,
-    /// Which starts these are, and how far each is moved onto its surface.
-    inside: u64,
-    offsets: [f64; TARGETS],
-    largest_offset: f64,
-    /// The triangle that all are on, and the side that is asked about, if there is only one of each.
-    plane: Option<(SurfacePlane, i8)>,
-    /// Which triangles of some leaves have nothing on that side.
-    leaves: Vec<(Child, u32)>,
 }
 
 /// Where the walks of a tile's starts begin, for each part of a sheaf: what may be met first comes first.
@@ -172,119 +154,16 @@ impl Sheaf {
         self.parts[part].pyramid.face
     }
 
+    /// Returns the starts of a tile for which a cut holds.
+    #[inline]
+    pub(crate) fn fit_starts(&self, tile: &Tile) -> u64 {
+        tile.fit_for(self.largest_scale)
+    }
+
     /// Returns which directions are answered by [`Bvh::any_hit_sheaf`] for a start inside the frame; single rays answer the others.
     #[inline]
     pub(crate) fn fit(&self) -> u64 {
         self.fit
-    }
-}
-
-impl Tile {
-    /// Returns a tile without starts.
-    pub(crate) fn new() -> Self {
-        Self {
-            bounds: StartBox::new([0.0; 3], [0.0; 3]),
-            origins: [[0.0; TARGETS]; 3],
-            seen: Seen::default(),
-            inside: 0,
-            offsets: [0.0; TARGETS],
-            largest_offset: 0.0,
-            plane: None,
-            leaves: vec![(Child::NONE, 0); REMEMBERED],
-        }
-    }
-
-    /// Becomes the tile of up to 64 starts. `plane` is the triangle that all are on, and the side that is asked about: 1 in
-    /// front, -1 behind.
-    pub(crate) fn hold(
-        &mut self,
-        bvh: &Bvh,
-        occluders: &Occluders,
-        starts: &[ReceiverPoint],
-        plane: Option<(SurfaceId, i8)>,
-    ) {
-        (self.inside, self.largest_offset) = (0, 0.0);
-        self.origins = [[0.0; TARGETS]; 3];
-        for (number, start) in starts.iter().enumerate().take(TARGETS) {
-            let offset = occluders.start_offset(start);
-            let place = bvh.frame.point_in_frame(start.point);
-            // Not for NaN.
-            let is_inside =
-                offset <= bvh.frame.margin_of_starts() && place.abs().max_element() <= INSIDE;
-            if is_inside {
-                self.inside |= 1 << number;
-                self.offsets[number] = offset;
-                self.largest_offset = self.largest_offset.max(offset);
-                for axis in 0..3 {
-                    self.origins[axis][number] = place[axis] as f32;
-                }
-            }
-        }
-        if self.inside != 0 {
-            self.bounds = StartBox::of(&self.origins, self.inside);
-        }
-        self.seen = Seen::new(&self.origins, &self.bounds);
-        let before = self.plane.map(|(plane, side)| (plane.surface(), side));
-        if plane != before {
-            self.plane = plane.and_then(|(own, side)| Some((occluders.plane_of(own)?, side)));
-            self.leaves.fill((Child::NONE, 0));
-        }
-    }
-
-    /// Returns the starts for which a cut for a sheaf holds.
-    #[inline]
-    pub(crate) fn fit_for(&self, sheaf: &Sheaf) -> u64 {
-        let is_fit = |offset: f64| offset * sheaf.largest_scale <= USUAL_ORIGIN_ERROR;
-        if is_fit(self.largest_offset) {
-            return self.inside;
-        }
-        let starts = bits(self.inside).filter(|&start| is_fit(self.offsets[start]));
-        starts.fold(0, |mask, start| mask | 1 << start)
-    }
-
-    /// Returns the starts that the tree can take, a bit each.
-    pub(super) fn inside(&self) -> u64 {
-        self.inside
-    }
-
-    pub(super) fn bounds(&self) -> StartBox {
-        self.bounds
-    }
-
-    pub(super) fn origins(&self) -> &Origins {
-        &self.origins
-    }
-
-    pub(super) fn seen(&self) -> &Seen {
-        &self.seen
-    }
-
-    /// Returns which triangles of a leaf block none of the segments that are asked about.
-    #[inline]
-    pub(super) fn ruled_out(&mut self, bvh: &Bvh, occluders: &Occluders, leaf: Child) -> u32 {
-        let Some((plane, side)) = &self.plane else {
-            return 0;
-        };
-        if leaf.kind() != ChildKind::Triangles {
-            return 0;
-        }
-        let entry = &mut self.leaves[leaf.index() % REMEMBERED];
-        if entry.0 != leaf {
-            let members = &bvh.triangles[leaf.index()].members;
-            let out = lanes(u32::from(members.opaque))
-                .filter(|&lane| occluders.has_nothing_beyond(plane, *side, members.surfaces[lane]));
-            *entry = (leaf, out.fold(0, |mask, lane| mask | 1 << lane));
-        }
-        entry.1
-    }
-
-    /// Returns whether nothing of a leaf blocks a segment that is asked about.
-    #[inline]
-    fn rules_out(&mut self, bvh: &Bvh, occluders: &Occluders, leaf: Child) -> bool {
-        leaf.kind() == ChildKind::Triangles && {
-            let opaque = u32::from(bvh.triangles[leaf.index()].members.opaque);
-            opaque & !self.ruled_out(bvh, occluders, leaf) == 0
-        }
     }
 }
 
@@ -317,16 +196,20 @@ impl Bvh {
         counters: &mut Counters,
     ) {
         cut.parts.resize_with(sheaf.parts.len(), Entries::default);
-        let bounds = &tile.bounds;
+        let bounds = tile.bounds();
         let size = (0..3).fold(0.0_f32, |size, axis| {
             size.max(bounds.most[axis] - bounds.least[axis])
         });
         for (part, entries) in sheaf.parts.iter().zip(&mut cut.parts) {
-            let near = NEAR * size / part.width;
+            let near = if part.targets.count_ones() < MANY_DIRECTIONS {
+                f32::NEG_INFINITY
+            } else {
+                NEAR * size / part.width
+            };
             entries.near.clear();
             entries.far.clear();
             let mut pyramid = part.pyramid;
-            pyramid.start_at(tile.bounds.least, tile.bounds.most);
+            pyramid.start_at(bounds.least, bounds.most);
             let found = &mut cut.found;
             found.clear();
             found.push(Found {
@@ -390,11 +273,12 @@ impl Bvh {
         asked: &Asked,
         sheaf: &mut Sheaf,
         (cut, reach): (&Cut, Reach),
+        of: OfTile<'_>,
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
         dispatch!(self.level, simd => {
-            self.any_hit_sheaf_with(simd, asked, sheaf, (cut, reach), memory, counters)
+            self.any_hit_sheaf_with(simd, asked, sheaf, (cut, reach), of, memory, counters)
         })
     }
 
@@ -405,6 +289,7 @@ impl Bvh {
         asked: &Asked,
         sheaf: &mut Sheaf,
         (cut, reach): (&Cut, Reach),
+        of: OfTile<'_>,
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
@@ -444,6 +329,7 @@ impl Bvh {
             own: start.surface.map_or(u32::MAX, |surface| surface.0),
             last: memory.last[number],
             memory,
+            of: Some(of),
             steps: 0,
             tests: 0,
         };

@@ -6,7 +6,8 @@ use super::super::data::{Child, ChildKind, WIDTH};
 use super::super::filter;
 use super::super::ray::FrameRay;
 use super::super::walk::{USUAL_DEPTH, Waiting, enters};
-use super::{Beam, ROOT, Stack, bits};
+use super::targets::bits;
+use super::{Beam, ROOT, Stack};
 
 impl Beam<'_> {
     /// Goes on for each segment by itself.

@@ -242,3 +242,15 @@ pub(super) fn lanes<S: Simd>(simd: S, numbers: &[f32; TARGETS], chunk: usize) ->
 pub(super) fn bits_of(mask: u64, chunk: usize) -> u64 {
     mask >> (chunk * CHUNK) & 0xffff
 }
+
+/// Returns the numbers of the bits set.
+#[inline(always)]
+pub(super) fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let bit = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            bit
+        })
+    })
+}

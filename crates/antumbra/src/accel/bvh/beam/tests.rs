@@ -279,23 +279,44 @@ fn most_starts_of_a_tile_are_told_without_the_rule() {
         .map(|i| LightShape::Direction(v(0.05 * (i % 8) as f64, 0.04 * (i / 8) as f64, 0.7)))
         .collect();
     let block = Block::new(&targets);
-    let sheaf = sheaf::Sheaf::new(&bvh, &block);
-    let (mut tile, mut cut) = (sheaf::Tile::new(), sheaf::Cut::default());
+    let mut sheaf = sheaf::Sheaf::new(&bvh, &block);
+    let (mut tile, mut cut) = (tile::Tile::new(), sheaf::Cut::default());
     let counters = &mut Counters::default();
-    tile.hold(&bvh, &occluders, &starts, Some((SurfaceId(400), 1)));
+    tile.hold(&bvh, &occluders, &starts, &[Some((SurfaceId(400), 1))]);
     bvh.cut(&occluders, &mut tile, &sheaf, &mut cut, counters);
     let mut memory = Memory::new(TARGETS);
+    // What is near is asked start by start.
+    let near: Vec<u64> = (0..TARGETS)
+        .map(|place| {
+            let asked = Asked {
+                occluders: &occluders,
+                start: &starts[place],
+                targets: &targets,
+                mask: u64::MAX,
+                number: 0,
+            };
+            let of = tile::OfTile {
+                tile: &mut tile,
+                place,
+            };
+            let cut = (&cut, sheaf::Reach::Near);
+            bvh.any_hit_sheaf(&asked, &mut sheaf, cut, of, &mut memory, counters)
+        })
+        .collect();
     let mut blocked = 0;
     for (lane, target) in targets.iter().enumerate() {
+        let is_near = |place: usize| near[place] >> lane & 1 != 0;
+        let before = (0..TARGETS).fold(0, |mask, i| mask | u64::from(is_near(i)) << i);
         let asked = column::AskedDirection {
             occluders: &occluders,
             starts: &starts,
-            mask: u64::MAX,
+            mask: !before,
             target,
             lane,
             number: lane,
         };
-        let found = bvh.any_hit_column(&asked, &mut tile, (&sheaf, &cut), &mut memory, counters);
+        let found =
+            before | bvh.any_hit_column(&asked, &mut tile, (&sheaf, &cut), &mut memory, counters);
         for (number, start) in starts.iter().enumerate() {
             let truth = any_hit_by_reference(&occluders, &occluders.segment(start, target));
             assert_eq!(found >> number & 1 != 0, truth);
