@@ -16,6 +16,7 @@ from .lights import LightTuple
 from .picture import PictureSettings
 
 __all__ = [
+    "Renderer",
     "Scene",
     "ShadowIndex",
     "all_hits",
@@ -25,9 +26,9 @@ __all__ = [
     "lit_intervals_along",
     "lit_towards",
     "nearest_hits",
-    "render",
     "run",
     "sky_view_factor",
+    "stops_of",
     "to_srgb",
     "towards_sun",
     "transmittance",
@@ -69,6 +70,31 @@ class Scene:
     def to_bytes(self) -> bytes: ...
     @staticmethod
     def of_bytes(bytes: bytes) -> Scene: ...
+
+@final
+class Renderer:
+    def __new__(
+        cls,
+        scene: Scene,
+        lights: list[LightTuple] | None,
+        camera: _Camera | None,
+        picture: PictureSettings,
+        settings: Settings,
+        occlusion: str | None,
+        progress: Reporter | None,
+    ) -> Renderer: ...
+    def render(
+        self, first: tuple[int, int], size: tuple[int, int], progress: Reporter | None
+    ) -> tuple[
+        npt.NDArray[np.float32],
+        npt.NDArray[np.float32],
+        npt.NDArray[np.float32],
+        npt.NDArray[np.float32],
+        list[str],
+        list[str],
+        tuple[int, int],
+        dict[str, int],
+    ]: ...
 
 @final
 class ShadowIndex:
@@ -163,24 +189,7 @@ def all_hits(
 ) -> tuple[
     npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]
 ]: ...
-def render(
-    scene: Scene,
-    lights: list[LightTuple] | None,
-    camera: _Camera | None,
-    picture: PictureSettings,
-    settings: Settings,
-    occlusion: str | None,
-    progress: Reporter | None,
-) -> tuple[
-    npt.NDArray[np.float32],
-    npt.NDArray[np.float32],
-    npt.NDArray[np.float32],
-    npt.NDArray[np.float32],
-    list[str],
-    list[str],
-    float,
-    dict[str, int],
-]: ...
+def stops_of(log_sum: int, count: int) -> float: ...
 def to_srgb(colors: npt.NDArray[np.float32], stops: float) -> npt.NDArray[np.uint8]: ...
 def write_exr(
     path: str,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import pickle
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +23,6 @@ TIMES = np.datetime64("2025-06-01T08") + np.arange(100) * np.timedelta64(1, "h")
 def sensors(bumps: Any) -> tuple[Any, Any]:
     points, ids, _ = points_on(*bumps, 1000, seed=31)
     return points, ids
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[Any]:
-    """Two workers of one thread each."""
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed: its workers are not tested")
-    with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield client
 
 
 def test_chunks_of_one_process_change_no_answer(scene: antumbra.Scene, sensors: Any) -> None:

@@ -65,7 +65,9 @@ mod _antumbra {
     #[pymodule_export]
     use super::lights::towards_sun;
     #[pymodule_export]
-    use super::picture::render;
+    use super::picture::Renderer;
+    #[pymodule_export]
+    use super::picture::stops_of;
     #[pymodule_export]
     use super::picture::to_srgb;
     #[pymodule_export]

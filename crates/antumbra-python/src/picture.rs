@@ -10,7 +10,10 @@ use antumbra_files::Identity;
 use antumbra_geometry::DVec3;
 use antumbra_render::aov::{Aovs, DECIDED_LAYER, DecidedBy, FOG_LAYER, Layer, TRANSMITTANCE_LAYER};
 use antumbra_render::camera::View;
-use antumbra_render::film::{self, Picture, RenderSettings, Rendered, Sampling, Show, Watch};
+use antumbra_render::exposure::Metering;
+use antumbra_render::film::{
+    self, Picture, RenderSettings, Rendered, Sampling, Show, Watch, Window,
+};
 use antumbra_render::fog::Fog;
 use antumbra_render::prepare::Prepared;
 use antumbra_render::{exr_file, image_file};
@@ -54,156 +57,196 @@ pub(crate) struct PictureSettings {
     fog: Option<[f64; 3]>,
 }
 
-/// Renders a picture. Lights and camera left out are the scene's, or a sun and a camera that frames the scene.
-///
-/// Returns colors (height, width, 3), shares of samples that each light reaches (lights, height, width), how
-/// queries were decided (ways, height, width), with fog its red, green and blue and what the air leaves (4, height, width),
-/// names of lights and ways, the stops of an automatic exposure, counts.
-#[pyfunction]
-#[expect(clippy::type_complexity, reason = "a tuple for Python")]
-#[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
-pub(crate) fn render<'py>(
-    py: Python<'py>,
-    scene: &Scene,
-    lights: Option<Vec<LightTuple>>,
-    camera: Option<CameraTuple>,
-    picture: PictureSettings,
-    settings: Settings,
-    occlusion: Option<PathBuf>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<(
-    Bound<'py, PyArray3<f32>>,
-    Bound<'py, PyArray3<f32>>,
-    Bound<'py, PyArray3<f32>>,
-    Bound<'py, PyArray3<f32>>,
-    Vec<String>,
-    Vec<String>,
-    f64,
-    Bound<'py, PyDict>,
-)> {
-    let lights = lights.map(from_tuples).transpose()?;
-    let area_lights = picture.area_lights.into_iter().map(area_light);
-    let area_lights = area_lights.collect::<PyResult<Vec<_>>>()?;
-    let options = settings.options()?;
-    let model = &*scene.model;
-    let size = picture.size;
-    let [width, height] = size.map(|side| side as usize);
-    let camera = match camera {
-        Some((eye, at, up, vertical_fov_degrees)) => Camera {
-            eye: DVec3::from_array(eye),
-            at: DVec3::from_array(at),
-            up: DVec3::from_array(up),
-            vertical_fov_degrees,
-            resolution: None,
-        },
-        None => model.camera.unwrap_or_else(|| {
-            let aspect = width as f64 / height as f64;
-            defaults::frame_camera_for(&model.bounds(), model.up, aspect)
-        }),
-    };
-    let view = View::new(&camera, size).map_err(|error| error.to_python())?;
-    let fog = picture.fog.map(|[density, albedo, g]| {
-        Fog::new(density, albedo, g).map_err(|error| PyValueError::new_err(format!("fog: {error}")))
-    });
-    let fog = fog.transpose()?;
-    let shown = RenderSettings {
-        sampling: Sampling::Stratified {
-            samples: picture.samples,
-        },
-        max_depth: picture.max_depth,
-        light_samples: picture.light_samples,
-        exact_fractions: picture.exact_fractions,
-        colored_shadows: picture.colored_shadows,
-        bumps: picture.bumps,
-        fog,
-        seed: picture.seed,
-        show: if picture.shows_occlusion {
-            Show::Occlusion
-        } else {
-            Show::Scene
-        },
-        aovs: Aovs {
-            shadow: true,
-            decided: true,
-            fog: fog.is_some(),
-        },
-    };
-    let bump = picture.bump.map(|(kind, height, size)| {
-        let bump = Bump::in_space(&kind, height, size);
-        bump.map_err(|error| PyValueError::new_err(format!("bumps: {error}")))
-    });
-    let bump = bump.transpose()?;
-    let progress = Progress::new(progress);
-    let prepared = watched(py, settings.threads, &progress, |_| {
-        let mut model = model.clone();
-        if let Some(lights) = lights {
-            model.lights = lights;
-            model.area_lights = area_lights;
-            model.is_photometric = false;
-        } else if model.lights.is_empty() {
-            model.lights.push(defaults::default_sun(model.up));
-        }
-        if bump.is_some() {
-            for material in &mut model.materials {
-                material.bump = bump;
-            }
-        }
-        if let Some(background) = picture.background {
-            model.background = DVec3::from_array(background);
-        }
-        let gathered = scene.gathered.clone();
-        Prepared::of_gathered_from(model, gathered, &options, occlusion.as_deref())
-    })?;
-    let prepared = prepared.map_err(|error| error.to_python())?;
-    let (done, count) = (
-        AtomicU64::new(0),
-        u64::from(size[0]) * u64::from(size[1]) * u64::from(picture.samples),
-    );
-    let rendered = watched(py, settings.threads, &progress, |task| {
-        let watch = Watch {
-            task,
-            progress: &|samples| {
-                let done = samples + done.fetch_add(samples, Ordering::Relaxed);
-                progress.note("rendering", done, count);
+/// A scene with its lights, ready to be looked at by one camera.
+#[pyclass(frozen, module = "antumbra._antumbra")]
+pub(crate) struct Renderer {
+    prepared: Prepared,
+    view: View,
+    shown: RenderSettings,
+    samples: u32,
+    threads: usize,
+}
+
+#[pymethods]
+impl Renderer {
+    /// Makes values and lists. Lights and camera left out are the scene's, or a sun and a camera that frames the scene.
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "named arguments in Python")]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        lights: Option<Vec<LightTuple>>,
+        camera: Option<CameraTuple>,
+        picture: PictureSettings,
+        settings: Settings,
+        occlusion: Option<PathBuf>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let lights = lights.map(from_tuples).transpose()?;
+        let area_lights = picture.area_lights.into_iter().map(area_light);
+        let area_lights = area_lights.collect::<PyResult<Vec<_>>>()?;
+        let options = settings.options()?;
+        let model = &*scene.model;
+        let size = picture.size;
+        let camera = match camera {
+            Some((eye, at, up, vertical_fov_degrees)) => Camera {
+                eye: DVec3::from_array(eye),
+                at: DVec3::from_array(at),
+                up: DVec3::from_array(up),
+                vertical_fov_degrees,
+                resolution: None,
+            },
+            None => model.camera.unwrap_or_else(|| {
+                let aspect = f64::from(size[0]) / f64::from(size[1]);
+                defaults::frame_camera_for(&model.bounds(), model.up, aspect)
+            }),
+        };
+        let view = View::new(&camera, size).map_err(|error| error.to_python())?;
+        let fog = picture.fog.map(|[density, albedo, g]| {
+            Fog::new(density, albedo, g)
+                .map_err(|error| PyValueError::new_err(format!("fog: {error}")))
+        });
+        let fog = fog.transpose()?;
+        let shown = RenderSettings {
+            sampling: Sampling::Stratified {
+                samples: picture.samples,
+            },
+            max_depth: picture.max_depth,
+            light_samples: picture.light_samples,
+            exact_fractions: picture.exact_fractions,
+            colored_shadows: picture.colored_shadows,
+            bumps: picture.bumps,
+            fog,
+            seed: picture.seed,
+            show: if picture.shows_occlusion {
+                Show::Occlusion
+            } else {
+                Show::Scene
+            },
+            aovs: Aovs {
+                shadow: true,
+                decided: true,
+                fog: fog.is_some(),
             },
         };
-        film::render(&prepared, &view, &shown, watch)
-    })?;
-    let stops = if prepared.scene().is_photometric && !picture.shows_occlusion {
-        rendered.metering.stops()
-    } else {
-        0.0
-    };
-    let counts = counts(py, &rendered)?;
-    let light_count = film::light_count(prepared.scene());
-    let mut masks = Vec::with_capacity(light_count * width * height);
-    let (mut decided, mut air) = (Vec::new(), Vec::new());
-    let (mut light_names, mut ways) = (Vec::new(), Vec::new());
-    for layer in &rendered.layers {
-        let light = layer.name.strip_prefix("shadow.");
-        for (channel, plane) in &layer.channels {
-            if [FOG_LAYER, TRANSMITTANCE_LAYER].contains(&&*layer.name) {
-                air.extend_from_slice(plane);
-            } else if let Some(light) = light {
-                light_names.push(light.to_owned());
-                masks.extend_from_slice(plane);
-            } else {
-                ways.push((*channel).to_owned());
-                decided.extend_from_slice(plane);
+        let bump = picture.bump.map(|(kind, height, size)| {
+            let bump = Bump::in_space(&kind, height, size);
+            bump.map_err(|error| PyValueError::new_err(format!("bumps: {error}")))
+        });
+        let bump = bump.transpose()?;
+        let progress = Progress::new(progress);
+        let prepared = watched(py, settings.threads, &progress, |_| {
+            let mut model = model.clone();
+            if let Some(lights) = lights {
+                model.lights = lights;
+                model.area_lights = area_lights;
+                model.is_photometric = false;
+            } else if model.lights.is_empty() {
+                model.lights.push(defaults::default_sun(model.up));
+            }
+            if bump.is_some() {
+                for material in &mut model.materials {
+                    material.bump = bump;
+                }
+            }
+            if let Some(background) = picture.background {
+                model.background = DVec3::from_array(background);
+            }
+            let gathered = scene.gathered.clone();
+            Prepared::of_gathered_from(model, gathered, &options, occlusion.as_deref())
+        })?;
+        Ok(Self {
+            prepared: prepared.map_err(|error| error.to_python())?,
+            view,
+            shown,
+            samples: picture.samples,
+            threads: settings.threads,
+        })
+    }
+
+    /// Renders a window of the picture: column and row of its first pixel, its width and height.
+    ///
+    /// Returns colors (height, width, 3), shares of samples that each light reaches (lights, height, width), how
+    /// queries were decided (ways, height, width), with fog its red, green and blue and what the air leaves (4, height,
+    /// width), names of lights and ways, parts of an automatic exposure, counts.
+    #[expect(clippy::type_complexity, reason = "a tuple for Python")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        first: [u32; 2],
+        size: [u32; 2],
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(
+        Bound<'py, PyArray3<f32>>,
+        Bound<'py, PyArray3<f32>>,
+        Bound<'py, PyArray3<f32>>,
+        Bound<'py, PyArray3<f32>>,
+        Vec<String>,
+        Vec<String>,
+        (i128, u64),
+        Bound<'py, PyDict>,
+    )> {
+        let [width, height] = size.map(|side| side as usize);
+        let progress = Progress::new(progress);
+        let (done, count) = (
+            AtomicU64::new(0),
+            u64::from(size[0]) * u64::from(size[1]) * u64::from(self.samples),
+        );
+        let rendered = watched(py, self.threads, &progress, |task| {
+            let watch = Watch {
+                task,
+                progress: &|samples| {
+                    let done = samples + done.fetch_add(samples, Ordering::Relaxed);
+                    progress.note("rendering", done, count);
+                },
+            };
+            let window = Window { first, size };
+            film::render_window(&self.prepared, &self.view, window, &self.shown, watch)
+        })?;
+        let is_metered = self.prepared.scene().is_photometric && self.shown.show == Show::Scene;
+        let metered = if is_metered {
+            rendered.metering.parts()
+        } else {
+            (0, 0)
+        };
+        let counts = counts(py, &rendered)?;
+        let light_count = film::light_count(self.prepared.scene());
+        let mut masks = Vec::with_capacity(light_count * width * height);
+        let (mut decided, mut air) = (Vec::new(), Vec::new());
+        let (mut light_names, mut ways) = (Vec::new(), Vec::new());
+        for layer in &rendered.layers {
+            let light = layer.name.strip_prefix("shadow.");
+            for (channel, plane) in &layer.channels {
+                if [FOG_LAYER, TRANSMITTANCE_LAYER].contains(&&*layer.name) {
+                    air.extend_from_slice(plane);
+                } else if let Some(light) = light {
+                    light_names.push(light.to_owned());
+                    masks.extend_from_slice(plane);
+                } else {
+                    ways.push((*channel).to_owned());
+                    decided.extend_from_slice(plane);
+                }
             }
         }
+        let colors = rendered.picture.pixels.into_flattened();
+        let air_planes = if self.shown.fog.is_some() { 4 } else { 0 };
+        Ok((
+            PyArray1::from_vec(py, colors).reshape([height, width, 3])?,
+            PyArray1::from_vec(py, masks).reshape([light_count, height, width])?,
+            PyArray1::from_vec(py, decided).reshape([ways.len(), height, width])?,
+            PyArray1::from_vec(py, air).reshape([air_planes, height, width])?,
+            light_names,
+            ways,
+            metered,
+            counts,
+        ))
     }
-    let colors = rendered.picture.pixels.into_flattened();
-    Ok((
-        PyArray1::from_vec(py, colors).reshape([height, width, 3])?,
-        PyArray1::from_vec(py, masks).reshape([light_count, height, width])?,
-        PyArray1::from_vec(py, decided).reshape([ways.len(), height, width])?,
-        PyArray1::from_vec(py, air).reshape([if fog.is_some() { 4 } else { 0 }, height, width])?,
-        light_names,
-        ways,
-        stops,
-        counts,
-    ))
+}
+
+/// Returns the stops of an automatic exposure from the parts of all windows of a picture, added up.
+#[pyfunction]
+pub(crate) fn stops_of(log_sum: i128, count: u64) -> f64 {
+    Metering::of_parts(log_sum, count).stops()
 }
 
 /// Counts of the figures' schema.

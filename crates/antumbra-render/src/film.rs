@@ -112,10 +112,19 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
+/// A rectangle of a picture's pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Column and row of the first pixel, from the top left.
+    pub first: [u32; 2],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+}
+
 /// Result of [`render`].
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The picture.
+    /// The picture, or the window of it.
     pub picture: Picture,
     /// The layers asked for.
     pub layers: Vec<Layer>,
@@ -172,9 +181,29 @@ pub fn render(
     settings: &RenderSettings,
     watch: Watch<'_>,
 ) -> Rendered {
-    let size = view.size();
+    let whole = Window {
+        first: [0; 2],
+        size: view.size(),
+    };
+    render_window(prepared, view, whole, settings, watch)
+}
+
+/// Renders the pixels of a window as [`render`] does: each has the bits that it has in the whole picture.
+pub fn render_window(
+    prepared: &Prepared,
+    view: &View,
+    window: Window,
+    settings: &RenderSettings,
+    watch: Watch<'_>,
+) -> Rendered {
+    let Window {
+        first: corner,
+        size,
+    } = window;
     let scene = prepared.scene();
-    let [columns, _] = lattice(size, settings.sampling);
+    // Samples have the numbers of the whole picture.
+    let [columns, _] = lattice(view.size(), settings.sampling);
+    let [across, _] = lattice(size, settings.sampling);
     let sample_count = work(size, settings.sampling) as usize;
     let stride = settings.aovs.channel_count(light_count(scene));
     expect(prepared, size, settings.sampling, 1);
@@ -194,8 +223,12 @@ pub fn render(
             let mut tile = Tile::new(prepared, view, settings);
             let done = watch.task.run(|| {
                 for (i, pixel) in pixels.iter_mut().enumerate() {
-                    let number = first + i as u64;
-                    let place = [number % columns, number / columns];
+                    let nth = first + i as u64;
+                    let place = [
+                        u64::from(corner[0]) + nth % across,
+                        u64::from(corner[1]) + nth / across,
+                    ];
+                    let number = place[1] * columns + place[0];
                     *pixel = tile.pixel(number, place, &mut shares[i * stride..][..stride]);
                 }
             });

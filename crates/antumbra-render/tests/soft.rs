@@ -9,8 +9,11 @@ use antumbra_geometry::{
     AreaShape, DVec3, DiskLight, MeshLight, PolygonLight, RectangleLight, SegmentLight, Sky,
     Sphere, SphereLight, SunDisc, TriangleLight,
 };
+use antumbra_render::aov::Aovs;
 use antumbra_render::camera::View;
-use antumbra_render::film::{RenderSettings, Rendered, Sampling, Show, Watch, render};
+use antumbra_render::film::{
+    RenderSettings, Rendered, Sampling, Show, Watch, Window, render, render_window,
+};
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::emissive_lights;
 use antumbra_scene::model::{
@@ -187,6 +190,50 @@ fn pictures_are_the_same_for_any_method_and_number_of_threads() {
     );
     assert!(area.umbra > 0 && area.penumbra > 0 && area.lit > 0 && area.facing_away > 0);
     assert!(area.asked < area.samples && area.blocked < area.asked);
+}
+
+#[test]
+fn pixels_of_a_window_are_those_of_the_picture() {
+    let prepared = prepared(ball_on_floor(vec![lamp(1.0), sun(3.0)]), Method::Auto);
+    let view = View::new(&camera(), SIZE).unwrap();
+    let task = Task::default();
+    let watch = Watch {
+        task: &task,
+        progress: &|_| {},
+    };
+    let two = Sampling::Stratified { samples: 2 };
+    for sampling in [two, Sampling::Corners] {
+        let aovs = Aovs {
+            shadow: true,
+            ..Aovs::default()
+        };
+        let settings = RenderSettings {
+            sampling,
+            aovs,
+            ..settings(5)
+        };
+        let whole = render(&prepared, &view, &settings, watch);
+        let width = SIZE[0] as usize;
+        let window = Window {
+            first: [17, 9],
+            size: [40, 31],
+        };
+        let part = render_window(&prepared, &view, window, &settings, watch);
+        assert_eq!(part.picture.size, window.size);
+        let places: Vec<_> = (9..40)
+            .flat_map(|row| (17..57).map(move |column| row * width + column))
+            .collect();
+        let colors: Vec<_> = places.iter().map(|&at| whole.picture.pixels[at]).collect();
+        assert!(part.picture.pixels == colors, "colors differ, {sampling:?}");
+        assert!(colors.iter().any(|color| *color != colors[0]));
+        for (found, all) in part.layers.iter().zip(&whole.layers) {
+            for ((_, found), (_, all)) in found.channels.iter().zip(&all.channels) {
+                let expected: Vec<_> = places.iter().map(|&at| all[at]).collect();
+                assert!(*found == expected, "a layer differs, {sampling:?}");
+            }
+        }
+        assert_eq!(part.layers.len(), 2);
+    }
 }
 
 /// Returns the brightness of the floor along a row of points, seen straight from above.

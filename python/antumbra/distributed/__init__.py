@@ -1,4 +1,5 @@
-"""Studies past one machine's memory or patience: chunks of sensors, on threads or on a Dask cluster, kept in a Zarr store.
+"""Studies past one machine's memory or patience: chunks of sensors, on threads or on a Dask cluster, kept in a Zarr store; and
+tiles of pictures.
 
 ```python
 hours = antumbra.distributed.sun_hours(scene, points, face_ids, suns=suns, workers=4, store="hours.zarr")
@@ -18,13 +19,13 @@ worker is killed goes to another.
 With `store=` each chunk is written where it comes back, then a marker for it. A call that was stopped goes on where it was
 when it is made again: it asks only for chunks without a marker. A store of another study is refused.
 
+`render` cuts a picture into tiles in the same way, without a store.
+
 Needs `pip install "antumbra[dask]"` for workers, clients and stores.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import ExitStack
 from typing import Any, Literal
 
 import numpy as np
@@ -40,10 +41,12 @@ from ..sun._sensors import Sensors, checked_sensors, unit_normals
 from ..sun._sky import sky_patches
 from ..sun._suns import Up, suns_in, up_of
 from ..sun._times import step_lengths
-from ._questions import LightShare, Question, SkyShare, SunBits, SunSums, answer_chunk, fingerprint
+from ._pictures import render
+from ._questions import ChunkWork, LightShare, Question, SkyShare, SunBits, SunSums, fingerprint
+from ._run import answers_of, check_workers
 from ._store import Store
 
-__all__ = ["sky_view_factor", "sun_hours", "sun_visibility", "visible_fraction"]
+__all__ = ["render", "sky_view_factor", "sun_hours", "sun_visibility", "visible_fraction"]
 
 CHUNK = 32768
 """Sensors of a chunk: seconds of work for a year of hours, and half a mebibyte to send."""
@@ -240,10 +243,7 @@ def _answer(
     threads = thread_count(threads)
     chunk = whole("chunk", chunk, 1, 2**31)
     to = reporter(progress)
-    if client is not None and workers is not None:
-        raise ValueError("workers: a client has its own; give one of both")
-    if workers is not None:
-        workers = whole("workers", workers, 1, 1024)
+    workers = check_workers(client, workers)
     count = len(sensors)
     if sensors.face_ids is None and not isinstance(question, LightShare):
         # Workers cannot warn a caller.
@@ -259,23 +259,11 @@ def _answer(
         store = Store(place, question, count, chunk, fingerprint(scene, question, sensors, chunk))
         store.note(attributes, beside)
         numbers = store.missing()
-    parts = ((int(n), int(n) * chunk, sensors.part(int(n) * chunk, (int(n) + 1) * chunk)) for n in numbers)
+    parts = ((int(n), (int(n) * chunk, sensors.part(int(n) * chunk, (int(n) + 1) * chunk))) for n in numbers)
     done = count - sum(min(chunk, count - int(n) * chunk) for n in numbers)
     if to is not None:
         to("sensors", done, count)
-    with ExitStack() as stack:
-        answers: Iterator[tuple[int, npt.NDArray[Any]]]
-        if not len(numbers):
-            answers = iter(())
-        elif client is None and workers is None:
-            answers = _here(scene, question, parts, threads)
-        else:
-            from . import _dask
-
-            if client is None:
-                assert workers is not None
-                client = stack.enter_context(_dask.local_client(min(workers, len(numbers))))
-            answers = _dask.answers(client, scene, question, parts, threads or 1)
+    with answers_of(ChunkWork(scene, question), parts, len(numbers), client, workers, threads) as answers:
         for number, rows in answers:
             begin = number * chunk
             if store is not None:
@@ -286,12 +274,3 @@ def _answer(
             if to is not None:
                 to("sensors", done, count)
     return found if store is None else store.answers
-
-
-def _here(
-    scene: Scene, question: Question, parts: Iterator[tuple[int, int, Sensors]], threads: int
-) -> Iterator[tuple[int, npt.NDArray[Any]]]:
-    """Answers chunks in this process, one after another."""
-    index = ShadowIndex(scene, [], threads=threads)
-    for number, begin, sensors in parts:
-        yield number, answer_chunk(question, index, sensors, begin, threads)

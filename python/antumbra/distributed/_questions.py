@@ -116,6 +116,21 @@ class LightShare:
         return found.astype(np.float64)
 
 
+@dataclass(frozen=True, eq=False)
+class ChunkWork:
+    """A question of a scene, cut into chunks of sensors: a part is the number of its first sensor, and its sensors."""
+
+    scene: Scene
+    question: Question
+
+    def begin(self, threads: int) -> ShadowIndex:
+        return ShadowIndex(self.scene, [], threads=threads)
+
+    def answer(self, made: ShadowIndex, part: tuple[int, Sensors], threads: int) -> npt.NDArray[Any]:
+        begin, sensors = part
+        return answer_chunk(self.question, made, sensors.aligned(), begin, threads)
+
+
 def answer_chunk(
     question: Question, index: ShadowIndex, sensors: Sensors, begin: int, threads: int
 ) -> npt.NDArray[Any]:
