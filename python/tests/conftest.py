@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from collections.abc import Iterator
+from typing import Any
 
 import antumbra
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-OPTIONAL = ("trimesh", "rtree", "embreex", "mypy", "pandas", "pvlib", "xarray", "distributed", "zarr")
+OPTIONAL = (
+    "trimesh", "rtree", "embreex", "mypy", "pandas", "pvlib", "xarray", "distributed", "zarr", "matplotlib", "pyvista", "nbclient",
+    "ipykernel",
+)
 
 
 def pytest_report_header() -> list[str]:
@@ -26,6 +31,14 @@ def pytest_report_header() -> list[str]:
     if missing:
         lines.append(f"NOT INSTALLED, so these comparisons are skipped: {', '.join(missing)}")
     return lines
+
+
+def skip_for_want_of(name: str, why: str) -> None:
+    """Skips a test for want of what is no package, or fails it where `ANTUMBRA_REQUIRE` names that."""
+    required = [name.strip() for name in os.environ.get("ANTUMBRA_REQUIRE", "").split(",")]
+    if name in required:
+        pytest.fail(f"{name} is required by ANTUMBRA_REQUIRE: {why}")
+    pytest.skip(f"for want of {name}: {why}")
 
 
 def bumpy_sphere(rings: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
@@ -85,3 +98,14 @@ def index(scene: antumbra.Scene) -> antumbra.ShadowIndex:
 def reference(scene: antumbra.Scene) -> antumbra.ShadowIndex:
     """Tests every surface: the rule of EXACTNESS.md and nothing else."""
     return antumbra.ShadowIndex(scene, LIGHTS, method="naive")
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    """Two workers of one thread each."""
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed: its workers are not tested")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client

@@ -19,12 +19,15 @@ assert seen.tolist() == [[False, False, True]]
 | for how many hours, and when | `sun_hours` |
 | which share of the sky's light does it get | `sky_view_factor` |
 | how much energy is that | `radiation` |
+| what does it look like | `plot_hours`, `plot_day`, `plot_mesh` |
 
-Positions of the sun come from a table of `pvlib`, as angles or as directions; `Suns.of` says how. Past one machine see
-`antumbra.distributed`.
+Positions of the sun come from a table of `pvlib`, as angles or as directions; `Suns.of` says how. Plots need
+`pip install "antumbra[plot]"`. Past one machine see `antumbra.distributed`.
 """
 
+from ._charts import plot_day, plot_hours
 from ._hours import SunHours, sun_hours
+from ._plotter import plot_mesh
 from ._radiation import Radiation, radiation
 from ._sensors import face_normals
 from ._sky import SkyPatches, sky_patches, sky_view_factor
@@ -37,6 +40,9 @@ __all__ = [
     "SunHours",
     "Suns",
     "face_normals",
+    "plot_day",
+    "plot_hours",
+    "plot_mesh",
     "radiation",
     "sky_patches",
     "sky_view_factor",

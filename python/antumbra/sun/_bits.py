@@ -85,6 +85,20 @@ def packed(bits: Any) -> npt.NDArray[np.uint8]:
     return np.packbits(bits, axis=1, bitorder="little")
 
 
+def rows_of_bits(bits: Any, sun_count: int) -> Any:
+    """Checks answers as a caller has them: bools or packed rows of NumPy, xarray or Zarr, which are not read yet."""
+    if hasattr(bits, "dims") and hasattr(bits, "values"):
+        bits = bits.values
+    if not (hasattr(bits, "shape") and hasattr(bits, "dtype")):
+        bits = np.asarray(bits)
+    expected = {"bool": sun_count, "uint8": width(sun_count)}.get(str(bits.dtype))
+    if expected is None:
+        raise TypeError(f"bits: expected dtype bool, or uint8 for packed ones, found {bits.dtype}")
+    if len(bits.shape) != 2 or bits.shape[1] != expected:
+        raise ValueError(f"bits: expected shape (n, {expected}) for {sun_count} suns and dtype {bits.dtype}, found {bits.shape}")
+    return bits
+
+
 def report(to: Reporter | None, done: int, count: int) -> None:
     """Says how many sensors are done."""
     if to is not None:

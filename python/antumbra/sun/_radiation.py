@@ -79,7 +79,7 @@ def radiation(
     if not isinstance(suns, Suns):
         raise TypeError(f"suns: expected Suns, as Suns.of makes them, found {type(suns).__name__}")
     threads = thread_count(threads)
-    bits = _rows_of_bits(bits, len(suns))
+    bits = _bits.rows_of_bits(bits, len(suns))
     count = bits.shape[0]
     facing = _normals(normals, count)
     lengths = step_lengths(suns._times, suns.count, step_hours)
@@ -104,19 +104,6 @@ def radiation(
         np.einsum("nc,nc->n", flux, facing[begin:end], out=direct[begin:end])
     # A sun in the plane of a sensor gives nothing, and rounding a little less.
     return Radiation(np.maximum(direct, 0.0, out=direct), diffuse)
-
-
-def _rows_of_bits(bits: Any, sun_count: int) -> Any:
-    if hasattr(bits, "dims") and hasattr(bits, "values"):
-        bits = bits.values
-    if not (hasattr(bits, "shape") and hasattr(bits, "dtype")):
-        bits = np.asarray(bits)
-    expected = {"bool": sun_count, "uint8": _bits.width(sun_count)}.get(str(bits.dtype))
-    if expected is None:
-        raise TypeError(f"bits: expected dtype bool, or uint8 for packed ones, found {bits.dtype}")
-    if len(bits.shape) != 2 or bits.shape[1] != expected:
-        raise ValueError(f"bits: expected shape (n, {expected}) for {sun_count} suns and dtype {bits.dtype}, found {bits.shape}")
-    return bits
 
 
 def _normals(normals: Any, count: int) -> npt.NDArray[np.float64]:

@@ -25,12 +25,17 @@ class Times:
     Attributes:
         given: The times as they came.
         moments: Moments of time, datetime64 in microseconds, shape (n,): in UTC where a time zone is known, else as given.
-        days: Dates that the times show, datetime64 in days, shape (n,).
+        shown: What the times show in their own zone, datetime64 in microseconds, shape (n,).
     """
 
     given: Any
     moments: npt.NDArray[np.datetime64]
-    days: npt.NDArray[np.datetime64]
+    shown: npt.NDArray[np.datetime64]
+
+    @property
+    def days(self) -> npt.NDArray[np.datetime64]:
+        """Dates that the times show, datetime64 in days, shape (n,)."""
+        return self.shown.astype("datetime64[D]")
 
     def __len__(self) -> int:
         return len(self.moments)
@@ -53,7 +58,7 @@ def times_of(given: Any) -> Times:
     missing = np.flatnonzero(np.isnat(moments))
     if len(missing):
         raise ValueError(f"times[{missing[0]}] is missing (NaT); {len(missing)} of {len(moments)} are")
-    return Times(given, moments, shown.astype("datetime64[D]"))
+    return Times(given, moments, shown)
 
 
 def _moments_and_shown(given: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
