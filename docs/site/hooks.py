@@ -31,7 +31,7 @@ PAGES = {
     "docs/sun.md": "sun.md",
 }
 
-PICTURES = ["sphereflake.png", "sphereflake-occlusion.png", "soft.png", "soft-occlusion.png", "window.png", "bumps.png", "no-bumps.png", "offsets.svg"]
+PICTURES = ["sphereflake.png", "sphereflake-occlusion.png", "soft.png", "soft-occlusion.png", "window.png", "bumps.png", "no-bumps.png", "offsets.svg", "sun.png", "teapot.png", "gyroid.png"]
 
 INCLUDE = re.compile(r'^--8<-- "([^"#]+)(?:#([^"]+))?"$', re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)#:]+)(#[^)]*)?\)")
