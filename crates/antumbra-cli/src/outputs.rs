@@ -31,6 +31,8 @@ pub enum Content {
     Array,
     /// A sun study in one file; its ending says the format.
     Study,
+    /// A table, CSV.
+    Table,
     /// Figures as JSON.
     Json,
     /// A built-in scene.
@@ -56,6 +58,7 @@ impl Content {
             Self::Picture => &["png", "exr"],
             Self::Array => &["npy"],
             Self::Study => &["npz", "csv", "nc", "zarr"],
+            Self::Table => &["csv"],
             Self::Json => &["json"],
             Self::Nff => &["nff"],
             Self::Scene => &["nff", "obj", "ply", "glb"],
@@ -74,7 +77,13 @@ impl Content {
             Self::Page => Some(PAGE_MARK),
             Self::StudyPage => Some(STUDY_PAGE_MARK),
             Self::Summary => Some(SUMMARY_MARK),
-            Self::Array | Self::Study | Self::Json | Self::Nff | Self::Scene | Self::Values => None,
+            Self::Array
+            | Self::Study
+            | Self::Table
+            | Self::Json
+            | Self::Nff
+            | Self::Scene
+            | Self::Values => None,
         }
     }
 

@@ -12,6 +12,7 @@ use crate::sums::Sums;
 #[derive(Clone, Debug)]
 pub(crate) enum Numbers<'a> {
     F64(std::borrow::Cow<'a, [f64]>),
+    F32(&'a [f32]),
     I32(&'a [i32]),
     U32(&'a [u32]),
     U8(Vec<u8>),
@@ -37,7 +38,7 @@ impl Numbers<'_> {
     pub(crate) fn size(&self) -> usize {
         match self {
             Self::F64(_) | Self::Time(_) => 8,
-            Self::I32(_) | Self::U32(_) => 4,
+            Self::F32(_) | Self::I32(_) | Self::U32(_) => 4,
             Self::U8(_) | Self::Bits(..) => 1,
         }
     }
@@ -47,6 +48,8 @@ impl Numbers<'_> {
         match self {
             Self::F64(numbers) => numbers
                 .iter()
+                .try_for_each(|x| out.write_all(&x.to_le_bytes())),
+            Self::F32(numbers) => antumbra_task::checked(numbers.iter())
                 .try_for_each(|x| out.write_all(&x.to_le_bytes())),
             Self::I32(numbers) => numbers
                 .iter()
@@ -121,6 +124,11 @@ pub(crate) fn arrays<'a>(study: &'a Study, sums: &'a Sums) -> Vec<Array<'a>> {
     let bits = Numbers::Bits(&study.bits, row);
     let unit = "1 where sunlit, eight suns a byte, the first in the lowest bit";
     add("sunlit", &[("sensor", sensors), ("byte", row)], unit, bits);
+    if let Some(shares) = &study.shares {
+        let unit = "share of the sun that reaches the sensor, 0 to 1";
+        let axes = [("sensor", sensors), ("sun", suns)];
+        add("shares", &axes, unit, Numbers::F32(shares));
+    }
     let column = |of: fn(&crate::suns::Sun) -> f64| {
         Numbers::F64(study.suns.iter().map(of).collect::<Vec<_>>().into())
     };
@@ -188,6 +196,16 @@ pub(crate) fn arrays<'a>(study: &'a Study, sums: &'a Sums) -> Vec<Array<'a>> {
         &sums.longest,
     );
     add_sum("irradiation", "kWh/m2, direct", &sums.irradiation);
+    add_sum(
+        "diffuse_irradiation",
+        "kWh/m2, isotropic sky",
+        &sums.diffuse,
+    );
+    add_sum(
+        "total_irradiation",
+        "kWh/m2, direct and diffuse",
+        &sums.total,
+    );
     add_sum(
         "sky_visible",
         "share of the sky's solid angle",

@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// Seconds of a day.
 pub(crate) const DAY_SECONDS: i64 = 86_400;
 
@@ -152,7 +154,7 @@ impl fmt::Display for Time {
 }
 
 /// Days of the year from one to another, both included; may run over the end of the year.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dates {
     /// Month and day of the first.
     pub first: (u32, u32),

@@ -44,6 +44,10 @@ pub struct Total {
     pub hours: Option<Spread>,
     /// Direct irradiation, kWh/m2.
     pub irradiation: Option<Spread>,
+    /// Diffuse irradiation, kWh/m2.
+    pub diffuse: Option<Spread>,
+    /// Direct and diffuse irradiation together, kWh/m2.
+    pub total: Option<Spread>,
     /// Visible share of the sky.
     pub sky_visible: Option<Spread>,
     /// Sky view factor.
@@ -88,6 +92,8 @@ pub fn totals(study: &Study, sums: &Sums, groups: &Groups) -> Vec<Total> {
         &sums.irradiation,
         &sums.sky_visible,
         &sums.sky_view_factor,
+        &sums.diffuse,
+        &sums.total,
     ]
     .map(spreads);
     for (place, total) in totals.iter_mut().enumerate() {
@@ -96,12 +102,14 @@ pub fn totals(study: &Study, sums: &Sums, groups: &Groups) -> Vec<Total> {
         total.irradiation = of(1);
         total.sky_visible = of(2);
         total.sky_view_factor = of(3);
+        total.diffuse = of(4);
+        total.total = of(5);
     }
     totals
 }
 
 /// Returns for each of some suns the share of each group's area that it reaches, 0 to 1: those of the first sun, then of the
-/// next. A group without sensors has 0. Takes 8 bytes a sun and group.
+/// next. A group without sensors has 0. What a sun reaches in part counts in part. Takes 8 bytes a sun and group.
 ///
 /// # Panics
 /// As [`totals`], or there are fewer suns.
@@ -130,6 +138,12 @@ pub fn sunlit_shares(study: &Study, groups: &Groups, suns: Range<usize>) -> Vec<
                 for (sensor, (&group, &area)) in
                     antumbra_task::checked(groups.of.iter().zip(&weights).enumerate())
                 {
+                    if let Some(own) = study.shares_of(sensor) {
+                        for (sun, &share) in own[first..first + length].iter().enumerate() {
+                            shares[sun * count + group as usize] += area * f64::from(share);
+                        }
+                        continue;
+                    }
                     let mut word = word_at(study.bits.of(sensor), first, length);
                     while word != 0 {
                         let sun = word.trailing_zeros() as usize;

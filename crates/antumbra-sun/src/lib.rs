@@ -12,13 +12,15 @@
 //! | `sun_file`, `point_file` | lists of suns and of points in CSV files |
 //! | `sky` | patches of the sky |
 //! | `sensors`, `grid` | points of a study; grids of them on faces |
-//! | `study` | sensors times suns, as bits; stopped and resumed |
+//! | `study` | sensors times suns, as bits and shares; stopped and resumed |
+//! | `blockers` | which objects take the suns away |
 //! | `groups` | totals and sunlit shares of groups of sensors |
 //! | `nearest` | the sensor that stands for a place on a face |
 //! | `record`, `sums` | a study that was answered, and what its bits amount to |
 //! | `arrays`, `write`, `read` | files of a study |
 
 mod arrays;
+mod blockers;
 mod calendar;
 mod epw;
 mod error;
@@ -42,6 +44,7 @@ mod wea;
 mod weather;
 mod write;
 
+pub use blockers::{Blockers, write_blockers};
 pub use calendar::{Dates, Time, YEARS};
 pub use epw::read_epw;
 pub use error::{BadSetting, FileError};
@@ -51,12 +54,15 @@ pub use nearest::NearestSensors;
 pub use point_file::{PointList, read_points};
 pub use positions::{Instant, Location, Positions, Refraction};
 pub use read::read_npz;
-pub use record::{About, Compass, Study, VERSION};
+pub use record::{About, Compass, Diffuse, Study, VERSION};
 pub use sensors::{Facing, Sensors};
 pub use sky::{MOST_FACTOR, reinhart, tregenza};
 #[doc(hidden)]
 pub use study::answer_in_chunks;
-pub use study::{Answered, Bits, PartError, Parts, StudyError, answer, identity, parts_beside};
+pub use study::{
+    Answered, Bits, Dome, LARGEST_SUN, Light, PartError, Parts, Questions, StudyError, answer,
+    identity, parts_beside,
+};
 pub use sums::{Sums, sums};
 pub use sun_file::read_suns;
 pub use suns::{Sun, SunKind, Suns};

@@ -84,6 +84,17 @@ fn read(path: &Path) -> io::Result<Study> {
     let directions = due(part("directions")?, "directions")?.rows()?;
     fits(directions.len(), suns, "directions")?;
     let bits = bits(&due(part("sunlit")?, "sunlit")?, count, suns)?;
+    let shares = match about.sun_diameter.is_some() || about.through_glass {
+        true => Some(shares(&due(part("shares")?, "shares")?, [count, suns])?),
+        false => None,
+    };
+    let sky_view_factor = match about.diffuse {
+        Some(_) => Some(due(part("sky_view_factor")?, "sky_view_factor")?.doubles()?),
+        None => None,
+    };
+    if let Some(factors) = &sky_view_factor {
+        fits(factors.len(), count, "sky_view_factor")?;
+    }
     let time = |sun: usize| {
         let offset = offsets.as_ref().map_or(0.0, |offsets| offsets[sun]);
         Some(Time {
@@ -119,8 +130,26 @@ fn read(path: &Path) -> io::Result<Study> {
         suns: list.collect(),
         directions,
         bits,
+        shares,
+        sky_view_factor,
         about,
     })
+}
+
+/// Reads shares of suns.
+fn shares(array: &Npy, shape: [usize; 2]) -> io::Result<Vec<f32>> {
+    if array.shape != shape {
+        let found = &array.shape;
+        return Err(damaged(&format!(
+            "`shares` has shape {found:?}: expected {shape:?}"
+        )));
+    }
+    let shares = array.numbers("<f4", f32::from_le_bytes)?;
+    // Not for NaN.
+    match shares.iter().all(|share| (0.0..=1.0).contains(share)) {
+        true => Ok(shares),
+        false => Err(damaged("`shares` has a number that is not from 0 to 1")),
+    }
 }
 
 /// Widens rows of bytes to rows of words.

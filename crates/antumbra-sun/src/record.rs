@@ -4,6 +4,7 @@ use antumbra_geometry::DVec3;
 use antumbra_scene::defaults;
 use serde::{Deserialize, Serialize};
 
+use crate::calendar::Dates;
 use crate::positions::{Instant, Location, Refraction};
 use crate::study::Bits;
 use crate::suns::{Sun, SunKind};
@@ -34,6 +35,26 @@ pub struct About {
     pub below_horizon: usize,
     /// Whether irradiances belong to the suns.
     pub has_weather: bool,
+    /// Angular diameter of the suns in degrees, if their visible share counts.
+    #[serde(default)]
+    pub sun_diameter: Option<f64>,
+    /// Whether what see-through surfaces let through counts.
+    #[serde(default)]
+    pub through_glass: bool,
+    /// Light of the sky, if sensors have it.
+    #[serde(default)]
+    pub diffuse: Option<Diffuse>,
+}
+
+/// Light of an isotropic sky.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diffuse {
+    /// Patches that view factors are of, in words.
+    pub sky: String,
+    /// Diffuse horizontal irradiation of all rows of the weather, suns below the horizon included, kWh/m2.
+    pub horizontal: f64,
+    /// Days of the year that count; `None` for all.
+    pub dates: Option<Dates>,
 }
 
 /// Compass of a scene: which way is up, and where true north is.
@@ -69,13 +90,24 @@ pub struct Study {
     pub suns: Vec<Sun>,
     /// Unit vectors towards them, world space.
     pub directions: Vec<[f64; 3]>,
-    /// Bits: which suns reach which sensors.
+    /// Bits: which suns reach which sensors; of suns with a size their middles.
     pub bits: Bits,
+    /// Share of each sun that reaches each sensor, 0 to 1, sensor after sensor, where that is more than a bit: the visible
+    /// share of its disc, and what glass lets through.
+    pub shares: Option<Vec<f32>>,
+    /// Sky view factor of each sensor, if the sky's light counts beside suns.
+    pub sky_view_factor: Option<Vec<f64>>,
 }
 
 impl Study {
     /// Returns the number of sensors.
     pub fn sensor_count(&self) -> usize {
         self.points.len()
+    }
+
+    /// Returns the shares of a sensor, one a sun; `None` where bits say all.
+    pub(crate) fn shares_of(&self, sensor: usize) -> Option<&[f32]> {
+        let count = self.suns.len();
+        Some(&self.shares.as_ref()?[sensor * count..][..count])
     }
 }

@@ -3,7 +3,10 @@
 //! In: points with surfaces or normals, in the caller's order. Out: [`Sensors`]. Invariant: coordinates are finite and
 //! at most 2^100 in magnitude, so that every sensor has an answer for every direction.
 
-use antumbra_geometry::{DVec3, Occluders, ReceiverPoint, Short, SurfaceId};
+use std::ops::Range;
+
+use antumbra::{Batch, BatchKind, ReceiverSide};
+use antumbra_geometry::{DVec3, LightShape, Occluders, ReceiverPoint, Short, SurfaceId};
 
 use crate::error::BadSetting;
 
@@ -83,29 +86,78 @@ impl Sensors {
         }
     }
 
-    /// Returns the unit normal of each sensor, rounded; zero where a sensor faces nothing. `None` for sensors that see all
-    /// directions.
-    pub fn normals(&self, occluders: &Occluders) -> Option<Vec<[f64; 3]>> {
-        let normals = antumbra_task::checked(0..self.count()).map(|sensor| match &self.facing {
-            Facing::All => DVec3::ZERO,
+    /// Returns some sensors in a row as a batch.
+    pub(crate) fn batch(&self, sensors: Range<usize>) -> Batch<'_> {
+        let kind = match &self.surfaces {
+            Some(surfaces) => BatchKind::OnSurfaces {
+                surfaces: &surfaces[sensors.clone()],
+                // They were made for these surfaces, or looked for.
+                tolerance: Some(f64::INFINITY),
+            },
+            None => BatchKind::Free,
+        };
+        Batch {
+            points: &self.points[sensors],
+            kind,
+        }
+    }
+
+    /// Returns the side that a sensor looks at.
+    pub(crate) fn side(&self, sensor: usize) -> ReceiverSide {
+        match &self.facing {
+            Facing::All => ReceiverSide::Both,
+            Facing::Sides(sides) if sides[sensor] < 0 => ReceiverSide::Back,
+            Facing::Sides(_) => ReceiverSide::Front,
+            Facing::Normals(normals) => ReceiverSide::Normal(normals[sensor].into()),
+        }
+    }
+
+    /// Returns whether a sensor looks at a direction, by the exact sign.
+    pub(crate) fn faces(&self, occluders: &Occluders, sensor: usize, to: DVec3) -> bool {
+        let start = self.start(sensor);
+        let light = LightShape::Direction(to);
+        let side = self.side(sensor);
+        match side {
+            ReceiverSide::Both => true,
+            ReceiverSide::Normal(normal) => light.side_of(start.point, normal) > 0,
+            ReceiverSide::Front | ReceiverSide::Back if start.surface.is_none() => true,
+            ReceiverSide::Front => occluders.light_side(&start, &light) > 0,
+            ReceiverSide::Back => occluders.light_side(&start, &light) < 0,
+        }
+    }
+
+    /// Returns the unit normal of a sensor, rounded; zero where it faces nothing. `None` if it sees all directions.
+    pub(crate) fn normal(&self, occluders: &Occluders, sensor: usize) -> Option<DVec3> {
+        match &self.facing {
+            Facing::All => None,
             Facing::Sides(sides) => {
                 let start = self.start(sensor);
                 let front = start
                     .surface
                     .map(|surface| occluders.normal_at(surface, start.point));
-                front.unwrap_or_default() * f64::from(sides[sensor])
+                Some(front.unwrap_or_default() * f64::from(sides[sensor]))
             }
             Facing::Normals(normals) => {
                 let normal = DVec3::from_array(normals[sensor]);
                 // Scaled first, so that very long and very short ones have a length.
                 let most = normal.abs().max_element();
-                match most > 0.0 {
+                Some(match most > 0.0 {
                     true => (normal / most).normalize_or_zero(),
                     false => DVec3::ZERO,
-                }
+                })
             }
-        });
-        (self.facing != Facing::All).then(|| normals.map(|normal| normal.to_array()).collect())
+        }
+    }
+
+    /// Returns the unit normal of each sensor, rounded; zero where a sensor faces nothing. `None` for sensors that see all
+    /// directions.
+    pub fn normals(&self, occluders: &Occluders) -> Option<Vec<[f64; 3]>> {
+        if self.facing == Facing::All {
+            return None;
+        }
+        let normal = |sensor| self.normal(occluders, sensor).unwrap_or_default();
+        let sensors = antumbra_task::checked(0..self.count());
+        Some(sensors.map(|sensor| normal(sensor).to_array()).collect())
     }
 }
 

@@ -1,7 +1,8 @@
 //! Sums of bits: hours, spans, irradiation, shares of the sky.
 //!
 //! In: a [`Study`]. Out: numbers, one a sensor. Invariants: no ray is traced; times of whole seconds are summed without
-//! rounding; the same for any number of threads.
+//! rounding; the same for any number of threads. Where suns reach sensors in part, their shares count in place of bits, but
+//! for the first and the last sun and the longest time.
 
 use antumbra_geometry::DVec3;
 use rayon::prelude::*;
@@ -26,44 +27,66 @@ pub struct Sums {
     /// Direct irradiation, kWh/m2: direct normal irradiance times the cosine of its angle with the sensor's normal,
     /// over time. Missing irradiances count as 0. Needs weather and normals.
     pub irradiation: Option<Vec<f64>>,
+    /// Diffuse irradiation of an isotropic sky, kWh/m2: the sky view factor times the diffuse horizontal irradiation (Liu and
+    /// Jordan, 1963). What the ground reflects is left out.
+    pub diffuse: Option<Vec<f64>>,
+    /// Direct and diffuse irradiation together, kWh/m2.
+    pub total: Option<Vec<f64>>,
     /// Share of the sky's solid angle that is visible, 0 to 1. Of patches of the sky.
     pub sky_visible: Option<Vec<f64>>,
     /// Sky view factor: the share of the light of an even sky that a level surface in the open would get. Of patches
-    /// of the sky; needs normals.
+    /// of the sky, or where the sky's light counts; needs normals.
     pub sky_view_factor: Option<Vec<f64>>,
 }
 
 /// Returns the numbers of each sensor.
 pub fn sums(study: &Study) -> Sums {
-    const HOUR: f64 = 3600.0;
-    let total = totals(study);
     match study.about.kind {
-        SunKind::Suns => Sums {
-            hours: Some(total.into_iter().map(|seconds| seconds / HOUR).collect()),
-            first: Some(each(study, |words| {
-                let word = words.iter().position(|&word| word != 0);
-                word.map_or(-1, |at| {
-                    (64 * at) as i32 + words[at].trailing_zeros() as i32
-                })
-            })),
-            last: Some(each(study, |words| {
-                let word = words.iter().rposition(|&word| word != 0);
-                word.map_or(-1, |at| {
-                    (64 * at + 63) as i32 - words[at].leading_zeros() as i32
-                })
-            })),
-            longest: longest(study),
-            irradiation: irradiation(study),
-            ..Sums::default()
-        },
+        SunKind::Suns => of_suns(study),
         SunKind::Sky => {
             let whole: f64 = study.suns.iter().map(|patch| patch.weight).sum();
+            let seen = totals(study).into_iter();
             Sums {
-                sky_visible: Some(total.into_iter().map(|solid| solid / whole).collect()),
+                sky_visible: Some(seen.map(|solid| solid / whole).collect()),
                 sky_view_factor: sky_view_factor(study),
                 ..Sums::default()
             }
         }
+    }
+}
+
+fn of_suns(study: &Study) -> Sums {
+    const HOUR: f64 = 3600.0;
+    let irradiation = irradiation(study);
+    let diffuse = diffuse(study);
+    let total = irradiation
+        .as_ref()
+        .zip(diffuse.as_ref())
+        .map(|(direct, diffuse)| {
+            let both = direct.iter().zip(diffuse);
+            both.map(|(direct, diffuse)| direct + diffuse).collect()
+        });
+    let seconds = totals(study).into_iter();
+    Sums {
+        hours: Some(seconds.map(|seconds| seconds / HOUR).collect()),
+        first: Some(each(study, |words| {
+            let word = words.iter().position(|&word| word != 0);
+            word.map_or(-1, |at| {
+                (64 * at) as i32 + words[at].trailing_zeros() as i32
+            })
+        })),
+        last: Some(each(study, |words| {
+            let word = words.iter().rposition(|&word| word != 0);
+            word.map_or(-1, |at| {
+                (64 * at + 63) as i32 - words[at].leading_zeros() as i32
+            })
+        })),
+        longest: longest(study),
+        irradiation,
+        diffuse,
+        total,
+        sky_view_factor: study.sky_view_factor.clone(),
+        ..Sums::default()
     }
 }
 
@@ -108,8 +131,26 @@ fn vector_sums(study: &Study, vectors: &[DVec3]) -> Vec<DVec3> {
     })
 }
 
+/// Works out a number of each sensor from its shares; `None` where bits say all.
+fn each_by_shares(study: &Study, of: impl Fn(usize, &[f32]) -> f64 + Sync) -> Option<Vec<f64>> {
+    study.shares.as_ref()?;
+    Some(pieces(study, |sensors| {
+        let number = |sensor| Some(of(sensor, study.shares_of(sensor)?));
+        antumbra_task::checked(sensors).filter_map(number).collect()
+    }))
+}
+
 /// Returns the sum of the weights of the suns that reach each sensor.
 fn totals(study: &Study) -> Vec<f64> {
+    let by_shares = each_by_shares(study, |_, shares| {
+        let shares = shares.iter().zip(&study.suns);
+        shares
+            .map(|(&share, sun)| f64::from(share) * sun.weight)
+            .sum()
+    });
+    if let Some(totals) = by_shares {
+        return totals;
+    }
     let first = study.suns.first().map_or(0.0, |sun| sun.weight);
     if study.suns.iter().all(|sun| sun.weight == first) {
         return each(study, |words| {
@@ -131,6 +172,20 @@ fn totals(study: &Study) -> Vec<f64> {
 /// sensor, so no sum is negative but by rounding.
 fn projected(study: &Study, weighted: &[DVec3]) -> Option<Vec<f64>> {
     let normals = study.normals.as_ref()?;
+    let by_shares = each_by_shares(study, |sensor, shares| {
+        let normal = DVec3::from_array(normals[sensor]);
+        let shares = shares
+            .iter()
+            .zip(weighted)
+            .filter(|&(&share, _)| share > 0.0);
+        // Of a sun with a size a part may be seen while its middle is behind the sensor.
+        shares
+            .map(|(&share, &to)| f64::from(share) * normal.dot(to).max(0.0))
+            .sum()
+    });
+    if by_shares.is_some() {
+        return by_shares;
+    }
     let sums = vector_sums(study, weighted).into_iter().zip(normals);
     // No -0, either.
     Some(
@@ -151,6 +206,12 @@ fn irradiation(study: &Study) -> Option<Vec<f64>> {
         })
         .collect();
     projected(study, &weighted)
+}
+
+fn diffuse(study: &Study) -> Option<Vec<f64>> {
+    let horizontal = study.about.diffuse.as_ref()?.horizontal;
+    let factors = study.sky_view_factor.as_ref()?;
+    Some(factors.iter().map(|factor| factor * horizontal).collect())
 }
 
 fn sky_view_factor(study: &Study) -> Option<Vec<f64>> {

@@ -191,6 +191,22 @@ impl Weather {
         Ok(suns)
     }
 
+    /// Returns the diffuse horizontal irradiation of all rows of some days, kWh/m2, and how many rows miss theirs; those count
+    /// as 0. Suns below the horizon do not matter: the sky is bright before sunrise, too.
+    pub fn diffuse_horizontal(&self, dates: Option<Dates>) -> (f64, usize) {
+        const JOULES_A_KWH: f64 = 3.6e6;
+        let is_of =
+            |row: &&WeatherRow| dates.is_none_or(|dates| dates.contains(row.month, row.day));
+        let (mut sum, mut missing) = (0.0, 0);
+        for row in self.rows.iter().filter(is_of) {
+            match row.diffuse_horizontal {
+                Some(mean) => sum += mean * self.step as f64,
+                None => missing += 1,
+            }
+        }
+        (sum / JOULES_A_KWH, missing)
+    }
+
     /// Gives suns of a study the irradiance of the rows of the same day and time, whatever the year. Suns that have
     /// no row lose theirs. Returns how many have one now.
     ///

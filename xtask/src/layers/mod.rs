@@ -94,7 +94,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "epw wea sun_file",
             "sensors",
             "grid study",
-            "record",
+            "blockers record",
             "nearest sums",
             "groups",
             "arrays",

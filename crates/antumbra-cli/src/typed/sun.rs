@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra_sun::{Dates, Instant, MOST_FACTOR};
+use antumbra_sun::{Dates, Instant, LARGEST_SUN, Light, MOST_FACTOR};
 use clap::{Args, ValueEnum};
 
 use super::Threads;
@@ -147,6 +147,20 @@ pub struct SunStudy {
     #[arg(long, help_heading = "Suns", value_name = "DEGREES", value_parser = values::number, default_value_t = 12.0, requires = "refraction", allow_hyphen_values = true)]
     pub temperature: f64,
 
+    /// Angular diameter of the sun in degrees, 0.533 for the real one, at most 10: hours and irradiation count the visible
+    /// share of its disc. Takes some microseconds for each sensor and sun
+    #[arg(long, help_heading = "Light", value_name = "DEGREES", value_parser = sun_diameter, allow_hyphen_values = true, conflicts_with_all = ["sky", "from"])]
+    pub sun_diameter: Option<f64>,
+
+    /// Count what see-through surfaces let through, in place of all of it
+    #[arg(long, help_heading = "Light", conflicts_with = "from")]
+    pub through_glass: bool,
+
+    /// Add the light of an isotropic sky to irradiation: diffuse horizontal irradiance of --epw or --wea times the sky view factor
+    /// of each sensor. The ground reflects nothing
+    #[arg(long, help_heading = "Light", conflicts_with_all = ["suns", "sky", "from"])]
+    pub diffuse: bool,
+
     /// Study to take in place of a scene: its bits are not asked again. With --epw or --wea, sums are those of that weather,
     /// row by row of the same day and time
     #[arg(long, help_heading = "Suns", value_name = "STUDY.npz", conflicts_with_all = ["scene", "up", "north", "tessellate"])]
@@ -155,6 +169,11 @@ pub struct SunStudy {
     /// File to write; its ending says the format: .npz, .zarr or .nc with all bits, or .csv with a row for each sensor
     #[arg(long, short, help_heading = "Output", value_name = "FILE")]
     pub output: PathBuf,
+
+    /// Table of what blocks the suns: hours, and kWh/m2 with weather, that each object takes from each sensor as the first in
+    /// the way
+    #[arg(long, help_heading = "Output", value_name = "FILE.csv", conflicts_with_all = ["sky", "from"])]
+    pub blockers: Option<PathBuf>,
 
     /// Layout of a CSV file
     #[arg(
@@ -199,6 +218,16 @@ pub struct SunStudy {
 
     #[command(flatten)]
     pub threads: Threads,
+}
+
+impl SunStudy {
+    /// Returns how much of a sun counts.
+    pub fn light(&self) -> Light {
+        Light {
+            sun_diameter: self.sun_diameter,
+            through_glass: self.through_glass,
+        }
+    }
 }
 
 /// Subdivision of the sky.
@@ -265,6 +294,16 @@ fn sky(text: &str) -> Result<Sky, String> {
     }
 }
 
+/// Reads the diameter of the sun.
+fn sun_diameter(text: &str) -> Result<f64, String> {
+    match values::number(text) {
+        Ok(degrees) if degrees > 0.0 && degrees <= LARGEST_SUN => Ok(degrees),
+        _ => Err(format!(
+            "expected degrees above 0 and at most {LARGEST_SUN}, such as 0.533, found `{text}`"
+        )),
+    }
+}
+
 /// Reads an angle of the compass.
 fn north(text: &str) -> Result<f64, String> {
     let degrees = values::number(text)?;
@@ -277,6 +316,16 @@ fn north(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn suns_have_up_to_ten_degrees() {
+        assert_eq!(sun_diameter("0.533"), Ok(0.533));
+        assert_eq!(sun_diameter("10"), Ok(10.0));
+        for bad in ["", "0", "-1", "10.1", "nan", "inf", "wide"] {
+            let error = sun_diameter(bad).unwrap_err();
+            assert!(error.contains("expected degrees above 0"), "{bad}: {error}");
+        }
+    }
 
     #[test]
     fn grids_and_skies() {

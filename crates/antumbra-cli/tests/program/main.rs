@@ -15,6 +15,7 @@ mod outputs;
 mod query;
 mod saved;
 mod sun;
+mod sun_light;
 mod sun_pages;
 mod support;
 mod terminal;

@@ -26,6 +26,8 @@ fn rows(out: &mut impl Write, study: &Study, sums: &Sums) -> io::Result<()> {
         ("hours", &sums.hours),
         ("longest_hours", &sums.longest),
         ("irradiation_kwh_m2", &sums.irradiation),
+        ("diffuse_kwh_m2", &sums.diffuse),
+        ("total_kwh_m2", &sums.total),
         ("sky_visible", &sums.sky_visible),
         ("sky_view_factor", &sums.sky_view_factor),
     ];

@@ -18,6 +18,7 @@ const ATTRIBUTE: u32 = 12;
 const BYTE: u32 = 1;
 const CHAR: u32 = 2;
 const INT: u32 = 4;
+const FLOAT: u32 = 5;
 const DOUBLE: u32 = 6;
 
 /// Most bytes of a variable that is not the last, and most of an axis.
@@ -31,7 +32,12 @@ const MOST_LENGTH: usize = (1 << 31) - 4;
 pub fn write_netcdf(path: &Path, study: &Study, sums: &Sums) -> io::Result<()> {
     let mut all = arrays(study, sums);
     // The last variable may be of any length.
-    all.sort_by_key(|array| matches!(array.numbers, Numbers::Bits(..)));
+    let size = |array: &Array| match array.numbers {
+        Numbers::F32(_) => 2,
+        Numbers::Bits(..) => 1,
+        _ => 0,
+    };
+    all.sort_by_key(size);
     let (_, before) = all.split_last().ok_or(io::ErrorKind::InvalidInput)?;
     let is_long = |array: &Array| variable_bytes(array) > MOST_BYTES;
     let is_wide = |array: &Array| array.axes.iter().any(|&(_, length)| length > MOST_LENGTH);
@@ -58,6 +64,7 @@ pub fn write_netcdf(path: &Path, study: &Study, sums: &Sums) -> io::Result<()> {
 fn kind(numbers: &Numbers) -> (u32, u64) {
     match numbers {
         Numbers::F64(_) | Numbers::U32(_) | Numbers::Time(_) => (DOUBLE, 8),
+        Numbers::F32(_) => (FLOAT, 4),
         Numbers::I32(_) => (INT, 4),
         Numbers::U8(_) | Numbers::Bits(..) => (BYTE, 1),
     }
@@ -152,6 +159,8 @@ fn write_numbers(out: &mut dyn Write, array: &Array) -> io::Result<()> {
         Numbers::U32(numbers) => numbers.iter().try_for_each(|&x| double(x.into()))?,
         // Below 2^53 for all years that there are.
         Numbers::Time(numbers) => numbers.iter().try_for_each(|&x| double(x as f64))?,
+        Numbers::F32(numbers) => antumbra_task::checked(numbers.iter())
+            .try_for_each(|x| out.write_all(&x.to_be_bytes()))?,
         Numbers::I32(numbers) => numbers
             .iter()
             .try_for_each(|x| out.write_all(&x.to_be_bytes()))?,

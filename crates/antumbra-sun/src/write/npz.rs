@@ -41,6 +41,7 @@ pub fn write_npz(path: &Path, study: &Study, sums: &Sums) -> io::Result<()> {
 pub(crate) fn descr(numbers: &Numbers) -> &'static str {
     match numbers {
         Numbers::F64(_) => "<f8",
+        Numbers::F32(_) => "<f4",
         Numbers::I32(_) => "<i4",
         Numbers::U32(_) => "<u4",
         Numbers::U8(_) | Numbers::Bits(..) => "|u1",

@@ -78,6 +78,7 @@ fn write_array(folder: &Path, array: &Array) -> io::Result<()> {
     fs::create_dir(folder)?;
     let kind = match array.numbers {
         Numbers::F64(_) => "float64",
+        Numbers::F32(_) => "float32",
         Numbers::I32(_) => "int32",
         Numbers::U32(_) => "uint32",
         Numbers::U8(_) | Numbers::Bits(..) => "uint8",
@@ -101,7 +102,7 @@ fn write_array(folder: &Path, array: &Array) -> io::Result<()> {
         codec = json!({ "name": "bytes", "configuration": { "endian": "little" } });
     }
     let fill = match array.numbers {
-        Numbers::F64(_) => json!(0.0),
+        Numbers::F64(_) | Numbers::F32(_) => json!(0.0),
         _ => json!(0),
     };
     let names: Vec<&str> = array.axes.iter().map(|&(name, _)| name).collect();

@@ -40,6 +40,86 @@ fn a_study_comes_back_from_its_file() {
     assert_eq!(std::fs::read(&path).unwrap(), bytes);
 }
 
+/// The same where suns reach sensors in part, and the sky shines.
+fn sample_with_shares() -> Study {
+    let mut study = sample();
+    study.about.sun_diameter = Some(0.533);
+    study.about.diffuse = Some(antumbra_sun::Diffuse {
+        sky: "reinhart:4".into(),
+        horizontal: 2.5,
+        dates: Some(antumbra_sun::Dates::parse("03-20").unwrap()),
+    });
+    let count = 3 * study.suns.len();
+    study.shares = Some((0..count).map(|at| (at % 5) as f32 / 4.0).collect());
+    study.sky_view_factor = Some(vec![1.0, 0.5, 0.25]);
+    study
+}
+
+#[test]
+fn shares_and_the_light_of_the_sky_come_back_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npz");
+    let study = sample_with_shares();
+    let numbers = sums(&study);
+    write_npz(&path, &study, &numbers).unwrap();
+    let found = read_npz(&path).unwrap();
+    assert_eq!(found, study);
+    assert_eq!(sums(&found), numbers);
+    assert_eq!(numbers.diffuse, Some(vec![2.5, 1.25, 0.625]));
+    let path = folder.path().join("a.csv");
+    write_csv(&path, &study, &numbers).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let head = "hours,longest_hours,irradiation_kwh_m2,diffuse_kwh_m2,total_kwh_m2,sky_view_factor";
+    assert!(
+        text.starts_with(&format!("sensor,x,y,z,nx,ny,nz,{head}")),
+        "{text}"
+    );
+    // The first number of the variable behind all smaller ones, highest byte first.
+    let path = folder.path().join("a.nc");
+    write_netcdf(&path, &study, &numbers).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let shares: Vec<u8> = study
+        .shares
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_be_bytes())
+        .collect();
+    assert_eq!(bytes[bytes.len() - shares.len()..], shares);
+    let path = folder.path().join("a.zarr");
+    write_zarr(&path, &study, &numbers).unwrap();
+    let about = std::fs::read_to_string(path.join("shares/zarr.json")).unwrap();
+    let about: serde_json::Value = serde_json::from_str(&about).unwrap();
+    assert_eq!(about["data_type"], "float32");
+    assert_eq!(about["shape"], serde_json::json!([3, study.suns.len()]));
+}
+
+#[test]
+fn shares_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npz");
+    let refused = |change: &dyn Fn(&mut Study)| {
+        let mut study = sample_with_shares();
+        change(&mut study);
+        write_npz(&path, &study, &Sums::default()).unwrap();
+        read_npz(&path).unwrap_err().to_string()
+    };
+    for bad in [f32::NAN, -0.5, 1.5, f32::INFINITY] {
+        let error = refused(&|study| study.shares.as_mut().unwrap()[7] = bad);
+        assert!(
+            error.contains("`shares` has a number that is not from 0 to 1"),
+            "{error}"
+        );
+    }
+    let error = refused(&|study| study.shares = None);
+    assert!(error.contains("it has no array `shares`"), "{error}");
+    // Without its sums, a file has no factors.
+    let error = refused(&|_| ());
+    assert!(
+        error.contains("it has no array `sky_view_factor`"),
+        "{error}"
+    );
+}
+
 #[test]
 fn a_damaged_file_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -224,6 +304,8 @@ fn year_of(instant: antumbra_sun::Instant, year: i32, step: u32) -> antumbra_sun
         directions: vec![[0.0, 0.0, 1.0]; suns.len()],
         suns,
         bits: antumbra_sun::Bits { stride, words },
+        shares: None,
+        sky_view_factor: None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod files;
 mod hand_solved;
+mod light;
 mod positions;
 mod sensors;
 mod study;

@@ -7,8 +7,8 @@ use antumbra_geometry::{DVec3, LightShape, ReceiverPoint, SurfaceId};
 use antumbra_scene::gather::Gathered;
 use antumbra_scene::generate;
 use antumbra_sun::{
-    Facing, GridSettings, Parts, Sensors, answer, answer_in_chunks, grid_sensors, reinhart,
-    tregenza,
+    Facing, GridSettings, Parts, Questions, Sensors, answer, answer_in_chunks, grid_sensors,
+    reinhart, tregenza,
 };
 use antumbra_task::Task;
 
@@ -39,7 +39,9 @@ fn city() -> (ShadowIndex, Sensors, Vec<DVec3>) {
 #[test]
 fn every_bit_is_that_of_a_single_query() {
     let (index, sensors, directions) = city();
-    let bits = answer(&index, &sensors, &directions, None).unwrap().bits;
+    let bits = answer(&index, &sensors, &Questions::bits(&directions), None)
+        .unwrap()
+        .bits;
     let lights: Vec<LightShape> = directions
         .iter()
         .map(|&to| LightShape::Direction(to))
@@ -102,7 +104,9 @@ fn points_of_space_with_normals_and_without_see_what_they_face() {
         DVec3::new(-1.0, 0.0, 1e-9),
     ];
     let bits = |sensors: &Sensors| {
-        let bits = answer(&index, sensors, &directions, None).unwrap().bits;
+        let bits = answer(&index, sensors, &Questions::bits(&directions), None)
+            .unwrap()
+            .bits;
         (0..4).map(|sensor| bits.of(sensor)[0]).collect::<Vec<_>>()
     };
     // A plate above hides the zenith, but no level direction.
@@ -140,7 +144,9 @@ fn sensors_inside_solids_and_on_edges_have_answers() {
         .map(|sun| COMPASS.towards(sun))
         .collect();
     let sensors = Sensors::in_space(vec![[0.5; 3], [0.5, 0.5, 2.0]], None).unwrap();
-    let bits = answer(&index, &sensors, &directions, None).unwrap().bits;
+    let bits = answer(&index, &sensors, &Questions::bits(&directions), None)
+        .unwrap()
+        .bits;
     // Inside all is dark, above all is sunlit.
     assert_eq!(bits.of(0), [0; 3]);
     assert_eq!(
@@ -155,7 +161,9 @@ fn sensors_inside_solids_and_on_edges_have_answers() {
         areas: None,
         notes: Vec::new(),
     };
-    let bits = answer(&index, &edge, &directions, None).unwrap().bits;
+    let bits = answer(&index, &edge, &Questions::bits(&directions), None)
+        .unwrap()
+        .bits;
     assert_eq!(
         bits.of(0).iter().map(|word| word.count_ones()).sum::<u32>(),
         145
@@ -166,13 +174,23 @@ fn sensors_inside_solids_and_on_edges_have_answers() {
 fn a_study_that_is_stopped_goes_on_where_it_was_and_gives_the_same_bits() {
     const CHUNK: usize = 145 * 200;
     let (index, sensors, directions) = city();
-    let whole = answer(&index, &sensors, &directions, None).unwrap().bits;
+    let whole = answer(&index, &sensors, &Questions::bits(&directions), None)
+        .unwrap()
+        .bits;
     let folder = tempfile::tempdir().unwrap();
     let parts = Parts {
         folder: folder.path().join("out.npz.parts"),
     };
     let run = |task: &Task| {
-        task.run(|| answer_in_chunks(&index, &sensors, &directions, Some(&parts), CHUNK))
+        task.run(|| {
+            answer_in_chunks(
+                &index,
+                &sensors,
+                &Questions::bits(&directions),
+                Some(&parts),
+                CHUNK,
+            )
+        })
     };
     // Stopped as soon as two chunks are done.
     let stopped = Arc::new(Mutex::new(None::<Task>));
@@ -206,16 +224,31 @@ fn a_study_that_is_stopped_goes_on_where_it_was_and_gives_the_same_bits() {
     // Parts of another study are not taken.
     let mut others = directions.clone();
     others[0] = DVec3::new(0.5, 0.5, 0.1);
-    let other = answer_in_chunks(&index, &sensors, &others, Some(&parts), CHUNK).unwrap();
+    let other = answer_in_chunks(
+        &index,
+        &sensors,
+        &Questions::bits(&others),
+        Some(&parts),
+        CHUNK,
+    )
+    .unwrap();
     assert_eq!(other.resumed[0], 0);
     assert_eq!(
         other.bits,
-        answer(&index, &sensors, &others, None).unwrap().bits
+        answer(&index, &sensors, &Questions::bits(&others), None)
+            .unwrap()
+            .bits
     );
     // A file that is no part is not touched, and stays.
     std::fs::write(parts.folder.join("mine"), "mine").unwrap();
     std::fs::write(parts.folder.join("000000.bits"), "mine, too").unwrap();
-    let refused = answer_in_chunks(&index, &sensors, &directions, Some(&parts), CHUNK);
+    let refused = answer_in_chunks(
+        &index,
+        &sensors,
+        &Questions::bits(&directions),
+        Some(&parts),
+        CHUNK,
+    );
     assert!(
         refused
             .unwrap_err()
@@ -239,9 +272,17 @@ fn a_study_of_one_chunk_keeps_nothing_and_none_of_no_sun_asks_nothing() {
     let sensors = Sensors::in_space(vec![[0.0; 3]; 3], None).unwrap();
     let suns = day(45.0, "06-21");
     let directions: Vec<DVec3> = suns.list.iter().map(|sun| COMPASS.towards(sun)).collect();
-    answer(&index, &sensors, &directions, Some(&parts)).unwrap();
+    answer(
+        &index,
+        &sensors,
+        &Questions::bits(&directions),
+        Some(&parts),
+    )
+    .unwrap();
     assert!(!parts.folder.exists());
-    let none = answer(&index, &sensors, &[], Some(&parts)).unwrap().bits;
+    let none = answer(&index, &sensors, &Questions::bits(&[]), Some(&parts))
+        .unwrap()
+        .bits;
     assert_eq!((none.stride, none.words.len()), (0, 0));
 }
 

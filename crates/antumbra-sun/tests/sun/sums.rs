@@ -63,6 +63,8 @@ fn random(sun_count: usize, sensor_count: usize, is_even: bool) -> Study {
         suns,
         directions,
         bits: Bits { stride, words },
+        shares: None,
+        sky_view_factor: None,
     }
 }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use antumbra::{Method, ShadowIndex};
 use antumbra_geometry::{DVec3, Occluders, Opacity};
 use antumbra_sun::{
-    About, Compass, Dates, Instant, Location, Positions, Sensors, Study, SunKind, Suns, VERSION,
-    answer,
+    About, Compass, Dates, Instant, Light, Location, Positions, Questions, Sensors, Study, SunKind,
+    Suns, VERSION, answer,
 };
 
 /// The compass of scenes with z up, whose own north is true north.
@@ -44,17 +44,37 @@ pub(crate) fn day(latitude: f64, day: &str) -> Suns {
 
 /// Answers a study of sensors and suns.
 pub(crate) fn study(index: &ShadowIndex, sensors: Sensors, suns: &Suns) -> Study {
+    study_of_light(index, sensors, suns, Light::default())
+}
+
+/// Answers a study of suns that reach sensors in part.
+pub(crate) fn study_of_light(
+    index: &ShadowIndex,
+    sensors: Sensors,
+    suns: &Suns,
+    light: Light,
+) -> Study {
     let directions: Vec<DVec3> = suns.list.iter().map(|sun| COMPASS.towards(sun)).collect();
-    let bits = answer(index, &sensors, &directions, None).unwrap().bits;
+    let questions = Questions {
+        light,
+        ..Questions::bits(&directions)
+    };
+    let answered = answer(index, &sensors, &questions, None).unwrap();
     Study {
-        about: about(suns.kind),
+        about: About {
+            sun_diameter: light.sun_diameter,
+            through_glass: light.through_glass,
+            ..about(suns.kind)
+        },
         normals: sensors.normals(index.occluders()),
         points: sensors.points,
         surfaces: sensors.surfaces,
         areas: sensors.areas,
         suns: suns.list.clone(),
         directions: directions.iter().map(|to| to.to_array()).collect(),
-        bits,
+        bits: answered.bits,
+        shares: answered.shares,
+        sky_view_factor: None,
     }
 }
 
@@ -70,5 +90,8 @@ pub(crate) fn about(kind: SunKind) -> About {
         up: [0.0, 0.0, 1.0],
         below_horizon: 0,
         has_weather: false,
+        sun_diameter: None,
+        through_glass: false,
+        diffuse: None,
     }
 }

@@ -117,6 +117,7 @@ pub(super) fn report(study: &Study, sums: &Sums, screen: &Screen) {
     };
     line(&sums.hours, "hours of sun");
     line(&sums.irradiation, "direct irradiation, kWh/m2");
+    line(&sums.diffuse, "diffuse irradiation, kWh/m2");
     line(&sums.sky_view_factor, "sky view factor");
     line(&sums.sky_visible, "visible share of the sky");
     let air = match about.refraction {

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use antumbra_geometry::SurfaceId;
+use antumbra_scene::model::Scene;
 use antumbra_sun::{Groups, Study};
 
 use super::picture::Looked;
@@ -37,16 +38,25 @@ pub(super) fn of(study: &Study, looked: Option<&Looked>) -> (&'static str, Group
 /// Returns sensors on surfaces by object. Those of one name are one group; an object without a name has that of its
 /// material, which tells more than a number.
 pub(super) fn by_object(surfaces: &[u32], Looked { prepared, .. }: &Looked) -> Groups {
-    let scene = prepared.scene();
     sorted(surfaces, |surface| {
-        let number = prepared.gathered().place_of(SurfaceId(surface)).object as usize;
-        let object = &scene.objects[number];
-        let material = scene.materials.get(object.material);
-        match material.filter(|_| object.name.is_empty()) {
-            Some(material) if !material.name.is_empty() => material.name.clone(),
-            _ => named(&object.name, "object", number),
-        }
+        let number = prepared.gathered().place_of(SurfaceId(surface)).object;
+        name_of(prepared.scene(), number as usize)
     })
+}
+
+/// Returns all objects of a scene as groups: those of one name are one.
+pub(super) fn objects(scene: &Scene) -> Groups {
+    let numbers: Vec<u32> = (0..scene.objects.len() as u32).collect();
+    sorted(&numbers, |number| name_of(scene, number as usize))
+}
+
+fn name_of(scene: &Scene, number: usize) -> String {
+    let object = &scene.objects[number];
+    let material = scene.materials.get(object.material);
+    match material.filter(|_| object.name.is_empty()) {
+        Some(material) if !material.name.is_empty() => material.name.clone(),
+        _ => named(&object.name, "object", number),
+    }
 }
 
 fn by_material(surfaces: &[u32], Looked { prepared, .. }: &Looked) -> Groups {
@@ -70,7 +80,7 @@ fn named(name: &str, kind: &str, number: usize) -> String {
     }
 }
 
-/// Sorts sensors by names, in the order in which they come.
+/// Sorts sensors, or whatever has a number, by names, in the order in which they come.
 fn sorted(surfaces: &[u32], name_of: impl Fn(u32) -> String) -> Groups {
     let mut names = Vec::new();
     let mut places: HashMap<String, u32> = HashMap::new();

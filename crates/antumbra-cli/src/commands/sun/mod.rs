@@ -1,8 +1,10 @@
 //! `antumbra sun`: which sensors the sun reaches, at which of a year's times.
 //!
-//! In: a scene, sensors, suns. Out: a file of bits and what they amount to, and lines that say it in short. What is done
+//! In: a scene, sensors, suns. Out: a file of bits and what they amount to, perhaps a table of what blocks suns, and lines
+//! that say it in short. What is done
 //! when it is stopped is kept beside the output, and the next run of the same command goes on there.
 
+mod blockers;
 mod file;
 mod groups;
 mod picture;
@@ -15,8 +17,8 @@ use antumbra_geometry::DVec3;
 use antumbra_render::prepare::Prepared;
 use antumbra_scene::gather::{Gathered, scene_bytes, surface_bytes};
 use antumbra_sun::{
-    About, Compass, Parts, Study, StudyError, Suns, VERSION, answer, check_energyplus,
-    parts_beside, sums,
+    About, Blockers, Compass, Diffuse, Dome, Facing, Parts, Questions, Study, StudyError, Suns,
+    VERSION, answer, check_energyplus, parts_beside, reinhart, sums,
 };
 
 use crate::failure::{Failure, Outcome};
@@ -29,13 +31,18 @@ use file::StudyFile;
 use picture::Looked;
 use sensors::Asked;
 
+/// Reinhart's factor of the patches that `--diffuse` counts: 2305 patches.
+const DOME_FACTOR: u32 = 4;
+
 /// Reads, asks or takes what was asked, sums, writes.
 pub fn run(typed: &SunStudy, screen: &Screen) -> Result<Outcome, Failure> {
     picture::check(typed)?;
     file::check(typed)?;
+    suns::check(typed)?;
     let mut output = StudyFile::new(&typed.output)?;
     let files = &mut output.outputs;
     files.add_if("--picture", typed.picture.as_ref(), Content::Picture)?;
+    files.add_if("--blockers", typed.blockers.as_ref(), Content::Table)?;
     if let Some(folder) = &typed.report {
         report::prepare(folder, files)?;
     }
@@ -109,6 +116,9 @@ fn again(typed: &SunStudy, path: &std::path::Path, screen: &Screen) -> Result<St
         ));
     }
     study.about.has_weather = true;
+    if let Some(diffuse) = &mut study.about.diffuse {
+        diffuse.horizontal = suns::diffuse_horizontal(&weather, diffuse.dates, screen);
+    }
     Ok(study)
 }
 
@@ -153,14 +163,25 @@ fn first(
     let index = prepared.index();
 
     let left = limit.saturating_sub(need.needed());
-    let most = (left / sensors::bytes_of_one(suns.list.len())) as usize;
+    let light = typed.light();
+    let bytes_of_one = sensors::bytes_of_one(suns.list.len(), light.has_shares());
+    let most = (left / bytes_of_one) as usize;
     let sensors = asked.sensors(typed, &prepared, up.direction, most, screen)?;
     if let Some(size) = size {
         need.picture = picture::predict_bytes(size, sensors.count());
     }
-    need.arrays = sensors.count() as u64 * sensors::bytes_of_one(suns.list.len());
+    need.arrays = sensors.count() as u64 * bytes_of_one;
     need.check(limit)?;
     screen.detail(format!("memory predicted: {need}"));
+    if typed.diffuse && sensors.facing == Facing::All {
+        return Err(Failure::input(
+            "--diffuse: sensors that see all directions have no normal, and no sky view factor",
+            "give --normals or --on-surface",
+        ));
+    }
+    if typed.through_glass && !index.has_glass() {
+        screen.note("--through-glass: no surface of the scene lets light through");
+    }
 
     let compass = Compass {
         up: up.direction,
@@ -173,8 +194,34 @@ fn first(
         parts: &parts,
         screen,
     };
-    let answered = answer(index, &sensors, &directions, Some(&parts)).map_err(unanswered)?;
+    let dome = typed.diffuse.then(|| {
+        let patches = reinhart(DOME_FACTOR).list;
+        Dome::new(&patches, up.direction, |patch| compass.towards(patch))
+    });
+    let questions = Questions {
+        directions: &directions,
+        light,
+        dome: dome.as_ref(),
+    };
+    let answered = answer(index, &sensors, &questions, Some(&parts)).map_err(unanswered)?;
+    if let Some(path) = &typed.blockers {
+        let of = Blockers {
+            index,
+            sensors: &sensors,
+            suns: &suns.list,
+            directions: &directions,
+            bits: &answered.bits,
+            has_weather: suns.has_weather,
+        };
+        blockers::write(path, &of, &prepared)?;
+    }
     drop(stop);
+    if answered.sampled > 0 {
+        screen.note(format!(
+            "{} visible shares of the sun are of 64 samples each, for want of a closed form",
+            answered.sampled
+        ));
+    }
     let [resumed, count] = answered.resumed;
     if resumed > 0 {
         screen.note(format!(
@@ -201,6 +248,13 @@ fn first(
             up: up.direction.to_array(),
             below_horizon,
             has_weather,
+            sun_diameter: light.sun_diameter,
+            through_glass: light.through_glass,
+            diffuse: source.diffuse_horizontal.map(|horizontal| Diffuse {
+                sky: format!("reinhart:{DOME_FACTOR}"),
+                horizontal,
+                dates: typed.dates,
+            }),
         },
         normals: sensors.normals(index.occluders()),
         points: sensors.points,
@@ -209,6 +263,8 @@ fn first(
         directions: directions.iter().map(|to| to.to_array()).collect(),
         suns: list,
         bits: answered.bits,
+        shares: answered.shares,
+        sky_view_factor: answered.sky_view_factor,
     };
     let looked = Looked {
         prepared,

@@ -37,6 +37,7 @@ pub(super) struct Shown<'a> {
 /// Returns what a study is mostly about: irradiation, else hours, else the visible share of the sky.
 pub(super) fn shown(sums: &Sums) -> Option<Shown<'_>> {
     let choices = [
+        (&sums.total, ["kWh/m2", "sun, sky"]),
         (&sums.irradiation, ["kWh/m2", "direct"]),
         (&sums.hours, ["hours", "of sun"]),
         (&sums.sky_visible, ["share of", "the sky"]),

@@ -14,10 +14,12 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use crate::typed::SunStudy;
 
-/// Returns the bytes that a sensor takes: point, normal, surface, side, area, what its bits amount to, and its bits.
-pub(super) fn bytes_of_one(sun_count: usize) -> u64 {
-    const OWN: usize = 24 + 24 + 4 + 1 + 8 + 40;
-    (OWN + 8 * sun_count.div_ceil(64)) as u64
+/// Returns the bytes that a sensor takes: point, normal, surface, side, area, what its bits amount to, its bits, and its
+/// shares if it has them.
+pub(super) fn bytes_of_one(sun_count: usize, has_shares: bool) -> u64 {
+    const OWN: usize = 24 + 24 + 4 + 1 + 8 + 72;
+    let shares = if has_shares { 4 * sun_count } else { 0 };
+    (OWN + 8 * sun_count.div_ceil(64) + shares) as u64
 }
 
 /// Sensors as they were typed, before the scene is read.

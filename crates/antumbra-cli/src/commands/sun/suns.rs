@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use antumbra_sun::{
-    Location, Positions, Refraction, Suns, Weather, read_epw, read_suns, read_wea, reinhart,
+    Dates, Location, Positions, Refraction, Suns, Weather, read_epw, read_suns, read_wea, reinhart,
     tregenza,
 };
 
@@ -17,6 +17,8 @@ pub(super) struct Source {
     pub(super) name: String,
     pub(super) location: Option<Location>,
     pub(super) refraction: Option<Refraction>,
+    /// Diffuse horizontal irradiation of all days that count, kWh/m2, if it is asked for.
+    pub(super) diffuse_horizontal: Option<f64>,
 }
 
 /// Reads or works out the suns. Says what a user should hear of them.
@@ -31,10 +33,14 @@ pub(super) fn suns(typed: &SunStudy, screen: &Screen) -> Result<(Suns, Source), 
         name: String::new(),
         location: None,
         refraction,
+        diffuse_horizontal: None,
     };
     let suns = if let Some(weather) = weather(typed)? {
         source.name = name(&weather.file);
         source.location = Some(weather.location);
+        source.diffuse_horizontal = typed
+            .diffuse
+            .then(|| diffuse_horizontal(&weather, typed.dates, screen));
         let suns = weather.suns(typed.year, refraction, instant, typed.dates);
         suns.map_err(|error| input(error.to_string()))?
     } else if let Some(path) = &typed.suns {
@@ -84,6 +90,29 @@ pub(super) fn suns(typed: &SunStudy, screen: &Screen) -> Result<(Suns, Source), 
         ));
     }
     Ok((suns, source))
+}
+
+/// Returns the diffuse horizontal irradiation of some days, kWh/m2. Says how many rows miss it.
+pub(super) fn diffuse_horizontal(weather: &Weather, dates: Option<Dates>, screen: &Screen) -> f64 {
+    let (sum, missing) = weather.diffuse_horizontal(dates);
+    if missing > 0 {
+        screen.warning(format!(
+            "{}: {missing} rows have no diffuse horizontal irradiance: sums count them as 0",
+            weather.file.display()
+        ));
+    }
+    sum
+}
+
+/// Refuses light of the sky where no weather says how bright it is.
+pub(super) fn check(typed: &SunStudy) -> Result<(), Failure> {
+    if typed.diffuse && typed.epw.is_none() && typed.wea.is_none() {
+        return Err(Failure::input(
+            "--diffuse: no weather is given that says how bright the sky is",
+            "give --epw or --wea",
+        ));
+    }
+    Ok(())
 }
 
 /// Reads the weather that was typed.

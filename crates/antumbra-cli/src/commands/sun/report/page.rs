@@ -87,9 +87,11 @@ fn distribution(page: &Page<'_>) -> Markup {
 type Column = fn(&Total) -> Option<Spread>;
 
 fn table(page: &Page<'_>) -> Markup {
-    let columns: [(&str, Column); 4] = [
+    let columns: [(&str, Column); 6] = [
         ("hours of sun", |total| total.hours),
-        ("kWh/m2", |total| total.irradiation),
+        ("direct kWh/m2", |total| total.irradiation),
+        ("diffuse kWh/m2", |total| total.diffuse),
+        ("sum of both", |total| total.total),
         ("visible sky", |total| total.sky_visible),
         ("sky view factor", |total| total.sky_view_factor),
     ];
@@ -179,6 +181,19 @@ fn settings(page: &Page<'_>) -> Markup {
             rows.push(("suns", study.suns.len().to_string()));
             rows.push(("suns below the horizon", about.below_horizon.to_string()));
         }
+    }
+    if let Some(degrees) = about.sun_diameter {
+        rows.push(("diameter of the sun", format!("{degrees} degrees")));
+    }
+    if about.through_glass {
+        rows.push(("see-through surfaces", "filter light".to_owned()));
+    }
+    if let Some(diffuse) = &about.diffuse {
+        let of_sky = format!(
+            "isotropic, {:.3} kWh/m2 on open level ground; view factors of {}; no light from the ground",
+            diffuse.horizontal, diffuse.sky
+        );
+        rows.push(("light of the sky", of_sky));
     }
     if about.has_weather {
         rows.push(("suns without irradiance, counted as 0", missing.to_string()));
