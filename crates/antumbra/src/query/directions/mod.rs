@@ -342,13 +342,13 @@ impl<'a> Work<'a> {
                             mask: *word & cell.block.asked(),
                             number,
                         };
-                        let cut = (&self.cut, Reach::Near);
                         let of = OfTile {
                             tile: &mut self.tile,
                             place,
                         };
+                        let ways = (&self.cut, Reach::Near, of);
                         let memory = &mut self.memory;
-                        let blocked = bvh.any_hit_sheaf(&asked, sheaf, cut, of, memory, counters);
+                        let blocked = bvh.any_hit_sheaf(&asked, sheaf, ways, memory, counters);
                         counters.shadow.shadowed += u64::from(blocked.count_ones());
                         *word &= !blocked;
                     }
@@ -472,8 +472,8 @@ impl OneCell<'_> {
                 mask: mask & self.cell.block.asked(),
                 number: self.number,
             };
-            let cut = (self.cut, Reach::All);
-            return bvh.any_hit_sheaf(&asked, sheaf, cut, of, memory, counters);
+            let ways = (self.cut, Reach::All, of);
+            return bvh.any_hit_sheaf(&asked, sheaf, ways, memory, counters);
         }
         let asked = AskedBlock {
             targets: &self.cell.targets,

@@ -24,8 +24,8 @@ const MOST_ENTRIES: usize = 24;
 /// there a walk for all directions is narrower than one for all starts.
 const NEAR: f32 = 1.2;
 
-/// For fewer directions nothing is near: a walk a start would cost more than one a direction.
-const MANY_DIRECTIONS: u32 = 32;
+/// Where directions are farther apart, as the patches of a coarse sky, nothing is near: too few walk with each start.
+const WIDE: f32 = 1.0;
 
 /// Directions count as at least so far apart, as the difference of their slopes.
 const NARROW: f32 = 0.1;
@@ -201,7 +201,7 @@ impl Bvh {
             size.max(bounds.most[axis] - bounds.least[axis])
         });
         for (part, entries) in sheaf.parts.iter().zip(&mut cut.parts) {
-            let near = if part.targets.count_ones() < MANY_DIRECTIONS {
+            let near = if part.width > WIDE {
                 f32::NEG_INFINITY
             } else {
                 NEAR * size / part.width
@@ -272,13 +272,12 @@ impl Bvh {
         &self,
         asked: &Asked,
         sheaf: &mut Sheaf,
-        (cut, reach): (&Cut, Reach),
-        of: OfTile<'_>,
+        (cut, reach, of): (&Cut, Reach, OfTile<'_>),
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {
         dispatch!(self.level, simd => {
-            self.any_hit_sheaf_with(simd, asked, sheaf, (cut, reach), of, memory, counters)
+            self.any_hit_sheaf_with(simd, asked, sheaf, (cut, reach, of), memory, counters)
         })
     }
 
@@ -288,8 +287,7 @@ impl Bvh {
         simd: S,
         asked: &Asked,
         sheaf: &mut Sheaf,
-        (cut, reach): (&Cut, Reach),
-        of: OfTile<'_>,
+        (cut, reach, of): (&Cut, Reach, OfTile<'_>),
         memory: &mut Memory,
         counters: &mut Counters,
     ) -> u64 {

@@ -299,8 +299,8 @@ fn most_starts_of_a_tile_are_told_without_the_rule() {
                 tile: &mut tile,
                 place,
             };
-            let cut = (&cut, sheaf::Reach::Near);
-            bvh.any_hit_sheaf(&asked, &mut sheaf, cut, of, &mut memory, counters)
+            let ways = (&cut, sheaf::Reach::Near, of);
+            bvh.any_hit_sheaf(&asked, &mut sheaf, ways, &mut memory, counters)
         })
         .collect();
     let mut blocked = 0;
