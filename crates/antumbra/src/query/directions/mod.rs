@@ -289,7 +289,8 @@ impl<'a> Work<'a> {
                 ReceiverSide::Back => Some((start.surface?, -1)),
                 ReceiverSide::Both | ReceiverSide::Normal(_) => None,
             };
-            let sides = self.starts.iter().zip(&self.sides).map(side_of);
+            let sides = self.starts.iter().zip(&self.sides).take(starts);
+            let sides = sides.map(side_of);
             if is_one || self.directions.count >= MANY_DIRECTIONS {
                 self.one_sides.extend(sides);
             }
