@@ -53,8 +53,6 @@ struct SceneReport {
     light: String,
     steps: u32,
     segments: usize,
-    /// Segments that have no answer of ours, since something without a closed form may shade them: left out everywhere.
-    refused: usize,
     /// Of the segments' length.
     lit_share: f64,
     /// Lit intervals a segment.
@@ -130,28 +128,26 @@ fn work(typed: &Fog, screen: &Screen) -> Result<Outcome, Failure> {
     })
 }
 
-/// The segments of a scene that have an answer of ours, and what is known of them.
+/// The segments of a scene, and what is known of them.
 struct Questions<'a> {
     index: &'a ShadowIndex,
     light: LightShape,
     segments: Vec<Ends>,
-    refused: usize,
     /// Our lit intervals of each.
     intervals: Vec<Vec<[f64; 2]>>,
 }
 
 impl<'a> Questions<'a> {
-    fn new(index: &'a ShadowIndex, all: Vec<Ends>) -> Self {
+    /// Of a scene without holes: their shadows have no closed form.
+    fn new(index: &'a ShadowIndex, segments: Vec<Ends>) -> Self {
         let light = index.lights()[0];
-        let ask = |ends: Ends| (ends, index.lit_intervals_along(ends[0], ends[1], &light));
-        let count = all.len();
-        let answered = all.into_par_iter().map(ask);
-        let answered = answered.filter_map(|(ends, found)| Some((ends, found.ok()?)));
-        let (segments, intervals): (Vec<_>, Vec<_>) = answered.unzip();
+        let ask = |ends: &Ends| index.lit_intervals_along(ends[0], ends[1], &light);
+        let answered = segments.par_iter().map(ask);
+        let intervals = answered.map(|found| found.expect("holes are filled"));
+        let intervals = intervals.collect();
         Self {
             index,
             light,
-            refused: count - segments.len(),
             segments,
             intervals,
         }
@@ -212,17 +208,10 @@ fn scene(
     let auto = IndexMethod::new("auto", build(Method::Auto)?);
     let own = IndexMethod::new("own", build(Method::Bvh)?);
     let questions = Questions::new(auto.index(), all);
-    if questions.refused > 0 {
-        screen.warning(format!(
-            "{}: {} segments are left out, as what may shade them is alpha-tested",
-            path.display(),
-            questions.refused
-        ));
-    }
     if questions.segments.is_empty() {
         return Err(Failure::input(
             format!("{}: no segment has an answer", path.display()),
-            "give a scene that is not alpha-tested as a whole, and a camera that sees some of it",
+            "give a camera that sees some of it",
         ));
     }
     let geometry = subject.geometry();
@@ -367,7 +356,6 @@ impl Contest<'_> {
             light: String::new(),
             steps: self.steps,
             segments: count,
-            refused: self.questions.refused,
             lit_share: lit_lengths.sum::<f64>() / lengths.sum::<f64>(),
             intervals: intervals as f64 / count as f64,
             ours_ns: of_ours("ours"),
@@ -411,13 +399,12 @@ impl SceneReport {
             None => "  none".to_owned(),
         };
         format!(
-            "{:<16} {:>4} steps, {} segments ({} refused), {:3.0} % lit in {:5.2} intervals each: ours {:6.2} us a segment \
+            "{:<16} {:>4} steps, {} segments, {:3.0} % lit in {:5.2} intervals each: ours {:6.2} us a segment \
              (rms {:.1e}); marches (rms {:.1e}): Embree 1 {}, best {}, own rays {}, auto {}; shadow map, not exact, {} \
              (rms {:.1e}); mismatches {} ({} at ends), of marches {}, Embree's {}",
             self.name,
             self.steps,
             self.segments,
-            self.refused,
             100.0 * self.lit_share,
             self.intervals,
             self.ours_ns / 1e3,
@@ -479,7 +466,6 @@ mod tests {
         scene.lights.truncate(1);
         let prepared = Prepared::new(scene, &IndexOptions::default()).expect("a scene");
         let questions = questions(&prepared);
-        assert_eq!(questions.refused, 0);
         let reference = |intervals: &[Vec<[f64; 2]>]| {
             march::reference(prepared.index(), &questions.segments, intervals, 256)
         };

@@ -27,10 +27,15 @@ f 5 6 7 8
 const SUNS: &str = "azimuth,elevation,hours,weight\n0,90,1,1000\n270,45,0.5,800\n90,-5,1,0\n";
 
 fn with_scene() -> (Folder, PathBuf, PathBuf) {
+    with_suns(SUNS)
+}
+
+/// Writes the scene and a list of suns.
+pub(super) fn with_suns(listed: &str) -> (Folder, PathBuf, PathBuf) {
     let folder = Folder::new();
     let (scene, suns) = (folder.path("a.obj"), folder.path("s.csv"));
     fs::write(&scene, SCENE).unwrap();
-    fs::write(&suns, SUNS).unwrap();
+    fs::write(&suns, listed).unwrap();
     (folder, scene, suns)
 }
 

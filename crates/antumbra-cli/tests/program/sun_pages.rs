@@ -5,23 +5,8 @@ use std::path::{Path, PathBuf};
 
 use antumbra_render::color_map::inferno_srgb;
 
+use super::sun::with_suns;
 use super::support::{Folder, antumbra, assert_code, stderr, text};
-
-/// A square floor that faces up, with a plate above its western half.
-const SCENE: &str = "\
-o floor
-v -1 -1 0
-v 1 -1 0
-v 1 1 0
-v -1 1 0
-f 1 2 3 4
-o plate
-v -1 -1 0.5
-v 0 -1 0.5
-v 0 1 0.5
-v -1 1 0.5
-f 5 6 7 8
-";
 
 /// The zenith, and a sun in the west at 45 degrees.
 const SUNS: &str = "azimuth,elevation,hours\n0,90,1\n270,45,0.5\n90,-5,1\n";
@@ -30,11 +15,7 @@ const SUNS: &str = "azimuth,elevation,hours\n0,90,1\n270,45,0.5\n90,-5,1\n";
 const CAMERA: &str = "eye:0,0,5/at:0,0,0/up:0,1,0/fov:26";
 
 fn with_scene() -> (Folder, PathBuf, PathBuf) {
-    let folder = Folder::new();
-    let (scene, suns) = (folder.path("a.obj"), folder.path("s.csv"));
-    fs::write(&scene, SCENE).unwrap();
-    fs::write(&suns, SUNS).unwrap();
-    (folder, scene, suns)
+    with_suns(SUNS)
 }
 
 /// Size of a picture, and its bytes, RGB.

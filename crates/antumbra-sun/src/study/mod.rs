@@ -39,7 +39,7 @@ use shares::{Discs, Glass};
 /// Answers that a chunk of sensors has at most: some seconds of work, which is what a stop loses.
 const CHUNK_BITS: usize = 1 << 25;
 
-/// The same where each answer is a share of a disc, which takes about as long as 30 bits.
+/// Shares of discs that a chunk has at most: each takes about as long as 30 bits.
 const CHUNK_DISCS: usize = 1 << 20;
 
 /// Answers, and how they came about.
@@ -195,7 +195,7 @@ fn of_range<'a, T>(list: &'a mut [T], range: &Range<usize>, width: usize) -> &'a
     }
 }
 
-/// What is asked, prepared.
+/// Directions and lights, prepared for the index.
 struct Asked<'a> {
     index: &'a ShadowIndex,
     sensors: &'a Sensors,

@@ -1,4 +1,4 @@
-//! What a study asks about its sensors.
+//! Questions that a study asks about its sensors.
 
 use antumbra_geometry::DVec3;
 

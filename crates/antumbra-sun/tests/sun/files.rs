@@ -40,7 +40,7 @@ fn a_study_comes_back_from_its_file() {
     assert_eq!(std::fs::read(&path).unwrap(), bytes);
 }
 
-/// The same where suns reach sensors in part, and the sky shines.
+/// A study of suns that reach sensors in part, under a sky that shines.
 fn sample_with_shares() -> Study {
     let mut study = sample();
     study.about.sun_diameter = Some(0.533);

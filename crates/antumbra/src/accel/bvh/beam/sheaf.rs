@@ -2,8 +2,7 @@
 //!
 //! In: a [`Block`] of directions, a [`Tile`] of starts near each other. Out: a [`Cut`], the nodes and leaves at which the walks
 //! of these starts begin in place of the root; and the bits of [`Bvh::any_hit`]. Invariant: a leaf that a segment of the
-//! tile may meet is under the cut, unless none of its triangles has a point on that side of the starts' own plane which is
-//! asked about; such triangles block nothing (README.md of `crate::query::beam`, "Tiles").
+//! tile may meet is under the cut, unless none of its triangles may block a start by the sides asked about ([`Tile`]).
 
 use antumbra_geometry::Occluders;
 use fearless_simd::{Simd, dispatch};
@@ -20,8 +19,8 @@ use crate::Counters;
 /// Most nodes at which the walks of a start begin. Each costs a visit a start.
 const MOST_ENTRIES: usize = 24;
 
-/// What begins nearer than where a start's directions are so many sizes of the tile apart is asked start by start: up to
-/// there a walk for all directions is narrower than one for all starts.
+/// Height, in sizes of the tile over the range of slopes, below which entries are asked start by start. There, the directions of
+/// one start are closer together than the starts of one direction, within a factor. Chosen by timing.
 const NEAR: f32 = 1.2;
 
 /// Where directions are farther apart, as the patches of a coarse sky, nothing is near: too few walk with each start.
@@ -62,7 +61,7 @@ pub(crate) struct Cut {
 /// Where walks for a part of a sheaf begin.
 #[derive(Clone, Debug, Default)]
 struct Entries {
-    /// What may be met where the directions from one start are closer together than the tile's starts.
+    /// Entries that begin where the directions from one start are closer together than the tile's starts.
     near: Vec<Waiting>,
     far: Vec<Waiting>,
 }

@@ -21,7 +21,7 @@ pub(crate) struct Tile {
     /// Of the starts that the tree can take.
     bounds: StartBox,
     origins: Origins,
-    /// The same, seen from the middle of the box.
+    /// Origins seen from the middle of the box.
     seen: Seen,
     /// Which starts these are, and how far each is moved onto its surface.
     inside: u64,
