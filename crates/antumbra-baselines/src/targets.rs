@@ -82,8 +82,15 @@ fn write_bits(words: &[u64], per_start: usize, is_shadowed: &mut [bool]) {
     let starts = is_shadowed.chunks_mut(per_start).zip(words.chunks(stride));
     for (is_shadowed, words) in starts {
         for (is_shadowed, word) in is_shadowed.chunks_mut(64).zip(words) {
-            for (bit, is_shadowed) in is_shadowed.iter_mut().enumerate() {
-                *is_shadowed = word >> bit & 1 != 0;
+            for (bits, is_shadowed) in word
+                .to_le_bytes()
+                .into_iter()
+                .zip(is_shadowed.chunks_mut(8))
+            {
+                // The byte eight times over, of which each keeps the bit of its place.
+                let spread = u64::from_le_bytes([bits; 8]) & 0x8040_2010_0804_0201;
+                let spread = spread.to_le_bytes().map(|byte| byte != 0);
+                is_shadowed.copy_from_slice(&spread[..is_shadowed.len()]);
             }
         }
     }

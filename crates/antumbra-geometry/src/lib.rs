@@ -44,7 +44,8 @@ pub use lit::{Horizon, LightView, MOST_BLOCKERS, MOST_SPANS, Meeting, Shares};
 pub use mesh::{Mesh, MeshEdge, NO_COMPONENT, NO_EDGE};
 pub use occluders::{
     Element, ElementId, ElementKind, Gap, Occluders, OccludersBuilder, OccludersError, Opacity,
-    Precision, ReceiverTriangle, SurfaceId, SurfacePlane, UnidentifiedCoverage, sides_of_normal,
+    OwnRule, Precision, ReceiverTriangle, SurfaceId, SurfacePlane, UnidentifiedCoverage,
+    sides_of_normal,
 };
 pub use patch::Patch;
 pub use ray::{Hit, Ray, ReceiverPoint};

@@ -221,6 +221,49 @@ fn samples_of_nasty_scenes_are_the_references() {
 }
 
 /// Fractions of a batch, those of single calls, and those of an index that knows nothing are one.
+/// The corners of a wide lamp lie off the scene's sides, low; what is between them goes on to the scene's top.
+#[test]
+fn what_is_between_far_corners_may_be_blocked_higher_than_they_leave_the_scene() {
+    let mut builder = Occluders::builder();
+    let square = |half: f64, z: f64| {
+        [(-half, -half), (half, -half), (half, half), (-half, half)]
+            .map(|(x, y)| DVec3::new(x, y, z))
+    };
+    for (half, z) in [(0.99, -0.99), (0.3, 0.6)] {
+        let opaque = antumbra_geometry::Opacity::Opaque;
+        builder
+            .add_face(&square(half, z), opaque)
+            .expect("a square");
+    }
+    let occluders = Arc::new(builder.build());
+    let ends = [-8.1, 8.5].map(|x| DVec3::new(x, -0.2, 3.4));
+    let lamp = AreaShape::Segment(SegmentLight::new(ends).expect("a lamp"));
+    let index = index_of(&occluders, 1024, Refine::Lazy);
+    let start = ReceiverPoint {
+        point: DVec3::new(0.2, -0.2, -0.99),
+        surface: Some(SurfaceId(0)),
+    };
+    let samples: Vec<LightShape> = (0..64)
+        .map(|number| LightShape::Point(ends[0].lerp(ends[1], (f64::from(number) + 0.5) / 64.0)))
+        .collect();
+    let mut words = [0];
+    let counters = &mut Counters::default();
+    index
+        .occluded_samples_of(
+            &[start],
+            &lamp,
+            Targets::Shared(&samples),
+            &mut words,
+            counters,
+        )
+        .expect("fine samples");
+    let truth = (0..64).fold(0, |bits, number| {
+        bits | u64::from(is_blocked(&occluders, &start, &samples[number])) << number
+    });
+    assert_eq!(words, [truth]);
+    assert!(truth != 0 && truth != u64::MAX);
+}
+
 #[test]
 fn fractions_do_not_depend_on_what_is_known_or_on_threads() {
     for seed in 0..36 {

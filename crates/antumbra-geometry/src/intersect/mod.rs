@@ -25,7 +25,8 @@ pub(crate) use segment_cone::{
 };
 pub(crate) use segment_disk::{DiskPlane, cap_exit, disk_blocks, disk_distance};
 pub(crate) use segment_sphere::{
-    line_surely_misses_ball, own_sphere_blocks, sphere_blocks, sphere_distance, sphere_side,
+    line_surely_misses_ball, own_sphere_blocks, own_sphere_filter, own_sphere_surely_shows,
+    sphere_blocks, sphere_distance, sphere_side,
 };
 pub(crate) use segment_triangle::{
     plane_side, triangle_blocks, triangle_distance, triangle_is_pierced,

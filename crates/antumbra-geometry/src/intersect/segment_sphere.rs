@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::{near_one, signs_in_quadrant};
-use crate::Sphere;
 use crate::number::{Number, Point4, Sign, UNIT_ROUNDOFF, Vector, decide};
 use crate::segment::{Ends, Segment};
+use crate::{LightShape, Sphere};
 
 /// `Q(X, Y)`: the sphere's quadratic form in its polar form.
 fn polar<N: Number>(sphere: &Sphere, x: &Point4<N>, y: &Point4<N>) -> N {
@@ -107,15 +107,20 @@ pub(crate) fn sphere_side(sphere: &Sphere, segment: &Segment) -> Sign {
     fn rule<N: Number>(sphere: &Sphere, ends: &Ends<N>) -> Option<Sign> {
         polar(sphere, &ends.start, &ends.light).sign()
     }
-    decide(side_filter(sphere, segment), || {
+    let origin = (segment.origin, segment.origin_error);
+    decide(side_filter(sphere, origin, segment.light), || {
         rule(sphere, &segment.approximate()).or_else(|| rule(sphere, segment.exact()))
     })
 }
 
-/// The sign of `B` in plain `f64`; bounds as at [`filter`].
-fn side_filter(sphere: &Sphere, segment: &Segment) -> Option<Sign> {
-    let from_center = segment.origin - sphere.center;
-    let (light, weight) = segment.light;
+/// The sign of `B` in plain `f64`, from an origin and its error; bounds as at [`filter`].
+#[inline(always)]
+fn side_filter(
+    sphere: &Sphere,
+    (origin, origin_error): (DVec3, f64),
+    (light, weight): (DVec3, f64),
+) -> Option<Sign> {
+    let from_center = origin - sphere.center;
     let (to_light, power) = if weight == 0.0 {
         (light, 0.0)
     } else {
@@ -124,7 +129,7 @@ fn side_filter(sphere: &Sphere, segment: &Segment) -> Option<Sign> {
     let light_sum = to_light.abs().element_sum();
     let b = from_center.dot(to_light) - power;
     let error = 16.0 * UNIT_ROUNDOFF * (from_center.abs().element_sum() * light_sum + power)
-        + segment.origin_error * light_sum * 1.01
+        + origin_error * light_sum * 1.01
         + f64::MIN_POSITIVE;
     if b > error {
         Some(Sign::Positive)
@@ -148,6 +153,43 @@ pub(crate) fn own_sphere_blocks(sphere: &Sphere, segment: &Segment) -> bool {
         && decide(is_outside(sphere, &segment.approximate()), || {
             is_outside(sphere, segment.exact())
         })
+}
+
+/// The own rule in plain `f64`, for a start as given and before a segment is made; `None` where it is in doubt.
+#[inline(always)]
+pub(crate) fn own_sphere_filter(
+    sphere: &Sphere,
+    start: DVec3,
+    light: (DVec3, f64),
+) -> Option<bool> {
+    if side_filter(sphere, (start, 0.0), light)?.is_positive() {
+        return Some(false);
+    }
+    let (at, weight) = light;
+    // The sign of `C`; bounds as at [`filter`].
+    let power = weight * sphere.radius * sphere.radius;
+    let square = (at - weight * sphere.center).length_squared();
+    let error = 16.0 * UNIT_ROUNDOFF * (square + power) + f64::MIN_POSITIVE;
+    (square - power > error).then_some(true)
+}
+
+/// Returns whether a light, and all within some distance of it, is surely in front of the tangent plane at a start as given.
+pub(crate) fn own_sphere_surely_shows(
+    sphere: &Sphere,
+    start: DVec3,
+    light: &LightShape,
+    slack: f64,
+) -> bool {
+    let from_center = start - sphere.center;
+    let (at, weight) = light.homogeneous();
+    let to_light = at - weight * sphere.center;
+    let power = weight * sphere.radius * sphere.radius;
+    let sum = from_center.abs().element_sum();
+    // The sign of `B`; bounds as at [`filter`]. A light off by `slack` moves it by `slack` times the sum.
+    let error = 16.0 * UNIT_ROUNDOFF * (sum * to_light.abs().element_sum() + power)
+        + 1.01 * slack * sum
+        + f64::MIN_POSITIVE;
+    from_center.dot(to_light) - power > error
 }
 
 /// Returns the distance of the crossing that [`sphere_blocks`] or, for the own surface,

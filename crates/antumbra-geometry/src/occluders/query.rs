@@ -173,12 +173,6 @@ impl Occluders {
         ]
     }
 
-    /// Returns whether a surface has an own rule (EXACTNESS.md, "Which surfaces block"): curved ones.
-    #[inline]
-    pub fn has_own_rule(&self, surface: SurfaceId) -> bool {
-        matches!(self.surface(surface), Surface::Curved(_))
-    }
-
     /// Returns whether an opaque surface blocks the segment (EXACTNESS.md, "Which surfaces block").
     pub fn blocks(&self, surface: SurfaceId, segment: &Segment) -> bool {
         self.is_opaque(surface) && self.crosses(surface, segment)

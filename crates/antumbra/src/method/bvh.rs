@@ -14,9 +14,8 @@ pub(crate) fn by_bvh(
     light: &LightShape,
     counters: &mut Counters,
 ) -> Answer {
-    let is_self_shadowed = || occluders.own_rule_blocks(&occluders.segment(start, light));
-    let is_shadowed = (start.surface.is_some_and(|own| occluders.has_own_rule(own))
-        && is_self_shadowed())
+    let own_rule = occluders.own_rule(start);
+    let is_shadowed = own_rule.is_some_and(|rule| rule.hides(light))
         || bvh.any_hit(occluders, start, light, counters);
     Answer::new(is_shadowed, Decided::Ray)
 }
@@ -31,8 +30,8 @@ pub(crate) fn many_by_bvh(
     counters: &mut Counters,
 ) {
     for (start, is_shadowed) in starts.iter().zip(&mut *is_shadowed) {
-        *is_shadowed = start.surface.is_some_and(|own| occluders.has_own_rule(own))
-            && occluders.own_rule_blocks(&occluders.segment(start, light));
+        let own_rule = occluders.own_rule(start);
+        *is_shadowed = own_rule.is_some_and(|rule| rule.hides(light));
     }
     bvh.any_hits(occluders, starts, light, is_shadowed, counters);
 }

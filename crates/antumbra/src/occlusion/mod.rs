@@ -67,4 +67,6 @@ pub(crate) use stream::Misfit;
 pub(crate) use value::Occlusion;
 pub(crate) use volume::{Cells, LIT, MIXED, SHADOWED};
 pub use when::Refine;
-pub(crate) use whole::{AskedOfWhole, Told, WHOLE_BLOCK, WholeLights, WholeSide, WholeView};
+pub(crate) use whole::{
+    AskedOfWhole, Corners, Told, WHOLE_BLOCK, WholeLights, WholeSide, WholeView,
+};

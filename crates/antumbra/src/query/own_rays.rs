@@ -272,11 +272,8 @@ impl<R: AnyHit> RaysTo<'_, R> {
     }
 
     fn is_self_shadowed(&self, start: &ReceiverPoint) -> bool {
-        let occluders = self.index.occluders();
-        start.surface.is_some_and(|own| {
-            occluders.has_own_rule(own)
-                && occluders.own_rule_blocks(&occluders.segment(start, self.light))
-        })
+        let own_rule = self.index.occluders().own_rule(start);
+        own_rule.is_some_and(|rule| rule.hides(self.light))
     }
 }
 

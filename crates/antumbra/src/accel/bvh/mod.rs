@@ -36,7 +36,7 @@ mod wedge;
 pub(crate) use beam::column::AskedDirection;
 pub(crate) use beam::sheaf::{Cut, Reach, Sheaf};
 pub(crate) use beam::tile::{OfTile, Tile};
-pub(crate) use beam::{Asked, Block, Memory, TARGETS};
+pub(crate) use beam::{Asked, Block, Found, Memory, TARGETS, Whole};
 pub(crate) use cull::{Leaf, Region, WEDGES};
 pub(crate) use data::Bvh;
 pub(crate) use topology::{Topology, Tree};

@@ -4,7 +4,7 @@
 //! as it is, lies within [`LightHull::slack`] of the corners' convex hull (of the cone of directions). Absent here: what a
 //! cell sees of it (`shaft`).
 
-use antumbra_geometry::{AreaShape, Bounds, DVec3};
+use antumbra_geometry::{AreaShape, Bounds, DVec3, LightShape};
 
 use crate::accel::frame::Frame;
 
@@ -195,16 +195,27 @@ impl LightHull {
     }
 
     /// Returns a point of the middle of the light, or a direction, in world space.
-    pub(super) fn middle(&self, frame: &Frame) -> antumbra_geometry::LightShape {
+    pub(super) fn middle(&self, frame: &Frame) -> LightShape {
         let sum: DVec3 = self.corners.iter().sum();
         let mean = sum / self.corners.len() as f64;
         match self.is_afar {
-            true => antumbra_geometry::LightShape::Direction(mean),
+            true => LightShape::Direction(mean),
             false => {
                 let point = frame.center + mean / frame.scale;
-                antumbra_geometry::LightShape::Point(point)
+                LightShape::Point(point)
             }
         }
+    }
+
+    /// Returns the corners as targets.
+    pub(super) fn targets(&self, frame: &Frame) -> Vec<LightShape> {
+        let corners = self.corners.iter();
+        corners
+            .map(|&corner| match self.is_afar {
+                true => LightShape::Direction(corner),
+                false => LightShape::Point(frame.center + corner / frame.scale),
+            })
+            .collect()
     }
 
     /// Returns on which side of a triangle's plane all samples surely lie: 1 on that of the normal by winding, -1

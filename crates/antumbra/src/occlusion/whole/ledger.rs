@@ -56,6 +56,11 @@ impl Asked {
         self.found += other.found;
     }
 
+    /// Returns whether anything was asked for that is not known, but might be.
+    pub(crate) fn has_missed(&self) -> bool {
+        self.missed > 0
+    }
+
     pub(super) fn keys(&self) -> impl Iterator<Item = Key> {
         self.missing.iter().map(|&(key, _)| key)
     }

@@ -17,6 +17,7 @@ use super::maker::Maker;
 use super::making::sides;
 use super::table::{Key, Table, Value};
 use crate::Refine;
+use crate::accel::bvh::Block;
 use crate::accel::frame::Frame;
 use crate::clock::Reading;
 
@@ -83,6 +84,8 @@ pub(crate) struct WholeLights {
 pub(crate) struct WholeLight {
     shape: AreaShape,
     hull: Option<LightHull>,
+    /// Its corners, as walks take them.
+    corners: Option<Box<Corners>>,
     /// Of each triangle the side that all of the light is on.
     sides: OnceLock<Option<(Vec<i8>, Share)>>,
     table: ArcSwapOption<Table>,
@@ -90,6 +93,32 @@ pub(crate) struct WholeLight {
     is_making: AtomicBool,
     calls: AtomicU32,
     _share: Option<Share>,
+}
+
+/// The corners of a light's hull.
+#[derive(Debug)]
+pub(crate) struct Corners {
+    pub(crate) targets: Vec<LightShape>,
+    pub(crate) block: Block,
+    /// What samples are off the hull at most, in the frame's units, and in the targets'.
+    pub(crate) slack_in_frame: f64,
+    pub(crate) slack: f64,
+}
+
+impl Corners {
+    fn new(hull: &LightHull, frame: &Frame) -> Self {
+        let targets = hull.targets(frame);
+        let slack = match hull.is_afar {
+            true => hull.slack,
+            false => hull.slack / frame.scale,
+        };
+        Self {
+            block: Block::about(&targets, slack),
+            targets,
+            slack_in_frame: hull.slack,
+            slack,
+        }
+    }
 }
 
 /// A light as a call sees it.
@@ -192,12 +221,15 @@ impl WholeLight {
         let hull = LightHull::new(shape, &all.frame);
         let share = hull.as_ref().and_then(|hull| {
             all.room
-                .take(size_of::<Self>() as u64 + hull.memory_bytes())
+                .take((size_of::<Self>() + size_of::<Corners>()) as u64 + hull.memory_bytes())
         });
+        // Nothing is known where there is no room for that much.
+        let hull = hull.filter(|_| share.is_some());
+        let corners = hull.as_ref().map(|hull| Corners::new(hull, &all.frame));
         Self {
             shape: shape.clone(),
-            // Nothing is known where there is no room for that much.
-            hull: hull.filter(|_| share.is_some()),
+            corners: corners.map(Box::new),
+            hull,
             sides: OnceLock::new(),
             table: ArcSwapOption::empty(),
             ledger: Mutex::default(),
@@ -313,6 +345,12 @@ impl WholeView<'_> {
             };
         }
         told
+    }
+
+    /// Returns the corners of the light's hull.
+    #[inline]
+    pub(crate) fn corners(&self) -> Option<&Corners> {
+        self.light.corners.as_deref()
     }
 
     /// Returns how many calls a call of so many starts stands for when it is noted; `None` where it need not be, nor timed:

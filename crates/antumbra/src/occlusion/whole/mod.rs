@@ -19,4 +19,4 @@ mod table;
 mod tests;
 
 pub(crate) use ledger::Asked as AskedOfWhole;
-pub(crate) use lights::{Told, WHOLE_BLOCK, WholeLights, WholeSide, WholeView};
+pub(crate) use lights::{Corners, Told, WHOLE_BLOCK, WholeLights, WholeSide, WholeView};

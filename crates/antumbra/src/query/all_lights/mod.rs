@@ -335,6 +335,7 @@ impl ShadowIndex {
         work: &mut Work,
     ) {
         let near = &*self.parts.near;
+        let own_rule = near.own_rule(start);
         let is_asked = |light: &LightShape| match side {
             ReceiverSide::Both => true,
             ReceiverSide::Front => near.light_side(start, light) > 0,
@@ -356,7 +357,7 @@ impl ShadowIndex {
                 if (lit | dark) >> bit & 1 == 0 {
                     rest |= 1 << bit;
                 } else if lit >> bit & 1 != 0 {
-                    let is_blocked = near.own_rule_blocks(&near.segment(start, light));
+                    let is_blocked = own_rule.is_some_and(|rule| rule.hides(light));
                     *visible |= u64::from(!is_blocked) << bit;
                 }
             }

@@ -55,7 +55,7 @@ impl<'a> Targets<'a> {
     }
 
     /// Returns those of some starts in a row.
-    fn part(&self, first: usize, count: usize) -> Self {
+    pub(in crate::query) fn part(&self, first: usize, count: usize) -> Self {
         match *self {
             Self::Shared(_) => *self,
             Self::Each { targets, per_start } => Self::Each {

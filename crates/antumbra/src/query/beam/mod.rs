@@ -206,12 +206,14 @@ impl ShadowIndex {
         };
         let near = &*self.parts.near;
         let mut occluded = 0;
-        if start.surface.is_some_and(|own| near.has_own_rule(own)) {
+        if let Some(rule) = near.own_rule(start) {
             for (place, target) in targets.iter().enumerate() {
-                let is_blocked = near.own_rule_blocks(&near.segment(start, target));
-                occluded |= u64::from(is_blocked) << place;
+                occluded |= u64::from(rule.hides(target)) << place;
             }
             occluded &= all;
+            if occluded == all {
+                return all;
+            }
         }
         let asked = Asked {
             occluders: near,

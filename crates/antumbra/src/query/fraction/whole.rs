@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 
-use antumbra_geometry::{AreaShape, DVec3, LightShape, ReceiverPoint};
+use antumbra_geometry::{AreaShape, DVec3, LightShape, Occluders, OwnRule, ReceiverPoint};
 
 use super::LightSampling;
-use crate::accel::bvh::{Block, Memory, TARGETS};
+use crate::accel::bvh::{Block, Found, Memory, TARGETS, Whole};
 use crate::clock::Reading;
-use crate::occlusion::{AskedOfWhole, Scene, Told, WHOLE_BLOCK, WholeSide, WholeView};
+use crate::occlusion::{AskedOfWhole, Corners, Scene, Told, WHOLE_BLOCK, WholeSide, WholeView};
 use crate::query::beam::{AskedBlock, BadTargets, word_count};
 use crate::query::points::ReceiverSide;
 use crate::query::run::{Run, check_length};
@@ -96,40 +96,36 @@ impl ShadowIndex {
         }
         let occluders = &*self.parts.near;
         let scene = Scene { occluders, bvh };
-        let view = self.with_what_is_asked(view, &scene, starts, WholeSide::All);
         let begin = view
             .weight_of(starts.len())
             .map(|weight| (Reading::now(), weight));
+        let mut view = view;
         let mut asked = AskedOfWhole::default();
         let mut walker = Walker::new(stride);
         let mut answered = Ok(());
-        let blocks = starts
-            .chunks(WHOLE_BLOCK)
-            .zip(occluded.chunks_mut(WHOLE_BLOCK * stride));
-        'all: for (number, (starts, words)) in blocks.enumerate() {
-            antumbra_task::check();
-            let told = view.tell(occluders, starts, WholeSide::All, &mut asked);
-            for (at, (start, words)) in starts.iter().zip(words.chunks_mut(stride)).enumerate() {
-                let targets = samples.of(number * WHOLE_BLOCK + at);
-                let leaves = match told[at] {
-                    Told::Lit { .. } => {
-                        words.fill(0);
-                        counters.shadow.first_pass += per_start as u64;
-                        continue;
-                    }
-                    Told::Dark => {
-                        let hidden = fill(words, targets);
-                        counters.shadow.first_pass += per_start as u64;
-                        counters.shadow.shadowed += hidden;
-                        continue;
-                    }
-                    Told::Listed(leaves) => Some(leaves),
-                    Told::Open | Told::Behind => None,
-                };
-                answered = walker.walk(self, start, targets, leaves, words, counters);
-                if answered.is_err() {
-                    break 'all;
-                }
+        let groups = starts
+            .chunks(CHUNK)
+            .zip(occluded.chunks_mut(CHUNK * stride));
+        if view.is_eager() {
+            view.make_for(&scene, &AskedOfWhole::default());
+        }
+        for (number, (starts, words)) in groups.enumerate() {
+            let mut asked_now = AskedOfWhole::default();
+            let mut told = tell_all(&view, occluders, starts, &mut asked_now);
+            if view.is_eager() && asked_now.has_missed() {
+                drop(told);
+                view.make_for(&scene, &asked_now);
+                view = view.anew();
+                asked_now = AskedOfWhole::default();
+                told = tell_all(&view, occluders, starts, &mut asked_now);
+            }
+            asked.add(asked_now);
+            let known = (view.corners(), told.as_flattened());
+            let samples = samples.part(number * CHUNK, starts.len());
+            let starts = (starts, samples);
+            answered = self.occluded_samples_by(&mut walker, known, starts, words, counters);
+            if answered.is_err() {
+                break;
             }
         }
         if answered.is_err() {
@@ -140,6 +136,43 @@ impl ShadowIndex {
         }
         if let Some((begin, weight)) = begin {
             self.note_whole(&view, &scene, &asked, (begin.elapsed_ns(), weight));
+        }
+        Ok(())
+    }
+
+    /// Answers the samples of some starts, up to one that has no answer.
+    fn occluded_samples_by(
+        &self,
+        walker: &mut Walker,
+        (corners, told): (Option<&Corners>, &[Told<'_>]),
+        (starts, samples): (&[ReceiverPoint], Targets),
+        occluded: &mut [u64],
+        counters: &mut Counters,
+    ) -> Result<(), BadTargets> {
+        let per_start = samples.per_start();
+        let words = occluded.chunks_mut(word_count(per_start));
+        for (number, (start, words)) in starts.iter().zip(words).enumerate() {
+            if number.is_multiple_of(WHOLE_BLOCK) {
+                antumbra_task::check();
+            }
+            let targets = samples.of(number);
+            let leaves = match told[number] {
+                Told::Lit { .. } => {
+                    words.fill(0);
+                    counters.shadow.first_pass += per_start as u64;
+                    continue;
+                }
+                Told::Dark => {
+                    let hidden = fill(words, targets);
+                    counters.shadow.first_pass += per_start as u64;
+                    counters.shadow.shadowed += hidden;
+                    continue;
+                }
+                Told::Listed(leaves) => Some(leaves),
+                Told::Open | Told::Behind => None,
+            };
+            let known = (corners, leaves);
+            walker.walk(self, start, targets, known, words, counters)?;
         }
         Ok(())
     }
@@ -159,7 +192,8 @@ impl ShadowIndex {
         let view = self.whole_lights().filter(|_| side.is_some());
         let view = view.and_then(|whole| whole.view(light));
         let (Some(side), Some(view), Some(bvh)) = (side, view, self.bvh()) else {
-            let answered = walker.walk(self, start, targets, None, occluded, counters);
+            let known = (None, None);
+            let answered = walker.walk(self, start, targets, known, occluded, counters);
             return answered.expect(FINE);
         };
         let occluders = &*self.parts.near;
@@ -185,7 +219,8 @@ impl ShadowIndex {
             Told::Open | Told::Behind => Some(None),
         };
         if let Some(leaves) = leaves {
-            let answered = walker.walk(self, start, targets, leaves, occluded, counters);
+            let known = (view.corners(), leaves);
+            let answered = walker.walk(self, start, targets, known, occluded, counters);
             answered.expect(FINE);
         }
         if let Some((begin, weight)) = begin {
@@ -318,7 +353,8 @@ impl ShadowIndex {
                     Told::Listed(leaves) => Some(leaves),
                     Told::Open | Told::Behind => None,
                 };
-                let answered = walker.walk(self, start, targets, leaves, words, counters);
+                let known = (view.corners(), leaves);
+                let answered = walker.walk(self, start, targets, known, words, counters);
                 answered.expect(FINE);
                 let hidden: u32 = words.iter().map(|word| word.count_ones()).sum();
                 *fraction = share(targets.len() - hidden as usize, per_start);
@@ -382,6 +418,19 @@ fn whole_side(side: ReceiverSide, start: &ReceiverPoint) -> Option<WholeSide> {
     }
 }
 
+/// Tells what is known of some starts, block by block: the starts' own order.
+fn tell_all<'a>(
+    view: &'a WholeView<'_>,
+    occluders: &Occluders,
+    starts: &[ReceiverPoint],
+    asked: &mut AskedOfWhole,
+) -> Vec<[Told<'a>; WHOLE_BLOCK]> {
+    starts
+        .chunks(WHOLE_BLOCK)
+        .map(|starts| view.tell(occluders, starts, WholeSide::All, asked))
+        .collect()
+}
+
 fn share(lit: usize, of: usize) -> f32 {
     (lit as f64 / of as f64) as f32
 }
@@ -440,6 +489,35 @@ fn fill(words: &mut [u64], targets: &[LightShape]) -> u64 {
 struct Walker {
     block: Block,
     memory: Memory,
+    /// Of walks with whole lights.
+    whole: Memory,
+    found: Found,
+    tries: Tries,
+}
+
+/// Whether the next start is told of the whole light: the more often nothing was told, the more starts are passed over.
+#[derive(Default)]
+struct Tries {
+    in_vain: u32,
+    passed_over: u32,
+}
+
+impl Tries {
+    /// Most starts that are passed over, as a power of two.
+    const MOST_IN_VAIN: u32 = 5;
+
+    fn is_next(&mut self) -> bool {
+        self.passed_over += 1;
+        self.passed_over >= 1 << self.in_vain
+    }
+
+    fn note(&mut self, is_told: bool) {
+        self.passed_over = 0;
+        self.in_vain = match is_told {
+            true => 0,
+            false => Self::MOST_IN_VAIN.min(self.in_vain + 1),
+        };
+    }
 }
 
 impl Walker {
@@ -448,19 +526,47 @@ impl Walker {
         Self {
             block: Block::NONE,
             memory: Memory::new(stride),
+            whole: Memory::new(1),
+            found: Found::default(),
+            tries: Tries::default(),
         }
     }
 
-    /// Answers the samples of a start, by a list where there is one.
+    /// Answers the samples of a start, by the corners of the light where they tell all, and by a list where there is one.
     fn walk(
         &mut self,
         index: &ShadowIndex,
         start: &ReceiverPoint,
         targets: &[LightShape],
-        leaves: Option<&[u32]>,
+        (corners, leaves): (Option<&Corners>, Option<&[u32]>),
         words: &mut [u64],
         counters: &mut Counters,
     ) -> Result<(), BadTargets> {
+        let count = match leaves {
+            Some(_) => &mut counters.shadow.blocker_list,
+            None => &mut counters.shadow.rays,
+        };
+        *count += targets.len() as u64;
+        let told = match corners {
+            Some(corners) if self.tries.is_next() => {
+                let told = self.tell(index, start, (corners, leaves), counters);
+                self.tries.note(told != Whole::Open);
+                told
+            }
+            _ => Whole::Open,
+        };
+        let leaves = match told {
+            Whole::Lit => {
+                words.fill(0);
+                return Ok(());
+            }
+            Whole::Dark => {
+                counters.shadow.shadowed += fill(words, targets);
+                return Ok(());
+            }
+            Whole::Found => Some(self.found.leaves()),
+            Whole::Open => leaves,
+        };
         for ((number, targets), word) in targets.chunks(TARGETS).enumerate().zip(words) {
             self.block.take(targets);
             if !self.block.is_fine() {
@@ -475,11 +581,29 @@ impl Walker {
             };
             *word = index.occluded_block(start, &asked, &mut self.memory, counters);
             counters.shadow.shadowed += u64::from(word.count_ones());
-            match leaves {
-                Some(_) => counters.shadow.blocker_list += targets.len() as u64,
-                None => counters.shadow.rays += targets.len() as u64,
-            }
         }
         Ok(())
+    }
+
+    /// Tells what it can of all of a light.
+    fn tell(
+        &mut self,
+        index: &ShadowIndex,
+        start: &ReceiverPoint,
+        (corners, leaves): (&Corners, Option<&[u32]>),
+        counters: &mut Counters,
+    ) -> Whole {
+        let near = &*index.parts.near;
+        let hides_none =
+            |rule: OwnRule<'_>| rule.surely_hides_none(&corners.targets, corners.slack);
+        let Some(bvh) = index.bvh() else {
+            return Whole::Open;
+        };
+        if !index.parts.is_whole() || !near.own_rule(start).is_none_or(hides_none) {
+            return Whole::Open;
+        }
+        let of = (&corners.block, corners.slack_in_frame);
+        let work = (&mut self.found, &mut self.whole);
+        bvh.tell_whole((near, start), of, leaves, work, counters)
     }
 }

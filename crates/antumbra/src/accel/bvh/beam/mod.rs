@@ -18,6 +18,7 @@ pub(super) mod sheaf;
 mod single;
 mod targets;
 pub(super) mod tile;
+mod whole;
 
 use antumbra_geometry::{LightShape, Occluders, ReceiverPoint, Segment, SurfaceId};
 use fearless_simd::{Simd, dispatch};
@@ -30,6 +31,7 @@ use shapes::{Edges, Verdicts};
 pub(crate) use targets::{Block, TARGETS};
 use targets::{Segments, bits};
 use tile::OfTile;
+pub(crate) use whole::{Found, Whole};
 
 /// Largest number of targets that are answered by single rays.
 const FEW: u32 = 2;
@@ -155,7 +157,7 @@ impl Bvh {
         let mask = mask & block.asked();
         let is_usual = !self.nodes.is_empty() && self.depth <= USUAL_DEPTH;
         let offset = occluders.start_offset(start);
-        let segments = Segments::new(simd, self, start.point, offset, block);
+        let segments = Segments::new(simd, self, (start.point, offset), block, mask);
         let fit = if is_usual { segments.fit & mask } else { 0 };
         let mut blocked = 0;
         for lane in bits(mask & !fit) {

@@ -111,7 +111,7 @@ impl Sheaf {
     #[inline(always)]
     fn with<S: Simd>(simd: S, bvh: &Bvh, block: &Block) -> Self {
         // Directions are the same from everywhere.
-        let segments = Segments::new(simd, bvh, bvh.frame.center, 0.0, block);
+        let segments = Segments::new(simd, bvh, (bvh.frame.center, 0.0), block, u64::MAX);
         let fit = segments.fit & block.asked();
         let faces = Faces::of(simd, &segments);
         let mut parts = Vec::new();

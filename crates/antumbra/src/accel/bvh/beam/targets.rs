@@ -24,6 +24,8 @@ pub(crate) struct Block {
     /// 1 for points, 0 for directions: what the start is taken off with.
     weight: [f64; TARGETS],
     asked: u64,
+    /// How far targets may be off, in world units, or in those of a direction.
+    slack: f64,
     /// Whether all numbers are finite and at most 2^100.
     is_fine: bool,
 }
@@ -34,6 +36,7 @@ impl Block {
         at: [[0.0; TARGETS]; 3],
         weight: [0.0; TARGETS],
         asked: 0,
+        slack: 0.0,
         is_fine: true,
     };
 
@@ -43,6 +46,14 @@ impl Block {
         let mut block = Self::NONE;
         block.take(targets);
         block
+    }
+
+    /// Takes places that are off by some distance at most.
+    pub(crate) fn about(targets: &[LightShape], slack: f64) -> Self {
+        Self {
+            slack,
+            ..Self::new(targets)
+        }
     }
 
     /// Takes up to 64 targets in place of others.
@@ -122,15 +133,15 @@ pub(super) struct Segments {
 }
 
 impl Segments {
-    /// Prepares segments by the operations of [`Bvh::prepare`]. Those that it would not take from inside the
+    /// Prepares the segments of a mask, and others, by the operations of [`Bvh::prepare`]. Those that it would not take from inside the
     /// frame at their usual bounds are not fit.
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         simd: S,
         bvh: &Bvh,
-        point: DVec3,
-        offset: f64,
+        (point, offset): (DVec3, f64),
         block: &Block,
+        asked: u64,
     ) -> Self {
         let frame = &bvh.frame;
         let mut segments = Self {
@@ -148,50 +159,58 @@ impl Segments {
             return segments;
         }
         segments.origin = [place.x as f32, place.y as f32, place.z as f32];
-        let mut directions = [[0.0_f64; TARGETS]; 3];
-        let mut lengths = [0.0_f64; TARGETS];
-        for axis in 0..3 {
-            let from = point[axis];
-            for i in 0..TARGETS {
-                // Times 1 or 0, which rounds nothing.
-                let direction = block.at[axis][i] - from * block.weight[i];
-                directions[axis][i] = direction;
-                lengths[i] = lengths[i].max(direction.abs());
-            }
-        }
-        let mut to_unit = [0.0_f64; TARGETS];
-        for i in 0..TARGETS {
-            let exponent = lengths[i].to_bits() >> 52;
-            to_unit[i] = f64::from_bits(2046_u64.wrapping_sub(exponent) << 52);
-            let rate = frame.scale * f64::from_bits(exponent << 52);
-            // A direction has no end.
-            let rate = if block.weight[i] == 0.0 {
-                FARTHEST
-            } else {
-                rate
-            };
-            let light = rate.min(FARTHEST);
-            segments.light[i] = light as f32;
-            segments.end[i] = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
-        }
         let smallest = SMALLEST_COMPONENT as f32;
-        for axis in 0..3 {
-            for i in 0..TARGETS {
-                let x = (directions[axis][i] * to_unit[i]) as f32;
-                segments.direction[axis][i] = if x.abs() < smallest {
-                    smallest.copysign(x)
-                } else {
-                    x
-                };
+        let (offset, most) = (f64x8::splat(simd, offset + block.slack), USUAL_ORIGIN_ERROR);
+        for chunk in 0..TARGETS / CHUNK {
+            if bits_of(asked, chunk) == 0 {
+                continue;
             }
-        }
-        let (offset, most) = (f64x8::splat(simd, offset), USUAL_ORIGIN_ERROR);
-        for first in (0..TARGETS).step_by(8) {
-            let length = f64x8::from_slice(simd, &lengths[first..first + 8]);
-            let error = f64x8::from_slice(simd, &to_unit[first..first + 8]) * offset;
-            // Not for NaN.
-            let is_fit = error.simd_le(most) & length.simd_ge(1e-290) & length.simd_le(1e290);
-            segments.fit |= (is_fit.to_bitmask() & 0xff) << first;
+            let first = chunk % (TARGETS / CHUNK) * CHUNK;
+            let these = first..first + CHUNK;
+            let weight = &block.weight[these.clone()];
+            let mut directions = [[0.0_f64; CHUNK]; 3];
+            let mut lengths = [0.0_f64; CHUNK];
+            for axis in 0..3 {
+                let from = point[axis];
+                let at = &block.at[axis][these.clone()];
+                for i in 0..CHUNK {
+                    // Times 1 or 0, which rounds nothing.
+                    let direction = at[i] - from * weight[i];
+                    directions[axis][i] = direction;
+                    lengths[i] = lengths[i].max(direction.abs());
+                }
+            }
+            let mut to_unit = [0.0_f64; CHUNK];
+            let lights = &mut segments.light[these.clone()];
+            let ends = &mut segments.end[these.clone()];
+            for i in 0..CHUNK {
+                let exponent = lengths[i].to_bits() >> 52;
+                to_unit[i] = f64::from_bits(2046_u64.wrapping_sub(exponent) << 52);
+                let rate = frame.scale * f64::from_bits(exponent << 52);
+                // A direction has no end.
+                let rate = if weight[i] == 0.0 { FARTHEST } else { rate };
+                let light = rate.min(FARTHEST);
+                lights[i] = light as f32;
+                ends[i] = (light * (1.0 + 4.0 * U) + 4.0 * U) as f32;
+            }
+            for axis in 0..3 {
+                let components = &mut segments.direction[axis][these.clone()];
+                for i in 0..CHUNK {
+                    let x = (directions[axis][i] * to_unit[i]) as f32;
+                    components[i] = if x.abs() < smallest {
+                        smallest.copysign(x)
+                    } else {
+                        x
+                    };
+                }
+            }
+            for half in [0, 8] {
+                let length = f64x8::from_slice(simd, &lengths[half..half + 8]);
+                let error = f64x8::from_slice(simd, &to_unit[half..half + 8]) * offset;
+                // Not for NaN.
+                let is_fit = error.simd_le(most) & length.simd_ge(1e-290) & length.simd_le(1e290);
+                segments.fit |= (is_fit.to_bitmask() & 0xff) << (first + half);
+            }
         }
         segments
     }

@@ -235,7 +235,7 @@ fn parts_are_smaller_and_hold_all() {
             let targets: Vec<_> = (0..64)
                 .map(|_| LightShape::Point(3.0 * DVec3::Z + spread * random.in_cube()))
                 .collect();
-            let segments = Segments::new(simd, &bvh, DVec3::ZERO, 0.0, &Block::new(&targets));
+            let segments = Segments::new(simd, &bvh, (DVec3::ZERO, 0.0), &Block::new(&targets), u64::MAX);
             assert_eq!(segments.fit, u64::MAX);
             let (face, all) = Faces::of(simd, &segments).shared_by_most(u64::MAX);
             assert_eq!(all, u64::MAX);
