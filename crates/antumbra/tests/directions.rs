@@ -214,7 +214,10 @@ fn directions_of_nasty_scenes_are_the_references() {
                 &found,
                 &truth,
             );
-            lit += truth.iter().map(|word| word.count_ones()).sum::<u32>();
+            lit += truth
+                .iter()
+                .map(|word| u64::from(word.count_ones()))
+                .sum::<u64>();
             asked += questions.points.len() * directions.len();
         }
         let set = DirectionSet::new(directions).expect("fine directions");
@@ -223,10 +226,11 @@ fn directions_of_nasty_scenes_are_the_references() {
         clear += counted.expect("fine queries").counters.shadow.first_pass;
     }
     assert!(
-        lit as usize * 20 > asked && (lit as usize) * 10 < asked * 9,
+        lit as usize * 20 > asked && lit as usize * 10 < asked * 9,
         "{lit} of {asked}"
     );
     assert!(clear > 1_000, "{clear} were answered for groups");
+    println!("{asked} pairs, {lit} lit: no difference");
 }
 
 #[test]
