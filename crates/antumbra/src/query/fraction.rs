@@ -7,6 +7,7 @@
 
 mod ambient;
 pub(super) mod exact;
+mod walker;
 mod whole;
 
 use crate::threads::prelude::*;

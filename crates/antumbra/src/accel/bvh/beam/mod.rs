@@ -18,7 +18,7 @@ pub(super) mod sheaf;
 mod single;
 mod targets;
 pub(super) mod tile;
-mod whole;
+pub(super) mod whole;
 
 use antumbra_geometry::{LightShape, Occluders, ReceiverPoint, Segment, SurfaceId};
 use fearless_simd::{Simd, dispatch};
@@ -31,7 +31,6 @@ use shapes::{Edges, Verdicts};
 pub(crate) use targets::{Block, TARGETS};
 use targets::{Segments, bits};
 use tile::OfTile;
-pub(crate) use whole::{Found, Whole};
 
 /// Largest number of targets that are answered by single rays.
 const FEW: u32 = 2;
