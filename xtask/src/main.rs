@@ -1,5 +1,6 @@
 //! Every chore of the project: `cargo xtask CHORE`.
 
+mod gallery;
 mod inlined;
 mod layers;
 mod package;
@@ -12,7 +13,7 @@ mod words;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::Result;
 
 const USAGE: &str = "\
 usage: cargo xtask CHORE
@@ -30,7 +31,7 @@ chores:
   words    only the check of words that have a better one
   package  the packages of all published crates, built from nothing else, as a dry run of publishing them
   inlined  whether the release build calls SIMD operations that it should inline (objdump)
-  gallery  remakes the pictures of the README and of the pages about glass, bumps and curved surfaces into docs/images
+  gallery  remakes the pictures in docs/images, by the commands of the pages that show them
 ";
 
 fn main() -> ExitCode {
@@ -48,7 +49,7 @@ fn main() -> ExitCode {
         Some("words") => words::check(),
         Some("package") => package::check(),
         Some("inlined") => inlined::check(),
-        Some("gallery") => gallery(),
+        Some("gallery") => gallery::make(),
         _ => {
             run::say(USAGE);
             return ExitCode::from(2);
@@ -139,96 +140,4 @@ fn cli() -> Result<()> {
         "--locked",
     ];
     run::cargo(&test, &[("ANTUMBRA_WRITE", "1")])
-}
-
-/// Runs the commands of the README that render, and puts their pictures where the README shows them.
-fn gallery() -> Result<()> {
-    const RENDER: &str = "$ cargo run --release -- render ";
-    let readme = std::fs::read_to_string(run::root().join("README.md"))?;
-    let commands: Vec<_> = readme
-        .lines()
-        .filter_map(|line| line.strip_prefix(RENDER)?.split_once(" -o "))
-        .collect();
-    if commands.is_empty() {
-        bail!("README.md has no command that renders");
-    }
-    for (arguments, name) in commands {
-        render(arguments, &format!("docs/images/{name}"))?;
-    }
-    pictures_of("docs/glass.md")?;
-    pictures_of("docs/curved.md")?;
-    bumps()
-}
-
-/// Makes the pictures of docs/bumps.md by its commands that render a scene of the repository.
-fn bumps() -> Result<()> {
-    let page = std::fs::read_to_string(run::root().join("docs/bumps.md"))?;
-    let commands: Vec<_> = page
-        .lines()
-        .filter_map(|line| {
-            line.strip_prefix("$ antumbra render scenes/")?
-                .split_once(" -o ")
-        })
-        .collect();
-    if commands.len() < 2 {
-        bail!("docs/bumps.md has no two commands that render");
-    }
-    for (arguments, name) in commands {
-        render(
-            &format!("scenes/{arguments}"),
-            &format!("docs/images/{name}"),
-        )?;
-    }
-    Ok(())
-}
-
-/// Makes the pictures of a page: of each scene that it makes by a command, the one that the command after it renders.
-fn pictures_of(page: &str) -> Result<()> {
-    let text = std::fs::read_to_string(run::root().join(page))?;
-    let commands: Vec<&str> = text
-        .lines()
-        .filter_map(|line| line.strip_prefix("$ antumbra "))
-        .collect();
-    let mut count = 0;
-    for pair in commands.windows(2) {
-        let Some(scene) = pair[0].strip_prefix("scene ") else {
-            continue;
-        };
-        let (name, file) = scene.split_once(" -o ").context("a scene without `-o`")?;
-        let place = std::env::temp_dir().join(file);
-        let place = place
-            .to_str()
-            .context("the temporary folder's name is no text")?;
-        run::cargo(
-            &[
-                "run",
-                "--release",
-                "--locked",
-                "--",
-                "scene",
-                name,
-                "-o",
-                place,
-            ],
-            &[],
-        )?;
-        let rest = pair[1].strip_prefix(&format!("render {file} "));
-        let rest = rest.with_context(|| format!("{page} renders no {file}"))?;
-        let (options, picture) = rest.split_once(" -o ").context("a command without `-o`")?;
-        render(
-            &format!("{place} {options}"),
-            &format!("docs/images/{picture}"),
-        )?;
-        count += 1;
-    }
-    anyhow::ensure!(count > 0, "{page} makes no scene");
-    Ok(())
-}
-
-/// Renders by the program as it is.
-fn render(arguments: &str, output: &str) -> Result<()> {
-    let mut command = vec!["run", "--release", "--locked", "--", "render"];
-    command.extend(arguments.split(' '));
-    command.extend(["-o", output]);
-    run::cargo(&command, &[])
 }

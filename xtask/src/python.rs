@@ -184,7 +184,7 @@ fn interpreter() -> Result<PathBuf> {
 }
 
 /// Returns the folder that cargo builds into.
-fn target() -> Result<PathBuf> {
+pub(crate) fn target() -> Result<PathBuf> {
     let metadata = MetadataCommand::new()
         .manifest_path(run::root().join("Cargo.toml"))
         .no_deps()
