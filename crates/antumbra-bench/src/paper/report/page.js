@@ -2,6 +2,8 @@
 // The slider over each picture, and whose decisions are shown.
 for (const card of document.querySelectorAll(".card")) {
   const compare = card.querySelector(".compare");
+  // Cards of figures alone have none.
+  if (compare === null) continue;
   const slider = compare.querySelector("input");
   const cut = () => compare.style.setProperty("--cut", slider.value + "%");
   slider.addEventListener("input", cut);
