@@ -215,7 +215,7 @@ fn samples_of_nasty_scenes_are_the_references() {
     }
     let all = by_value + by_list + by_walk;
     assert!(
-        20 * by_value > all && 20 * by_list > all && 10 * shadowed > all && 10 * shadowed < 9 * all,
+        25 * by_value > all && 20 * by_list > all && 10 * shadowed > all && 10 * shadowed < 9 * all,
         "{by_value} by value, {by_list} by list, {by_walk} by walk, {shadowed} shadowed"
     );
 }
