@@ -108,17 +108,19 @@ pub(crate) fn sphere_side(sphere: &Sphere, segment: &Segment) -> Sign {
         polar(sphere, &ends.start, &ends.light).sign()
     }
     let origin = (segment.origin, segment.origin_error);
-    decide(side_filter(sphere, origin, segment.light), || {
+    decide(side_filter(sphere, origin, segment.light, 0.0), || {
         rule(sphere, &segment.approximate()).or_else(|| rule(sphere, segment.exact()))
     })
 }
 
-/// The sign of `B` in plain `f64`, from an origin and its error; bounds as at [`filter`].
+/// The sign of `B` in plain `f64`, from an origin and its error, for all lights up to `slack` from one; bounds as at [`filter`].
+/// A light off by `slack` in each coordinate moves `B` by that much times the origin's coordinates, seen from the centre.
 #[inline(always)]
 fn side_filter(
     sphere: &Sphere,
     (origin, origin_error): (DVec3, f64),
     (light, weight): (DVec3, f64),
+    slack: f64,
 ) -> Option<Sign> {
     let from_center = origin - sphere.center;
     let (to_light, power) = if weight == 0.0 {
@@ -128,8 +130,9 @@ fn side_filter(
     };
     let light_sum = to_light.abs().element_sum();
     let b = from_center.dot(to_light) - power;
-    let error = 16.0 * UNIT_ROUNDOFF * (from_center.abs().element_sum() * light_sum + power)
-        + origin_error * light_sum * 1.01
+    let from_sum = from_center.abs().element_sum();
+    let error = 16.0 * UNIT_ROUNDOFF * (from_sum * light_sum + power)
+        + (origin_error * light_sum + slack * from_sum) * 1.01
         + f64::MIN_POSITIVE;
     if b > error {
         Some(Sign::Positive)
@@ -162,7 +165,7 @@ pub(crate) fn own_sphere_filter(
     start: DVec3,
     light: (DVec3, f64),
 ) -> Option<bool> {
-    if side_filter(sphere, (start, 0.0), light)?.is_positive() {
+    if side_filter(sphere, (start, 0.0), light, 0.0)?.is_positive() {
         return Some(false);
     }
     let (at, weight) = light;
@@ -180,16 +183,8 @@ pub(crate) fn own_sphere_surely_shows(
     light: &LightShape,
     slack: f64,
 ) -> bool {
-    let from_center = start - sphere.center;
-    let (at, weight) = light.homogeneous();
-    let to_light = at - weight * sphere.center;
-    let power = weight * sphere.radius * sphere.radius;
-    let sum = from_center.abs().element_sum();
-    // The sign of `B`; bounds as at [`filter`]. A light off by `slack` moves it by `slack` times the sum.
-    let error = 16.0 * UNIT_ROUNDOFF * (sum * to_light.abs().element_sum() + power)
-        + 1.01 * slack * sum
-        + f64::MIN_POSITIVE;
-    from_center.dot(to_light) - power > error
+    side_filter(sphere, (start, 0.0), light.homogeneous(), slack)
+        .is_some_and(|side| side.is_positive())
 }
 
 /// Returns the distance of the crossing that [`sphere_blocks`] or, for the own surface,

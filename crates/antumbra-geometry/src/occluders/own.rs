@@ -4,12 +4,12 @@ use super::{CurvedShape, Occluders, Surface, SurfaceId};
 use crate::intersect::{own_sphere_filter, own_sphere_surely_shows};
 use crate::{LightShape, ReceiverPoint, Sphere};
 
-/// A start on a surface that may hide lights by its own rule.
+/// The own rule of a start's surface, which may hide lights.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnRule<'a> {
     occluders: &'a Occluders,
     start: &'a ReceiverPoint,
-    /// What it is on, where that is a sphere with a size.
+    /// The sphere that the start is on, if it has a size.
     sphere: Option<Sphere>,
 }
 
@@ -75,7 +75,7 @@ mod tests {
     /// Lights in the tangent plane, at the start, in the ball, on it, far off and nowhere.
     #[test]
     fn lights_are_hidden_as_their_segments_are() {
-        let mut told = [0, 0];
+        let (mut told, mut shown) = ([0, 0], 0);
         for (center, radius) in [
             (DVec3::ZERO, 1.0),
             (DVec3::new(0.3, -1e3, 7e5), 0.1),
@@ -131,10 +131,16 @@ mod tests {
                             occluders.own_rule_blocks(&occluders.segment(&start, &light));
                         assert_eq!(rule.hides(&light), is_hidden, "{start:?} {light:?}");
                         told[usize::from(is_hidden)] += 1;
+                        let is_shown = rule.surely_hides_none(&[light], 0.0);
+                        assert!(!is_shown || !is_hidden, "{start:?} {light:?}");
+                        let is_far = rule.surely_hides_none(&[light], f64::MAX);
+                        assert!(!is_far, "{start:?} {light:?}");
+                        shown += u32::from(is_shown);
                     }
                 }
             }
         }
         assert!(told.iter().all(|&count| count > 500), "{told:?}");
+        assert!(shown > 500, "{shown}");
     }
 }

@@ -100,8 +100,9 @@ pub(crate) struct WholeLight {
 pub(crate) struct Corners {
     pub(crate) targets: Vec<LightShape>,
     pub(crate) block: Block,
-    /// What samples are off the hull at most, in the frame's units, and in the targets'.
+    /// Largest distance of a sample from the hull, in the frame's units.
     pub(crate) slack_in_frame: f64,
+    /// The same in the targets' units.
     pub(crate) slack: f64,
 }
 

@@ -24,11 +24,11 @@ pub(super) fn fill(words: &mut [u64], targets: &[LightShape]) -> u64 {
     hidden
 }
 
-/// What walks with samples.
+/// A walker answers samples, start after start, and remembers what blocked the last ones.
 pub(super) struct Walker {
     block: Block,
     memory: Memory,
-    /// Of walks with whole lights.
+    /// Last occluder of walks with whole lights.
     whole: Memory,
     found: Found,
     tries: Tries,

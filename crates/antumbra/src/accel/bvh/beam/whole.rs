@@ -19,22 +19,22 @@ use crate::Counters;
 /// Most leaves that are handed on as what may block.
 const MOST_FOUND: usize = 16;
 
-/// Largest cost of a walk, in nodes, groups and triangles. From a sweep of 32 to 256 by `antumbra-bench soft`.
+/// Largest cost of a walk, in nodes, groups and triangles: what costs more mostly finds too many leaves. Not swept.
 const MOST_COST: u32 = 96;
 
 /// Larger slacks of a hull, in the frame's units, leave no room in boxes.
 const LARGEST_SLACK: f64 = 0.25 * U;
 
-/// What is told of all targets of a light.
+/// An answer for all targets of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Whole {
     /// Nothing blocks any.
     Lit,
     /// All are blocked.
     Dark,
-    /// What blocks is in the leaves that were found.
+    /// Only shapes in the leaves that were found may block.
     Found,
-    /// Nothing.
+    /// Nothing is known: too much may block, or numbers are out of range.
     Open,
 }
 
@@ -72,7 +72,7 @@ impl Found {
     }
 }
 
-/// What a group of shapes does to all targets.
+/// A group of shapes against all targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OfGroup {
     Misses,
@@ -254,7 +254,7 @@ impl Beam<'_> {
         }
     }
 
-    /// What surely hits the segments to all corners hits those to all places between them.
+    /// Tells what a group does to all targets: a shape that surely hits the segments to all corners hits those between them.
     #[inline(always)]
     fn whole_of_group<S: Simd>(&mut self, simd: S, child: Child, pyramid: &Pyramid) -> OfGroup {
         let bvh = self.bvh;
